@@ -1,0 +1,1 @@
+//! The Inter-Module Communication protocol.

@@ -1,0 +1,28 @@
+//! What the tests of several crates share. Only ever a dev-dependency.
+//!
+//! Recordings and golden vectors that Lutra may read but not ship live in a folder `shared` beside the
+//! checkout. A test that needs one asks [`shared`] for it and returns early, with the reason printed, where
+//! the folder is absent.
+
+use std::path::{Path, PathBuf};
+
+/// The root of this checkout.
+pub fn repository() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+/// The path of `name` in the folder `shared` beside the checkout, or `None`, having printed why, where that
+/// folder is absent.
+///
+/// # Panics
+/// When the folder is there but lacks `name`: that is a broken set-up, not a reason to skip.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let folder = repository().join("../shared");
+    if !folder.is_dir() {
+        println!("skipped: {} is absent, so {name} cannot be read", folder.display());
+        return None;
+    }
+    let path = folder.join(name);
+    assert!(path.exists(), "{} exists but holds no {name}", folder.display());
+    Some(path)
+}

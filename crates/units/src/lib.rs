@@ -1,0 +1,1 @@
+//! Quantities, angles, time and places that all of Lutra shares.
