@@ -1,2 +1,51 @@
-//! Placeholder.
-fn main() {}
+//! Chores of the repository. `cargo xtask codegen` writes the generated code anew.
+
+mod imc;
+
+use anyhow::{Context as _, bail};
+use std::path::Path;
+
+const USAGE: &str = "usage: cargo xtask codegen [--check]
+
+codegen    write the generated code anew from the catalogues
+--check    write nothing; fail when a generated file differs from its catalogue";
+
+fn main() -> anyhow::Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments.as_slice() {
+        ["codegen"] => codegen(false),
+        ["codegen", "--check"] => codegen(true),
+        _ => bail!("{USAGE}"),
+    }
+}
+
+fn codegen(check: bool) -> anyhow::Result<()> {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let mut stale = Vec::new();
+    for file in imc::generate(root)? {
+        let path = root.join(&file.path);
+        if std::fs::read_to_string(&path).is_ok_and(|old| old == file.text) {
+            continue;
+        }
+        if check {
+            stale.push(file.path);
+        } else {
+            std::fs::create_dir_all(path.parent().context("a generated file has a folder")?)?;
+            std::fs::write(&path, &file.text).with_context(|| format!("writing {}", path.display()))?;
+            println!("wrote {}", file.path);
+        }
+    }
+    if !stale.is_empty() {
+        bail!("stale: {}; run `cargo xtask codegen`", stale.join(", "));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn generated_code_is_fresh() {
+        super::codegen(true).unwrap();
+    }
+}

@@ -1,0 +1,313 @@
+//! Packets out of a stream of bytes, however it is cut and whatever stands between them.
+//!
+//! A packet is taken where sync, length and checksum agree. Everything else is damage: the search goes on
+//! one byte after the false start, so that no whole packet behind damage is ever lost, also when a damaged
+//! length reaches over it. Finding the next packet costs one pass however many false starts there are.
+
+use crate::crc::PrefixCrc;
+use crate::header::{FOOTER_BYTES, FrameError, MAX_PACKET_BYTES, PacketView, SYNC};
+use std::collections::TryReserveError;
+
+/// One thing found in a stream.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Frame<'a> {
+    /// A whole packet with a right checksum.
+    Packet {
+        /// Its first byte, counted from the start of the stream.
+        offset: u64,
+        /// The packet.
+        view: PacketView<'a>,
+    },
+    /// Bytes that are no packet.
+    Damage(Damage),
+}
+
+/// A run of bytes that is no packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Damage {
+    /// Its first byte, counted from the start of the stream.
+    pub offset: u64,
+    /// How many bytes it has.
+    pub bytes: u64,
+    /// What is wrong at its first byte.
+    pub error: FrameError,
+}
+
+/// The packets and damage of bytes that are all there.
+#[derive(Debug)]
+pub struct Frames<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    search: Search,
+}
+
+impl<'a> Frames<'a> {
+    /// Over a whole log, datagram or message.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0, search: Search::default() }
+    }
+}
+
+impl<'a> Iterator for Frames<'a> {
+    type Item = Frame<'a>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Frame<'a>> {
+        let offset = self.at as u64;
+        match self.search.step(&self.bytes[self.at..], true) {
+            Step::Packet(view) => {
+                self.at += view.bytes().len();
+                Some(Frame::Packet { offset, view })
+            }
+            Step::Damage { bytes, error } => {
+                self.at += bytes;
+                Some(Frame::Damage(Damage { offset, bytes: bytes as u64, error }))
+            }
+            Step::NeedMore => None,
+        }
+    }
+}
+
+/// The packets and damage of bytes that come bit by bit.
+///
+/// Holds at most one packet (64 KiB) and what was pushed since the last call of [`Self::next_frame`], or a
+/// run of damage of at most 64 KiB more; a longer run is reported in pieces.
+#[derive(Debug, Default)]
+pub struct Deframer {
+    buffer: Vec<u8>,
+    /// Bytes of the buffer that were handed out.
+    at: usize,
+    /// Position of the buffer's first byte in the stream.
+    base: u64,
+    search: Search,
+    ended: bool,
+}
+
+impl Deframer {
+    /// At the start of a stream.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Appends bytes of the stream.
+    ///
+    /// # Errors
+    /// When there is no memory for them; the stream then goes on as if they had not been pushed.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
+        if self.at > 0 {
+            self.buffer.drain(..self.at);
+            self.base += self.at as u64;
+            self.at = 0;
+        }
+        self.buffer.try_reserve_exact(bytes.len())?;
+        self.buffer.extend_from_slice(bytes);
+        Ok(())
+    }
+
+    /// Says that no more bytes come: what waits for its rest is damage.
+    pub fn finish(&mut self) {
+        self.ended = true;
+    }
+
+    /// The next packet or damage; `None` when more bytes are needed, or after [`Self::finish`] at the end.
+    pub fn next_frame(&mut self) -> Option<Frame<'_>> {
+        let offset = self.base + self.at as u64;
+        match self.search.step(&self.buffer[self.at..], self.ended) {
+            Step::Packet(view) => {
+                self.at += view.bytes().len();
+                Some(Frame::Packet { offset, view })
+            }
+            Step::Damage { bytes, error } => {
+                self.at += bytes;
+                Some(Frame::Damage(Damage { offset, bytes: bytes as u64, error }))
+            }
+            Step::NeedMore => None,
+        }
+    }
+
+    /// Bytes that were pushed and belong to nothing handed out yet.
+    pub fn pending(&self) -> usize {
+        self.buffer.len() - self.at
+    }
+}
+
+enum Step<'a> {
+    Packet(PacketView<'a>),
+    Damage { bytes: usize, error: FrameError },
+    NeedMore,
+}
+
+/// Where a run of damage stands, between two calls.
+#[derive(Debug, Default)]
+struct Search {
+    run: Option<Run>,
+    prefixes: PrefixCrc,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    /// Bytes from its start that are certainly no packet's.
+    bytes: usize,
+    /// What is wrong at its start.
+    error: FrameError,
+    /// Where the damaged packet at its start says that it ends, if that is known.
+    claimed_end: Option<usize>,
+}
+
+impl Search {
+    /// What `bytes` start with. Until something is returned, the next call must start with the same bytes.
+    #[inline]
+    fn step<'a>(&mut self, bytes: &'a [u8], ended: bool) -> Step<'a> {
+        if self.run.is_none() {
+            if bytes.is_empty() {
+                return Step::NeedMore;
+            }
+            match PacketView::new(bytes) {
+                Ok(view) => return Step::Packet(view),
+                Err(FrameError::Truncated { .. }) if !ended => return Step::NeedMore,
+                Err(error) => self.open(bytes, error),
+            }
+        }
+        self.extend(bytes, ended)
+    }
+
+    /// Starts a run of damage at the first byte.
+    #[cold]
+    fn open(&mut self, bytes: &[u8], error: FrameError) {
+        let claimed_end = match error {
+            FrameError::BadCrc { .. } => PacketView::unchecked(bytes).ok().map(|view| view.bytes().len()),
+            FrameError::BadSync { .. } | FrameError::Truncated { .. } => None,
+        };
+        self.prefixes.clear();
+        self.run = Some(Run { bytes: 1, error, claimed_end });
+    }
+
+    /// Looks for the end of the run of damage that `bytes` start with.
+    #[cold]
+    fn extend<'a>(&mut self, bytes: &'a [u8], ended: bool) -> Step<'a> {
+        let Some(run) = &mut self.run else { return Step::NeedMore };
+        while run.bytes < bytes.len() {
+            run.bytes += next_sync(&bytes[run.bytes..]);
+            let rest = &bytes[run.bytes..];
+            if rest.is_empty() {
+                break;
+            }
+            let ends = match PacketView::unchecked(rest) {
+                // A second damaged packet right behind the first is a run of its own.
+                _ if run.claimed_end == Some(run.bytes) => true,
+                Ok(view) => {
+                    let end = run.bytes + view.bytes().len() - FOOTER_BYTES;
+                    self.prefixes.range(bytes, run.bytes, end) == view.stated_crc()
+                }
+                Err(FrameError::Truncated { .. }) if !ended && run.bytes < MAX_PACKET_BYTES => {
+                    return Step::NeedMore;
+                }
+                // Report a long run in pieces rather than hold it.
+                Err(FrameError::Truncated { .. }) if !ended => true,
+                Err(_) => false,
+            };
+            if ends {
+                return self.close();
+            }
+            run.bytes += 1;
+        }
+        if ended || run.bytes >= MAX_PACKET_BYTES { self.close() } else { Step::NeedMore }
+    }
+
+    fn close<'a>(&mut self) -> Step<'a> {
+        match self.run.take() {
+            Some(run) => Step::Damage { bytes: run.bytes, error: run.error },
+            None => Step::NeedMore,
+        }
+    }
+}
+
+/// How many bytes to pass over to the next one where a sync number may start.
+fn next_sync(bytes: &[u8]) -> usize {
+    let [low, high] = SYNC.to_le_bytes();
+    let start = |at: usize| match bytes.get(at + 1) {
+        Some(&second) => (bytes[at] == low && second == high) || (bytes[at] == high && second == low),
+        None => bytes[at] == low || bytes[at] == high,
+    };
+    (0..bytes.len()).find(|&at| start(at)).unwrap_or(bytes.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Header, Packet, messages::DevDataBinary, messages::Heartbeat};
+
+    fn heartbeat(time: f64) -> Vec<u8> {
+        Packet::new(Header { timestamp: time, ..Header::default() }, Heartbeat).encode().unwrap()
+    }
+
+    fn kinds(bytes: &[u8]) -> Vec<(u64, u64, &'static str)> {
+        Frames::new(bytes)
+            .map(|frame| match frame {
+                Frame::Packet { offset, view } => (offset, view.bytes().len() as u64, "packet"),
+                Frame::Damage(damage) => (damage.offset, damage.bytes, damage.error.class()),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn rubbish_between_packets_is_one_damage() {
+        let bytes = [&heartbeat(1.0)[..], b"rubbish \x54", &heartbeat(2.0)].concat();
+        assert_eq!(kinds(&bytes), [(0, 22, "packet"), (22, 9, "bad_sync"), (31, 22, "packet")]);
+    }
+
+    #[test]
+    fn a_damaged_length_loses_only_its_own_packet() {
+        let mut bytes = [heartbeat(1.0), heartbeat(2.0), heartbeat(3.0)].concat();
+        bytes[22 + 5] = 0xFF;
+        assert_eq!(kinds(&bytes), [(0, 22, "packet"), (22, 22, "truncated"), (44, 22, "packet")]);
+    }
+
+    #[test]
+    fn neighbouring_damaged_packets_count_apart() {
+        let mut bytes = [heartbeat(1.0), heartbeat(2.0), heartbeat(3.0)].concat();
+        bytes[8] ^= 1;
+        bytes[22 + 8] ^= 1;
+        assert_eq!(kinds(&bytes), [(0, 22, "bad_crc"), (22, 22, "bad_crc"), (44, 22, "packet")]);
+    }
+
+    #[test]
+    fn a_cut_tail_is_truncated() {
+        let bytes = [&heartbeat(1.0)[..], &heartbeat(2.0)[..21]].concat();
+        assert_eq!(kinds(&bytes), [(0, 22, "packet"), (22, 21, "truncated")]);
+        assert_eq!(kinds(&bytes[..1]), [(0, 1, "truncated")]);
+        assert_eq!(kinds(b""), []);
+    }
+
+    #[test]
+    fn packets_inside_a_packet_stay_inside() {
+        let inner = [heartbeat(1.0), heartbeat(2.0)].concat();
+        let outer = Packet::new(Header::default(), DevDataBinary { value: inner }).encode().unwrap();
+        assert_eq!(kinds(&outer), [(0, outer.len() as u64, "packet")]);
+    }
+
+    #[test]
+    fn false_starts_cost_one_pass() {
+        // Every second byte starts a packet of 65 108 bytes: checked one by one these are 60 GB of hashing.
+        let bytes: Vec<u8> = [0x54, 0xFE].repeat(1 << 20);
+        let found = kinds(&bytes);
+        assert!(found.iter().all(|(_, _, class)| *class != "packet"));
+        assert_eq!(found.iter().map(|(_, bytes, _)| bytes).sum::<u64>(), 1 << 21);
+    }
+
+    #[test]
+    fn a_long_run_of_rubbish_is_not_held() {
+        let mut deframer = Deframer::new();
+        let mut damaged = 0;
+        for _ in 0..1_000 {
+            deframer.push(&[0x55; 1_000]).unwrap();
+            while let Some(frame) = deframer.next_frame() {
+                let Frame::Damage(damage) = frame else { panic!("{frame:?}") };
+                assert_eq!(damage.offset, damaged);
+                damaged += damage.bytes;
+            }
+            assert!(deframer.buffer.capacity() < 3 * MAX_PACKET_BYTES);
+        }
+        assert!(damaged > 900_000);
+    }
+}
