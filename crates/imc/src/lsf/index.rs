@@ -104,7 +104,7 @@ mod tests {
                 let offset = at as u64 * 22;
                 prop_assert!(!(from..=to).contains(time) || range.contains(&offset));
             }
-            prop_assert!(range.start % 22 == 0 && range.end % 22 == 0);
+            prop_assert!(range.start.is_multiple_of(22) && range.end.is_multiple_of(22));
         }
     }
 
