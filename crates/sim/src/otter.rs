@@ -145,7 +145,6 @@ pub struct Otter {
     damping_sway: f64,
     damping_yaw: f64,
     draft_m: f64,
-    drag_coefficient: f64,
     /// Half density times draft times drag coefficient times the width of a strip.
     cross_flow: f64,
 }
@@ -183,7 +182,6 @@ impl Otter {
             damping_sway: m22 / SWAY_TIME_S,
             damping_yaw: m33 / YAW_TIME_S,
             draft_m,
-            drag_coefficient,
             cross_flow: 0.5 * WATER_KGPM3 * draft_m * drag_coefficient * STRIP_M,
         })
     }
@@ -363,7 +361,7 @@ mod tests {
         close(otter.damping_surge, 77.554_43, 1e-5);
         close(otter.damping_yaw, 40.044_92, 1e-5);
         close(otter.draft_m, 0.195_122, 1e-6);
-        close(otter.drag_coefficient, 1.004_21, 1e-5);
+        close(hoerner(PONTOON_BEAM_M / (2.0 * otter.draft_m)), 1.004_21, 1e-5);
     }
 
     #[test]

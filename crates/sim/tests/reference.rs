@@ -1,5 +1,7 @@
 //! The model of the Otter against the published response table and trajectories (data/README.md).
 
+#![expect(clippy::unwrap_used, reason = "the helpers of a test fail by panicking, as its body does")]
+
 use sim::{Load, Otter, OtterState, Pair, STEP_S};
 use std::collections::BTreeMap;
 
