@@ -49,14 +49,15 @@ impl Environment {
 
     /// What acts on a hull in this state, `t_s` after the start of the simulation.
     pub fn load(&self, t_s: f64, otter: &Otter, state: &OtterState) -> Load {
-        let (current_north_mps, current_east_mps) = self.current.velocity_mps();
+        let (north_mps, east_mps) = self.current.velocity_mps();
         let wind = self.wind.force(state);
-        let waves = self.waves.force(t_s, otter, state);
-        let mut force = wind;
-        force.surge_n += waves.surge_n;
-        force.sway_n += waves.sway_n;
-        force.yaw_nm += waves.yaw_nm;
-        Load { current_north_mps, current_east_mps, force }
+        let mut load = self.waves.load(t_s, otter, state);
+        load.current_north_mps += north_mps;
+        load.current_east_mps += east_mps;
+        load.force.surge_n += wind.surge_n;
+        load.force.sway_n += wind.sway_n;
+        load.force.yaw_nm += wind.yaw_nm;
+        load
     }
 
     /// The current of this instant: metres per second to the north and to the east.

@@ -73,7 +73,10 @@ impl TagProtocol {
 pub struct FishConfig {
     /// Seed of its movement and of its intervals.
     pub seed: u64,
-    /// When its movement begins, in the middle of its area; before, it does not exist.
+    /// When its movement begins, in the middle of its area; before, it transmits nothing. A [`Vessel`] admits
+    /// at most a year before its own start.
+    ///
+    /// [`Vessel`]: crate::Vessel
     pub since: UtcTime,
     /// Middle of its area.
     pub centre: LatLon,

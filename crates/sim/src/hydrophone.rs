@@ -21,6 +21,8 @@ use units::{LocalFrame, UtcTime};
 const REACH_M: f64 = 3_000.0;
 /// Sound that arrived longer ago than this (s) is past hearing: the transmission was handed in too late.
 const STALE_S: f64 = 1.0;
+/// Transmissions followed at a time; what comes beyond them is not heard.
+const UNDER_WAY_KEPT: usize = 1_000;
 /// From the end of a train to its line (s).
 const DECODING_S: f64 = 0.1;
 
@@ -155,7 +157,7 @@ impl Hydrophone {
 
     /// A tag has transmitted; it will be heard, if at all, when the sound has come.
     pub(crate) fn hear(&mut self, ping: Ping) {
-        if ping.frequency_khz == self.config.frequency_khz {
+        if ping.frequency_khz == self.config.frequency_khz && self.under_way.len() < UNDER_WAY_KEPT {
             self.under_way.push(ping);
         }
     }

@@ -196,6 +196,11 @@ impl Otter {
         (self.m11, self.m22)
     }
 
+    /// Mass times the distance of its centre before amidships (kg m).
+    pub fn mass_moment_kgm(&self) -> f64 {
+        self.m23
+    }
+
     /// Depth of the pontoons in the water (m).
     pub fn draft_m(&self) -> f64 {
         self.draft_m

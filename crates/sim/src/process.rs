@@ -1,7 +1,7 @@
 //! A first-order Gauss-Markov process: noise with a memory, for slow errors, gusts and varying currents.
 //!
 //! x(t + dt) = x(t) e^(-dt/τ) + σ sqrt(1 - e^(-2dt/τ)) w with w normal: the exact sampling of white noise
-//! behind a first-order lag (A. Gelb, "Applied Optimal Estimation", 1974, section 3.8). The value is held
+//! behind a first-order lag (A. Gelb, "Applied Optimal Estimation", 1974, chapter 3). The value is held
 //! within 4 σ, so that nothing built on it is unbounded.
 
 use crate::rng::Rng;

@@ -5,7 +5,7 @@
 //! at which its last byte reaches the computer, which may lie up to one step before the call that makes it
 //! available, and comes out in that order.
 //!
-//! Outputs that nobody polls are kept up to [`OUTPUTS_KEPT`]; beyond that the oldest is lost and counted.
+//! Outputs that nobody polls are kept up to 100 000; beyond that the oldest is lost and counted.
 
 use crate::battery::{BatteryBank, BatteryConfig};
 use crate::card::{Card, CardConfig, CardReport};
@@ -29,6 +29,10 @@ const STEP_US: u64 = 40_000;
 const HULL_STEPS: u32 = 2;
 /// Outputs kept for polling.
 const OUTPUTS_KEPT: usize = 100_000;
+/// The end of the year 9999 (s since 1970), the last that four digits hold.
+const LAST_START_S: f64 = 253_402_300_799.0;
+/// A fish may have swum so long before the start (s); every second of it is worked out.
+const LONGEST_SWIM_S: f64 = 366.0 * 86_400.0;
 
 /// What a vessel sends: bytes as the devices do, the values behind them, or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -200,6 +204,7 @@ impl Vessel {
         let psi_rad = within("heading (rad)", config.heading_rad, -10.0, 10.0)?;
         let water_c = within("water temperature (°C)", config.water_c, -2.0, 40.0)?;
         let (seed, start_utc) = (config.seed, config.start_utc);
+        within("start (s since 1970)", start_utc.seconds(), 0.0, LAST_START_S)?;
         Ok(Self {
             form: config.form,
             start_utc,
@@ -376,7 +381,8 @@ impl Vessel {
         let energy_left = !self.battery.is_empty();
         let goal = self.card.goal_radps(begin, energy_left);
         self.environment.step();
-        let load = self.environment.load(self.stepped_us as f64 / 1e6, &self.otter, &self.state);
+        let middle_s = self.stepped_us as f64 / 1e6 + 0.5 * dt_s;
+        let load = self.environment.load(middle_s, &self.otter, &self.state);
         for _ in 0..HULL_STEPS {
             self.state = self.otter.step(&self.state, goal, &load, STEP_S);
         }
@@ -474,6 +480,9 @@ impl Vessel {
 
 /// A fish that has swum until `start`; what its tag sent before, nobody heard.
 fn swimming(config: &FishConfig, start: UtcTime) -> Result<Fish, OutOfRange> {
+    within("beginning of the fish (s since 1970)", config.since.seconds(), 0.0, LAST_START_S)?;
+    let swum_s = start.seconds() - config.since.seconds();
+    within("age of the fish at the start (s)", swum_s, -LAST_START_S, LONGEST_SWIM_S)?;
     let mut fish = Fish::new(config)?;
     while fish.advance(start).is_some() {}
     Ok(fish)

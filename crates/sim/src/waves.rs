@@ -1,14 +1,17 @@
-//! Waves as bounded, oscillating forces and a heading disturbance.
+//! Waves as bounded, oscillating forces on the hull and movements of the water around it.
 //!
 //! A simple model for a hull that is short against the waves: five regular deep-water components around the
-//! peak period (dispersion ω² = g k, D. E. Newman, "Marine Hydrodynamics", section 6.3), each with a phase
+//! peak period (dispersion ω² = g k, J. N. Newman, "Marine Hydrodynamics", 1977,
+//! chapter 6), each with a phase
 //! and a slightly different direction from the seed, their heights sharing out H_s by Σ a²/2 = H_s²/16. The
-//! water's acceleration at the vessel, a ω² sin(ω t - k·x + φ) along the direction of travel, acts on the
-//! virtual mass (Froude-Krylov and added mass in the long-wave limit, Newman section 6.17); its change along
-//! the hull gives the yaw moment m k a_w sin χ cos χ L²/12. Drift forces, roll and pitch are left out. The
-//! vessel's own movement gives the frequency of encounter.
+//! water moves along the direction of travel with -a ω cos(ω t - k·x + φ) and accelerates with a ω² sin(..).
+//! The acceleration acts on the virtual mass (Froude-Krylov and added mass in the long-wave limit, as
+//! in Newman) and the velocity joins the current, so that the hull rides with the water; the change of
+//! the acceleration along the hull gives the yaw moment m k a_w sin χ cos χ L²/12. Drift forces, roll and
+//! pitch are left out. The vessel's own movement gives the frequency of encounter. By the second order of
+//! these terms a hull that nobody steers turns slowly, within minutes, towards the waves.
 
-use crate::otter::{BodyForce, Otter, OtterState};
+use crate::otter::{Load, Otter, OtterState};
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
 use std::f64::consts::TAU;
@@ -41,9 +44,10 @@ impl Default for WaveConfig {
 #[derive(Debug, Clone, Copy)]
 struct Component {
     omega_radps: f64,
-    number_north_radpm: f64,
-    number_east_radpm: f64,
-    to_rad: f64,
+    number_radpm: f64,
+    /// Unit vector of the direction of travel.
+    to_north: f64,
+    to_east: f64,
     phase_rad: f64,
     acceleration_mps2: f64,
 }
@@ -70,9 +74,9 @@ impl Waves {
             let amplitude_m = height_m * (share / 8.0).sqrt();
             Component {
                 omega_radps,
-                number_north_radpm: number_radpm * to_rad.cos(),
-                number_east_radpm: number_radpm * to_rad.sin(),
-                to_rad,
+                number_radpm,
+                to_north: to_rad.cos(),
+                to_east: to_rad.sin(),
                 phase_rad: rng.between(0.0, TAU),
                 acceleration_mps2: amplitude_m * omega_radps * omega_radps,
             }
@@ -80,30 +84,32 @@ impl Waves {
         Ok(Self { components: SPECTRUM.iter().map(component).collect() })
     }
 
-    pub(crate) fn force(&self, t_s: f64, otter: &Otter, state: &OtterState) -> BodyForce {
-        let mut force = BodyForce::default();
+    /// The force on a hull in this state, and the velocity of the water at it to the north and to the east
+    /// (m/s), `t_s` after the start.
+    pub(crate) fn load(&self, t_s: f64, otter: &Otter, state: &OtterState) -> Load {
+        let mut load = Load::default();
         let (mass_surge_kg, mass_sway_kg) = otter.virtual_mass_kg();
+        // The hull floats level, so its displacement is centred where its mass is.
+        let moment_kgm = otter.mass_moment_kgm();
+        let (sin_psi, cos_psi) = state.psi_rad.sin_cos();
         for c in &self.components {
             let phase_rad = c.omega_radps * t_s
-                - c.number_north_radpm * state.position.north_m
-                - c.number_east_radpm * state.position.east_m
+                - c.number_radpm * (c.to_north * state.position.north_m + c.to_east * state.position.east_m)
                 + c.phase_rad;
             let (sin_phase, cos_phase) = phase_rad.sin_cos();
-            let (sin_chi, cos_chi) = (c.to_rad - state.psi_rad).sin_cos();
-            let number_radpm = c.omega_radps * c.omega_radps / GRAVITY_MPS2;
-            force.surge_n += mass_surge_kg * c.acceleration_mps2 * sin_phase * cos_chi;
-            force.sway_n += mass_sway_kg * c.acceleration_mps2 * sin_phase * sin_chi;
-            force.yaw_nm -= mass_sway_kg
-                * c.acceleration_mps2
-                * cos_phase
-                * number_radpm
-                * sin_chi
-                * cos_chi
-                * LENGTH_M
-                * LENGTH_M
-                / 12.0;
+            // The direction of travel seen from the hull.
+            let ahead = c.to_north * cos_psi + c.to_east * sin_psi;
+            let aside = c.to_east * cos_psi - c.to_north * sin_psi;
+            load.force.surge_n += mass_surge_kg * c.acceleration_mps2 * sin_phase * ahead;
+            load.force.sway_n += mass_sway_kg * c.acceleration_mps2 * sin_phase * aside;
+            let slope = c.number_radpm * LENGTH_M * LENGTH_M / 12.0;
+            load.force.yaw_nm += moment_kgm * c.acceleration_mps2 * sin_phase * aside;
+            load.force.yaw_nm -= mass_sway_kg * c.acceleration_mps2 * cos_phase * slope * ahead * aside;
+            let speed_mps = -c.acceleration_mps2 / c.omega_radps * cos_phase;
+            load.current_north_mps += speed_mps * c.to_north;
+            load.current_east_mps += speed_mps * c.to_east;
         }
-        force
+        load
     }
 }
 
@@ -133,7 +139,7 @@ mod tests {
             waves.components.iter().map(|c| c.acceleration_mps2).sum::<f64>() * otter.virtual_mass_kg().0;
         let mut mean_n = 0.0;
         for i in 0..100_000 {
-            let force = waves.force(f64::from(i) * 0.04, &otter, &OtterState::default());
+            let force = waves.load(f64::from(i) * 0.04, &otter, &OtterState::default()).force;
             assert!(force.surge_n.abs() <= bound_n);
             mean_n += force.surge_n / 1e5;
         }
@@ -144,6 +150,20 @@ mod tests {
     fn a_flat_sea_exerts_nothing() {
         let waves = Waves::new(&WaveConfig::default(), 1).unwrap();
         let otter = Otter::new(0.0).unwrap();
-        assert_eq!(waves.force(12.0, &otter, &OtterState::default()), BodyForce::default());
+        assert_eq!(waves.load(12.0, &otter, &OtterState::default()), Load::default());
+    }
+
+    #[test]
+    fn velocity_is_the_integral_of_the_acceleration() {
+        let otter = Otter::new(25.0).unwrap();
+        let waves = sea();
+        let at = |t_s: f64| waves.load(t_s, &otter, &OtterState::default());
+        for i in 0..50 {
+            let t_s = f64::from(i) * 0.37;
+            let slope = (at(t_s + 1e-4).current_north_mps - at(t_s - 1e-4).current_north_mps) / 2e-4;
+            // Heading north, surge is north.
+            let acceleration_mps2 = at(t_s).force.surge_n / otter.virtual_mass_kg().0;
+            assert!((slope - acceleration_mps2).abs() < 1e-5, "{slope} {acceleration_mps2}");
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Wind with gusts, and its force on the Otter above the water.
 //!
 //! Speed = mean + a first-order gust along the wind, direction = mean + a first-order veer. The gust's
-//! standard deviation is a share of the mean (turbulence intensity, 0.1 to 0.2 over open water; IEC 61400-3
-//! uses 0.12 at the reference height).
+//! standard deviation is a share of the mean (turbulence intensity, 0.1 to 0.2 over open water; the
+//! calmest class of IEC 61400-1 has 0.12).
 //!
 //! Force: Fossen (2021), section 10.1, for a symmetrical vessel,
 //! X = -½ρV² c_x cos γ A_F, Y = ½ρV² c_y sin γ A_L, N = ½ρV² c_n sin 2γ A_L L, with V and γ of the air
@@ -15,6 +15,7 @@ use crate::process::GaussMarkov;
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
 use std::f64::consts::TAU;
+use units::wrap_two_pi;
 
 const AIR_KGPM3: f64 = 1.225;
 const FRONT_M2: f64 = 0.35;
@@ -88,9 +89,10 @@ impl Wind {
         }
     }
 
-    /// Speed (m/s) and the direction the wind comes from (rad).
+    /// Speed (m/s) and the direction the wind comes from in [0, 2π) (rad).
     pub(crate) fn now(&self) -> (f64, f64) {
-        ((self.config.speed_mps + self.gust.value()).max(0.0), self.config.from_rad + self.veer.value())
+        let from_rad = wrap_two_pi(self.config.from_rad + self.veer.value());
+        ((self.config.speed_mps + self.gust.value()).max(0.0), from_rad)
     }
 
     fn settle(&mut self) {
@@ -99,7 +101,7 @@ impl Wind {
         self.blows_east_mps = -speed_mps * from_rad.sin();
     }
 
-    /// Force on a vessel in this state; also the drag of still air on a moving vessel.
+    /// Force on a vessel in this state; nothing in a calm, where the model's damping stands for the air too.
     pub(crate) fn force(&self, state: &OtterState) -> BodyForce {
         if self.config.speed_mps <= 0.0 {
             return BodyForce::default();

@@ -111,6 +111,39 @@ fn straight_ahead_it_reaches_the_speed_of_the_model() {
 }
 
 #[test]
+fn in_a_beam_wind_it_drifts_away_at_some_percent_of_the_wind() {
+    let mut config = config(1);
+    config.environment.wind = WindConfig { speed_mps: 7.0, from_rad: 0.0, ..WindConfig::default() };
+    config.heading_rad = 1.57;
+    let mut vessel = Vessel::new(&config).unwrap();
+    sail(&mut vessel, 300, 0.0, 0.0);
+    let drifted = vessel.truth().state.position;
+    // To the south; leeway of small craft is one to a few percent of the wind.
+    let share = -drifted.north_m / 300.0 / 7.0;
+    assert!((0.01..0.05).contains(&share), "{share}");
+}
+
+#[test]
+fn waves_make_it_oscillate_but_carry_it_nowhere() {
+    let mut config = config(1);
+    config.environment.waves =
+        WaveConfig { significant_height_m: 0.3, from_rad: 0.8, ..WaveConfig::default() };
+    let mut vessel = Vessel::new(&config).unwrap();
+    let (mut fastest_mps, mut fastest_radps) = (0.0_f64, 0.0_f64);
+    for _ in 0..300 * 25 {
+        vessel.step(STEP);
+        fastest_mps = fastest_mps.max(vessel.truth().speed_mps);
+        fastest_radps = fastest_radps.max(vessel.truth().state.r_radps.abs());
+    }
+    let position = vessel.truth().state.position;
+    println!("{fastest_mps} m/s, {fastest_radps} rad/s, {position:?}");
+    // The amplitudes of the water's own movement add up to 0.45 m/s; the hull rides with it.
+    assert!((0.1..0.5).contains(&fastest_mps), "{fastest_mps}");
+    assert!((0.005..0.2).contains(&fastest_radps), "{fastest_radps}");
+    assert!(position.north_m.hypot(position.east_m) < 3.0, "{position:?}");
+}
+
+#[test]
 fn without_commands_the_card_stops_the_motors() {
     let mut vessel = Vessel::new(&config(1)).unwrap();
     let set = CardCommand::MotorSet(Pair::new(600, 600)).frame();
@@ -242,6 +275,11 @@ fn refuses_settings_and_commands_that_are_no_numbers() {
         VesselConfig { heading_rad: f64::NAN, ..config(1) },
         VesselConfig { payload_kg: 46.0, ..config(1) },
         VesselConfig { water_c: 80.0, ..config(1) },
+        VesselConfig { start_utc: UtcTime::from_micros(i64::MAX), ..config(1) },
+        VesselConfig {
+            fish: vec![FishConfig::near(config(1).start_place, UtcTime::from_micros(0), 1, 1)],
+            ..config(1)
+        },
         VesselConfig { battery: BatteryConfig { hotel_w: -1.0, ..BatteryConfig::default() }, ..config(1) },
     ] {
         assert!(Vessel::new(&broken).is_err());
