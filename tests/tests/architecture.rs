@@ -22,7 +22,17 @@ const NEVER_KNOW_IMC: [&str; 4] = ["charts", "control", "mission", "planner"];
 
 /// What a core has no use for: runtimes, sockets, clocks, randomness of its own.
 const NOT_IN_CORES: [&str; 12] = [
-    "async-std", "axum", "chrono", "hyper", "mio", "rand", "reqwest", "socket2", "time", "tokio", "tungstenite",
+    "async-std",
+    "axum",
+    "chrono",
+    "hyper",
+    "mio",
+    "rand",
+    "reqwest",
+    "socket2",
+    "time",
+    "tokio",
+    "tungstenite",
     "ureq",
 ];
 
