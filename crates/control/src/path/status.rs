@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;
 use units::{LatLon, wrap_pi};
 
-/// What is wrong with the path under way. It stays until the next path or [`PathTracker::stop`].
+/// What is wrong with the path under way. It stays until the next path or
+/// [`PathTracker::stop`](super::PathTracker::stop).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PathFault {
     /// The end was reached and no new path came in time.
