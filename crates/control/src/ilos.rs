@@ -62,8 +62,8 @@ impl IlosConfig {
     /// Tuned on Fossen's Otter with the crab angle steered by the yaw loop.
     pub fn otter() -> Self {
         Self {
-            lookahead_m: 5.0,
-            integrator_gain: 0.3,
+            lookahead_m: 7.0,
+            integrator_gain: 0.1,
             integrator_start: 0.0,
             corridor: Corridor { width_m: 5.0, entry_angle_rad: 45_f64.to_radians() },
             outside: OutsideCorridor::Ilos,

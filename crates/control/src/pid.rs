@@ -87,6 +87,12 @@ impl PidConfig {
         }
     }
 
+    /// All three gains times `factor`.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { kp: self.kp * factor, ki: self.ki * factor, kd: self.kd * factor, ..self }
+    }
+
     pub(crate) fn check(&self, check: &mut RangeCheck) {
         check.number("kp", "output/error", self.kp, 0.0..=GAIN_LIMIT);
         check.number("ki", "output/(error s)", self.ki, 0.0..=GAIN_LIMIT);

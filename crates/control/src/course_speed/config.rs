@@ -27,6 +27,9 @@ pub struct CourseSpeedConfig {
 pub struct YawConfig {
     /// Gains from heading error (rad) to differential effort, "Yaw PID Gains".
     pub pid: PidConfig,
+    /// Speed (m/s) at which the gains are doubled: they grow with 1 + (surge / this)², 0.5 to 100; `None` =
+    /// constant, as the originals have them. The moment that turns a hull across its own drift grows alike.
+    pub stiffening_speed_mps: Option<f64>,
     /// Differential effort per rad/s of the desired rate of turn, 0 to 1e4: what a steady turn needs.
     pub rate_feed_forward: f64,
     /// Where the derivative comes from.
@@ -134,14 +137,16 @@ impl Default for CourseSpeedConfig {
 }
 
 impl CourseSpeedConfig {
-    /// Force variant tuned on Fossen's Otter: holds heading and speed at 1 to 10 updates a second.
+    /// Force variant tuned on Fossen's Otter for 1 to 10 updates a second and 0.5 to 2.5 m/s.
     ///
-    /// The feed-forward is the hull's damping, 77.55 N per m/s; the speed loop closes at about 0.4 s with it,
-    /// the yaw loop at about 1.1 rad/s.
+    /// The feed-forward is the hull's damping, 77.55 N per m/s. The yaw gains are stiff and stiffen with speed:
+    /// the moment that turns a hull across its own drift (77 N m per m²/s²) makes softer ones meander along a
+    /// leg, worse the faster it goes.
     pub fn fossen_force() -> Self {
         Self {
             yaw: YawConfig {
-                pid: PidConfig { integral_limit: Some(40.0), ..angle(120.0, 4.0, 60.0) },
+                pid: PidConfig { integral_limit: Some(40.0), ..angle(250.0, 10.0, 150.0) },
+                stiffening_speed_mps: Some(2.0),
                 rate_feed_forward: 150.0,
                 damping: Damping::MeasuredRate,
                 course_tracking: CourseTracking::Filtered { min_speed_mps: 0.4, time_constant_s: 3.0 },
@@ -166,7 +171,8 @@ impl CourseSpeedConfig {
     pub fn fossen_rpm() -> Self {
         Self {
             yaw: YawConfig {
-                pid: PidConfig { integral_limit: Some(0.1), ..angle(0.9, 0.02, 0.4) },
+                pid: PidConfig { integral_limit: Some(0.1), ..angle(1.3, 0.04, 0.6) },
+                stiffening_speed_mps: Some(3.0),
                 rate_feed_forward: 0.8,
                 max_differential: 0.45,
                 max_differential_on_the_spot: 0.9,
@@ -191,6 +197,7 @@ impl CourseSpeedConfig {
         Self {
             yaw: YawConfig {
                 pid: original_angle(1.5, 0.0, 0.0, Integration::AfterOutput),
+                stiffening_speed_mps: None,
                 rate_feed_forward: 0.0,
                 damping: Damping::Differenced,
                 course_tracking: CourseTracking::AsHeading,
@@ -237,11 +244,37 @@ impl CourseSpeedConfig {
         }
     }
 
+    /// The parameters of LSTS DUNE's own otter.ini.
+    pub fn dune_rpm() -> Self {
+        let thesis = Self::thesis();
+        Self {
+            yaw: YawConfig {
+                pid: original_angle(1.9, 0.0, 0.85, Integration::AfterOutput),
+                max_differential: 0.35,
+                ..thesis.yaw
+            },
+            speed: SpeedConfig {
+                pid: PidConfig {
+                    integral_limit: Some(400.0),
+                    ..original(1.25, 1.0, 0.5, Integration::AfterOutput)
+                },
+                feed_forward: FeedForward::Gain(120.0),
+                min_demand: 250.0,
+                max_demand: 1200.0,
+                max_demand_rate_per_s: 300.0,
+                stop_below_mps: 0.1,
+            },
+            drive: Drive::Rpm { rpm_at_max_thrust: 1200.0, governor: Governor::Hardware },
+            ..thesis
+        }
+    }
+
     /// NTNU's public parameters of the force variant, used on the boats (dune-otter-public).
     pub fn ntnu_force() -> Self {
         Self {
             yaw: YawConfig {
                 pid: original_angle(60.0, 0.0, 0.0, Integration::BeforeOutput),
+                stiffening_speed_mps: None,
                 rate_feed_forward: 0.0,
                 damping: Damping::Differenced,
                 course_tracking: CourseTracking::AsHeading,
@@ -315,6 +348,7 @@ impl YawConfig {
     fn check(&self, check: &mut RangeCheck) {
         check.within("pid", |check| self.pid.check(check));
         check.within("course_tracking", |check| self.course_tracking.check(check));
+        check.optional("stiffening_speed", "m/s", self.stiffening_speed_mps, 0.5..=100.0);
         check.number("rate_feed_forward", "effort s/rad", self.rate_feed_forward, 0.0..=1e4);
         check.number("max_differential", "effort", self.max_differential, 0.0..=1e4);
         check.number("max_differential_on_the_spot", "effort", self.max_differential_on_the_spot, 0.0..=1e4);
@@ -378,6 +412,7 @@ mod tests {
             CourseSpeedConfig::fossen_rpm(),
             CourseSpeedConfig::thesis(),
             CourseSpeedConfig::ntnu_rpm(),
+            CourseSpeedConfig::dune_rpm(),
             CourseSpeedConfig::ntnu_force(),
         ] {
             config.validate().unwrap();

@@ -24,12 +24,13 @@ fn crisp(mut config: CourseSpeedConfig) -> CourseSpeed {
     control
 }
 
-fn all_sets() -> [CourseSpeedConfig; 5] {
+fn all_sets() -> [CourseSpeedConfig; 6] {
     [
         CourseSpeedConfig::fossen_force(),
         CourseSpeedConfig::fossen_rpm(),
         CourseSpeedConfig::thesis(),
         CourseSpeedConfig::ntnu_rpm(),
+        CourseSpeedConfig::dune_rpm(),
         CourseSpeedConfig::ntnu_force(),
     ]
 }
@@ -277,7 +278,7 @@ fn mirrored(motion: &Motion) -> Motion {
 proptest! {
     #[test]
     fn any_finite_input_gives_actuation_within_limits(
-        set in 0..5_usize, max_actuation in 0.1..1.0_f64, sharing in any::<bool>(),
+        set in 0..6_usize, max_actuation in 0.1..1.0_f64, sharing in any::<bool>(),
         steps in proptest::collection::vec(
             (any::<[f64; 4]>(), any::<f64>(), any::<f64>(), 0..4_000_000_u64), 1..30),
     ) {
@@ -300,7 +301,7 @@ proptest! {
 
     #[test]
     fn a_mirrored_world_swaps_the_motors(
-        set in 0..5_usize,
+        set in 0..6_usize,
         steps in proptest::collection::vec((any_motion(), -3.1..3.1_f64, any_speed(), any::<bool>()), 1..40),
     ) {
         let mut one = crisp(all_sets()[set]);

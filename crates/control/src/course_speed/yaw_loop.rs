@@ -90,6 +90,7 @@ impl YawLoop {
             }
         };
         let error_rad = wrap_pi(heading_rad - motion.heading_rad);
+        self.pid.reconfigure(config.pid.scaled(stiffness(config, motion)));
         let mut terms = match (config.damping, motion.yaw_rate_rad_s) {
             (Damping::MeasuredRate, Some(yaw_rate_rad_s)) => {
                 self.pid.update_with_rate(error_rad, turn_rate_rad_s - yaw_rate_rad_s, dt_s).1
@@ -110,4 +111,13 @@ impl YawLoop {
         self.pid.saturated(Saturation::between(wanted, differential));
         YawStep { differential, may_go_ahead: self.may_go_ahead, error_rad, crab_rad, terms }
     }
+}
+
+/// How much stiffer the loop is at the vessel's speed than at rest.
+fn stiffness(config: &YawConfig, motion: &Motion) -> f64 {
+    config.stiffening_speed_mps.map_or(1.0, |doubling_mps| {
+        // Beyond three times that speed nothing is tuned; a wild speed must not make wild gains.
+        let relative = (motion.surge_mps() / doubling_mps).clamp(0.0, 3.0);
+        1.0 + relative * relative
+    })
 }
