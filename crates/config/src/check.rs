@@ -131,13 +131,26 @@ fn label_references(config: &Config, found: &mut Found) {
     }
 }
 
+/// The labels of all entities that exist with the selected profiles.
 fn known_labels(config: &Config) -> Vec<String> {
     use device::torqeedo::{BATTERY_LABEL, MOTOR_LABEL, RAIL_LABEL};
     let mut known = vec![DAEMON.to_owned()];
     for section in config.sections.iter().filter(|section| section.runs) {
         known.extend(section.label().map(str::to_owned));
-        for param in [&MOTOR_LABEL, &RAIL_LABEL, &BATTERY_LABEL, &mission::maneuver::LABELS] {
-            known.extend(section.each(param).into_iter().map(|(_, label)| label));
+        let own = if section.is(&device::torqeedo::TORQEEDO) {
+            &[(&MOTOR_LABEL, "Motor {}"), (&RAIL_LABEL, "Rail {}"), (&BATTERY_LABEL, "Battery {}")][..]
+        } else if section.is(&mission::maneuver::MULTIPLEXER) {
+            &[(&mission::maneuver::LABELS, "{} Maneuver")][..]
+        } else {
+            &[]
+        };
+        for (param, usual) in own {
+            let given: BTreeMap<_, _> = section.each(param).into_iter().collect();
+            let labels = param.spec.each.iter().map(|part| match given.get(part) {
+                Some(label) if !label.is_empty() => label.clone(),
+                Some(_) | None => usual.replace("{}", part),
+            });
+            known.extend(labels);
         }
     }
     known

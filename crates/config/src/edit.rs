@@ -10,7 +10,7 @@ pub const MAX_VALUE_BYTES: usize = 1 << 16;
 /// How many bytes `$(Section, Option)` references may copy together.
 const MAX_COPIED_BYTES: usize = 4 << 20;
 /// How many items `name- = ..` lines may name together.
-const MAX_REMOVED_ITEMS: usize = 5_000;
+const MAX_REMOVED_ITEMS: usize = 1_000;
 
 /// Where in a file the reader stands.
 #[derive(Debug)]
@@ -155,7 +155,6 @@ impl Edits {
         for item in text.split(',').map(trim).filter(|item| !item.is_empty()) {
             self.removed_items += 1;
             if self.removed_items > MAX_REMOVED_ITEMS {
-                problems.push(format!("more than {MAX_REMOVED_ITEMS} items are taken out of lists"));
                 break;
             }
             let whole = setting.value.split(',').any(|present| trim(present) == item);
@@ -180,6 +179,10 @@ impl Edits {
         let remedy = "name whole items, in an order in which none begins another";
         for what in problems {
             self.error(ProblemKind::ListEdit, place, what, remedy);
+        }
+        if self.removed_items > MAX_REMOVED_ITEMS {
+            let what = format!("more than {MAX_REMOVED_ITEMS} items are taken out of lists");
+            self.error(ProblemKind::Limit, place, what, "write the list as it is meant");
         }
     }
 

@@ -46,7 +46,7 @@ pub use edit::MAX_VALUE_BYTES;
 pub use ini::{Action, Change, Ini, IniSection, Setting, Unwritable};
 pub use line::MAX_LINE_BYTES;
 pub use parser::{MAX_DEPTH, MAX_FILES, MAX_LINES, MAX_TOTAL_BYTES};
-pub use problem::{Counts, MAX_PROBLEMS, Place, Problem, ProblemKind, Report, Severity};
+pub use problem::{Counts, MAX_PROBLEMS_OF_A_KIND, Place, Problem, ProblemKind, Report, Severity};
 pub use profile::{ALWAYS, BUILT_IN, Enabled, NEVER, Profiles};
 pub use render::{Vessel, documented_ini};
 pub use saved::{Saved, write_atomically};

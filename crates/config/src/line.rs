@@ -67,6 +67,15 @@ pub(crate) fn trim(text: &str) -> &str {
     text.trim_matches(is_blank)
 }
 
+/// Whether a section's name was probably meant as `Require path` or `Include path`.
+pub(crate) fn is_misspelt_keyword(name: &str) -> bool {
+    let mut words = trim(name).split(char::is_whitespace);
+    let first = words.next().unwrap_or_default().trim_end_matches(':').to_lowercase();
+    let argument = name.contains(".ini") || words.next().is_none();
+    let keywords = ["require", "required", "include", "includes"];
+    argument && keywords.iter().any(|keyword| crate::suggest::distance(&first, keyword) <= 1)
+}
+
 /// The forms a line can have.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Line<'a> {

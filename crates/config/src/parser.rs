@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::edit::{Cursor, Edits};
 use crate::ini::Ini;
-use crate::line::{Header, Line, Lines, MAX_LINE_BYTES, RawLine, classify, trim};
+use crate::line::{Header, Line, Lines, MAX_LINE_BYTES, RawLine, classify, is_misspelt_keyword, trim};
 use crate::problem::{Place, Problem, ProblemKind, Report};
 use crate::source::{FileSource, normalised};
 
@@ -248,11 +248,7 @@ impl<'s, S: FileSource> Parser<'s, S> {
 
     /// Reports a section name that was probably meant as a directive or without its leading blank.
     fn misspelt(&mut self, name: &str, place: &Place) {
-        let mut words = trim(name).split(char::is_whitespace);
-        let first = words.next().unwrap_or_default().trim_end_matches(':');
-        let close = |keyword: &str| crate::suggest::distance(&first.to_lowercase(), keyword) <= 1;
-        let argument = name.contains(".ini") || words.next().is_none();
-        if argument && (close("require") || close("include") || close("required") || close("includes")) {
+        if is_misspelt_keyword(name) {
             let what = format!("`[{name}]` loads nothing: it is read as an ordinary section");
             let remedy = "write [Require path] or [Include path], exactly so and with one blank";
             let problem = Problem::error(ProblemKind::MisspeltKeyword, Some(place), what).remedy(remedy);

@@ -70,6 +70,9 @@ impl fmt::Display for Line<'_> {
             let _ = write!(text, " {symbol}");
         }
         write!(f, "{text:VALUE_COLUMN$}  # ")?;
+        if parameter.spec().is_some_and(|spec| spec.kind == Kind::Unused) {
+            f.write_str("no effect in Lutra, ")?;
+        }
         match (parameter.place(), parameter.is_rejected()) {
             (None, _) => f.write_str("default"),
             (Some(place), false) => write!(f, "{place}{}", Others(parameter.setting())),

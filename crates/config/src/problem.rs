@@ -4,11 +4,12 @@
 //! work through from top to bottom. The report keeps a bounded number of problems, so that a hostile file
 //! cannot fill the memory; what was found beyond that is still counted.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-/// How many problems a report keeps; more are counted only.
-pub const MAX_PROBLEMS: usize = 1000;
+/// How many problems of each kind a report keeps; more are counted only.
+pub const MAX_PROBLEMS_OF_A_KIND: usize = 100;
 
 /// How bad a problem is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -232,25 +233,27 @@ impl fmt::Display for Counts {
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     problems: Vec<Problem>,
+    kept: BTreeMap<ProblemKind, usize>,
     counts: Counts,
 }
 
 impl Report {
-    /// Adds a problem; beyond [`MAX_PROBLEMS`] it is only counted.
+    /// Adds a problem; beyond [`MAX_PROBLEMS_OF_A_KIND`] it is only counted.
     pub fn add(&mut self, problem: Problem) {
         match problem.severity {
             Severity::Error => self.counts.errors += 1,
             Severity::Warning => self.counts.warnings += 1,
             Severity::Note => self.counts.notes += 1,
         }
-        if !self.is_full() {
+        if !self.is_full_of(problem.kind) {
+            *self.kept.entry(problem.kind).or_default() += 1;
             self.problems.push(problem);
         }
     }
 
-    /// Whether further problems will only be counted.
-    pub fn is_full(&self) -> bool {
-        self.problems.len() >= MAX_PROBLEMS
+    /// Whether further problems of this kind will only be counted.
+    pub fn is_full_of(&self, kind: ProblemKind) -> bool {
+        self.kept.get(&kind).is_some_and(|kept| *kept >= MAX_PROBLEMS_OF_A_KIND)
     }
 
     /// The problems kept, in the order in which they were found.
@@ -299,13 +302,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keeps_a_bounded_number_but_counts_all() {
+    fn keeps_a_bounded_number_of_each_kind_but_counts_all() {
         let mut report = Report::default();
-        for _ in 0..MAX_PROBLEMS + 5 {
+        for _ in 0..MAX_PROBLEMS_OF_A_KIND + 5 {
             report.add(Problem::warning(ProblemKind::Syntax, None, "w"));
         }
-        assert_eq!(report.problems().len(), MAX_PROBLEMS);
-        assert_eq!(report.counts().warnings, MAX_PROBLEMS + 5);
+        report.add(Problem::warning(ProblemKind::Limit, None, "l"));
+        assert_eq!(report.problems().len(), MAX_PROBLEMS_OF_A_KIND + 1);
+        assert_eq!(report.counts().warnings, MAX_PROBLEMS_OF_A_KIND + 6);
         assert_eq!(report.left_out(), 5);
         assert!(report.to_string().contains("and 5 more"));
     }

@@ -70,12 +70,6 @@ fn open_data(text: &mut String, spec: &SectionSpec, vessel: &Vessel) -> Result<(
 fn section(text: &mut String, spec: &SectionSpec, name: &str, vessel: &Vessel) -> Result<(), Unwritable> {
     heading(text, spec, name);
     let starboard = name.ends_with("/Starboard");
-    if let Form::Task { enabled, label } = spec.form {
-        comment(text, "Profiles in which the task runs: Always, Never, or names.");
-        write_setting(text, name, "Enabled", enabled)?;
-        comment(text, "Name of the task's entity, unique on the vessel.");
-        write_setting(text, name, "Entity Label", if starboard { "Motor 1" } else { label })?;
-    }
     for param in spec.params().filter(|param| param.kind != Kind::Unused) {
         comment(text, &documentation(param));
         if param.is_repeated() {
@@ -84,9 +78,12 @@ fn section(text: &mut String, spec: &SectionSpec, name: &str, vessel: &Vessel) -
             }
             continue;
         }
-        let value = match param.name {
-            "Vehicle" => vessel.name.clone(),
-            "Thruster Id" if starboard => "1".to_owned(),
+        let value = match (param.name, spec.form) {
+            ("Enabled", Form::Task { enabled, .. }) => enabled.to_owned(),
+            ("Entity Label", Form::Task { .. }) if starboard => "Motor 1".to_owned(),
+            ("Entity Label", Form::Task { label, .. }) => label.to_owned(),
+            ("Vehicle", _) => vessel.name.clone(),
+            ("Thruster Id", _) if starboard => "1".to_owned(),
             _ => default(&param.kind).map(|value| value.to_string()).unwrap_or_default(),
         };
         setting(text, name, param.name, &value)?;

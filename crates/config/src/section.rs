@@ -7,7 +7,7 @@ use crate::ini::{Action, Change, Setting};
 use crate::problem::{Place, Problem};
 use crate::profile::Enabled;
 use crate::read::{Complaint, default, read};
-use crate::schema::task_of;
+use crate::schema::{common, task_of};
 use crate::spec::{Kind, Param, ParamSpec, SectionSpec};
 use crate::suggest;
 use crate::value::Value;
@@ -199,13 +199,20 @@ impl Section {
     /// When the section has no such parameter or the text is not a value of it.
     pub fn change(&mut self, key: &str, text: &str) -> Result<Value, Problem> {
         let known: Vec<_> = self.spec.into_iter().flat_map(SectionSpec::params).collect();
-        let Some(spec) = known.iter().copied().find(|param| param.matches(key) && param.kind != Kind::Unused)
-        else {
-            let what = format!("[{}] has no parameter `{key}`", self.name);
+        let fixed = [common::ENABLED.spec.name, common::ENTITY_LABEL.spec.name];
+        let changeable = |param: &&ParamSpec| param.kind != Kind::Unused && !fixed.contains(&param.name);
+        let Some(spec) = known.iter().copied().filter(changeable).find(|param| param.matches(key)) else {
+            let what = format!("[{}] has no parameter `{key}` that can be changed", self.name);
             let near = suggest::nearest(key, known.iter().map(|param| param.name));
             let near = near.map(|near| format!("`{near}`?")).unwrap_or_default();
             return Err(Problem::error(ProblemKind::UnknownKey, None, what).remedy(near));
         };
+        let editable = |setting: &Setting| setting.attributes().get("editable").is_none_or(|it| it == "true");
+        if !self.parameter(key).and_then(Parameter::setting).is_none_or(editable) {
+            let what = format!("`{key}` of [{}] is marked as not editable", self.name);
+            let remedy = "change it in its file and start again";
+            return Err(Problem::error(ProblemKind::Attribute, None, what).remedy(remedy));
+        }
         let outcome = read(spec, text);
         let Some(value) = outcome.value else {
             let fault = outcome.faults.into_iter().next().unwrap_or_else(|| unreadable(text));

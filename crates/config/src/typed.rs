@@ -2,17 +2,18 @@
 
 use crate::edit::shortened;
 use crate::ini::{Ini, IniSection, Setting};
+use crate::line::{COMMENT_MARKS, is_misspelt_keyword};
 use crate::problem::{Place, Problem, ProblemKind, Report, Severity};
 use crate::profile::{ALWAYS, Enabled, NEVER, Profiles};
 use crate::read::{default, read};
-use crate::schema::{self, LEFT_OUT, SECTIONS};
+use crate::schema::{self, LEFT_OUT, SECTIONS, common};
 use crate::section::{Parameter, Section};
 use crate::spec::{Form, Kind, ParamSpec, SectionSpec};
 use crate::suggest;
 use crate::value::Value;
 
-const ENABLED: &str = "Enabled";
-const LABEL: &str = "Entity Label";
+const ENABLED: &str = common::ENABLED.spec.name;
+const LABEL: &str = common::ENTITY_LABEL.spec.name;
 
 /// All sections of `ini` with their typed values.
 pub(crate) fn sections(
@@ -81,13 +82,16 @@ impl Reader<'_> {
 
     fn unknown(&mut self, section: &Section) {
         let name = &section.name;
+        if is_misspelt_keyword(name) {
+            return; // reported as such already
+        }
         if let Some(reason) = section.left_out {
             let what = format!("[{name}] is not used: {reason}");
             self.add(Severity::Note, ProblemKind::Unused, section.place(), what, "");
             return;
         }
         let names = SECTIONS.iter().flat_map(|spec| spec.names).chain(LEFT_OUT.iter().map(|(name, _)| name));
-        let near = self.near(schema::task_of(name), names.copied());
+        let near = self.near(ProblemKind::UnknownSection, schema::task_of(name), names.copied());
         let what = format!("Lutra knows no section [{}]", shortened(name));
         let remedy = near.map_or_else(
             || "nothing is done with it; take it out unless DUNE needs it".to_owned(),
@@ -123,7 +127,7 @@ impl Reader<'_> {
                 continue;
             }
             let what = format!("`{ENABLED}`: there is no profile `{}`", shortened(name));
-            let near = self.near(name, self.profiles.known().chain([ALWAYS, NEVER]));
+            let near = self.near(ProblemKind::Profile, name, self.profiles.known().chain([ALWAYS, NEVER]));
             let remedy = match near {
                 Some(near) => format!("`{near}`?"),
                 None => "declare it in [Profiles], or take it out".to_owned(),
@@ -150,9 +154,9 @@ impl Reader<'_> {
             }
         }
         for (key, setting) in self.section.settings() {
-            let of_task = key == ENABLED || (spec.is_task() && key == LABEL);
+            // The Otters' files write `Enabled` in models, too, where it has no meaning.
             let of_data = matches!(spec.form, Form::DataFor { .. }) && key == ENABLED;
-            if (spec.is_task() && of_task) || of_data || spec.params().any(|param| param.matches(key)) {
+            if of_data || spec.params().any(|param| param.matches(key)) {
                 continue;
             }
             self.unknown_key(spec, key, setting);
@@ -162,12 +166,14 @@ impl Reader<'_> {
     }
 
     fn unknown_key(&mut self, spec: &'static SectionSpec, key: &str, setting: &Setting) {
-        // Options with attributes in their names were written so before DUNE had braces for them.
+        if key.contains(COMMENT_MARKS) {
+            return; // reported as such already
+        }
         let what = format!("[{}] has no parameter `{}`", spec.name(), shortened(key));
-        let keys: Vec<String> = if self.report.is_full() {
+        let keys: Vec<String> = if self.report.is_full_of(ProblemKind::UnknownKey) {
             Vec::new()
         } else {
-            spec.params().flat_map(ParamSpec::keys).chain([ENABLED.to_owned(), LABEL.to_owned()]).collect()
+            spec.params().flat_map(ParamSpec::keys).collect()
         };
         let remedy = match suggest::nearest(key, keys.iter().map(String::as_str)) {
             Some(near) => format!("`{near}`?"),
@@ -190,8 +196,10 @@ impl Reader<'_> {
         setting: &Setting,
     ) -> Parameter {
         if wanted.kind == Kind::Unused {
-            let what = format!("`{key}` has no effect: {}", wanted.doc);
-            self.add(Severity::Note, ProblemKind::Unused, setting.place(), what, "");
+            if !self.lenient {
+                let what = format!("`{key}` has no effect: {}", wanted.doc);
+                self.add(Severity::Note, ProblemKind::Unused, setting.place(), what, "");
+            }
             return Parameter { spec, ..as_text(key, setting) };
         }
         let outcome = read(wanted, setting.value());
@@ -208,9 +216,14 @@ impl Reader<'_> {
         Parameter { key: key.to_owned(), spec, value, setting: Some(setting.clone()), rejected }
     }
 
-    /// The nearest known name, unless the report is full and nobody would read it.
-    fn near<'n>(&self, name: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-        if self.report.is_full() { None } else { suggest::nearest(name, names) }
+    /// The nearest known name, unless the report is full of such problems and nobody would read it.
+    fn near<'n>(
+        &self,
+        kind: ProblemKind,
+        name: &str,
+        names: impl Iterator<Item = &'n str>,
+    ) -> Option<&'n str> {
+        if self.report.is_full_of(kind) { None } else { suggest::nearest(name, names) }
     }
 
     fn add(

@@ -1,8 +1,14 @@
-//! What every task has, apart from `Enabled` and `Entity Label` (facts/onboard.md 1.3).
+//! What every task has (facts/onboard.md 1.3).
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 
-use crate::spec::{Param, ParamSpec, Unit, choice, flag, float, int};
+use crate::spec::{Param, ParamSpec, Unit, choice, flag, float, int, text, texts};
+
+pub const ENABLED: Param<Vec<String>> =
+    texts("Enabled", &["Never"]).doc("Profiles in which the task runs: Always, Never, or names.");
+
+pub const ENTITY_LABEL: Param<String> =
+    text("Entity Label", "").doc("Name of the task's entity, unique on the vessel.");
 
 pub const EXECUTION_PRIORITY: Param<i64> = int("Execution Priority", 10, Unit::None)
     .within(0, 99)
@@ -32,6 +38,8 @@ pub const ACTIVE_VISIBILITY: Param<&str> =
 
 /// The options that every task has.
 pub(crate) const OF_EVERY_TASK: &[ParamSpec] = &[
+    ENABLED.spec,
+    ENTITY_LABEL.spec,
     EXECUTION_PRIORITY.spec,
     ACTIVATION_TIME.spec,
     DEACTIVATION_TIME.spec,

@@ -147,12 +147,15 @@ pub mod torqeedo {
         .each(CHANNELS)
         .within(0, 1)
         .doc("Whether the channel is on at the start.");
-    pub const MOTOR_LABEL: Param<String> =
-        text("Motor {} - Label", "").each(&["0", "1"]).doc("Entity label of a motor.");
-    pub const RAIL_LABEL: Param<String> =
-        text("Rail {} - Label", "").each(DIGITS).doc("Entity label of a power rail.");
-    pub const BATTERY_LABEL: Param<String> =
-        text("Battery {} - Label", "").each(DIGITS).doc("Entity label of a battery.");
+    pub const MOTOR_LABEL: Param<String> = text("Motor {} - Label", "")
+        .each(&["0", "1"])
+        .doc("Entity label of a motor; `Motor 0` and `Motor 1` when not given.");
+    pub const RAIL_LABEL: Param<String> = text("Rail {} - Label", "")
+        .each(DIGITS)
+        .doc("Entity label of a power rail; `Rail 0` and so on when not given.");
+    pub const BATTERY_LABEL: Param<String> = text("Battery {} - Label", "")
+        .each(DIGITS)
+        .doc("Entity label of a battery; `Battery 0` and so on when not given.");
 
     pub static TORQEEDO: SectionSpec = SectionSpec::task(&["Actuators.Torqeedo"], "Torqeedo", "Hardware")
         .doc("Motors, batteries and power channels through the interface card.")

@@ -151,7 +151,7 @@ pub mod tcp {
 }
 
 pub mod announce {
-    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, address, choice, flag, float, unused};
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, address, choice, flag, float, texts, unused};
     use crate::spec::ints;
 
     pub const PERIOD: Param<f64> = float("Announcement Periodicity", 10.0, Unit::Second)
@@ -168,6 +168,8 @@ pub mod announce {
     pub const PORTS: Param<Vec<i64>> = ints("Ports", &[30_100, 30_101, 30_102, 30_103, 30_104], Unit::None)
         .within(1, 65_535)
         .doc("Ports that are announced to; the first free one is listened on.");
+    pub const IGNORED_INTERFACES: Param<Vec<String>> =
+        texts("Ignored Interfaces", &[]).doc("Network interfaces that are not announced on.");
     pub const SYSTEM_TYPE: Param<&str> = choice(
         "System Type",
         "USV",
@@ -186,6 +188,7 @@ pub mod announce {
                 BROADCAST.spec,
                 GROUP.spec,
                 PORTS.spec,
+                IGNORED_INTERFACES.spec,
                 SYSTEM_TYPE.spec,
                 unused("Print Outgoing Messages", "Lutra's log level shows them"),
             ],
