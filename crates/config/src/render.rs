@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use crate::ini::{Unwritable, write_setting};
 use crate::read::{allowed_values, default};
 use crate::schema::SECTIONS;
+use crate::schema::common::{ENABLED, ENTITY_LABEL, OF_EVERY_TASK};
 use crate::spec::{Form, Kind, ParamSpec, SectionSpec};
 
 /// How wide comments are.
@@ -41,6 +42,7 @@ pub fn documented_ini(vessel: &Vessel) -> Result<String, Unwritable> {
          line. Assignments override earlier ones: keep what is common in one file, begin the file of a \
          vessel with [Require that-file.ini] and write below it only what differs.",
     );
+    every_task(&mut text);
     for spec in SECTIONS {
         match spec.form {
             Form::OpenData(_) => open_data(&mut text, spec, vessel)?,
@@ -57,6 +59,24 @@ pub fn documented_ini(vessel: &Vessel) -> Result<String, Unwritable> {
     Ok(text)
 }
 
+/// The options that every task has, once, as comments.
+fn every_task(text: &mut String) {
+    text.push('\n');
+    comment(text, "Besides what stands in its section, every task has these options with these defaults:");
+    for param in OF_EVERY_TASK.iter().filter(|param| !is_written(param)) {
+        comment(text, &documentation(param));
+        let value = default(&param.kind).map(|value| value.to_string()).unwrap_or_default();
+        let _ = writeln!(text, "#   {} = {value}", param.name);
+    }
+}
+
+/// Whether a parameter is written in its section: not so the options of every task but for two.
+fn is_written(param: &ParamSpec) -> bool {
+    let common = OF_EVERY_TASK.contains(param);
+    let written = [ENABLED.spec.name, ENTITY_LABEL.spec.name].contains(&param.name);
+    param.kind != Kind::Unused && (written || !common)
+}
+
 fn open_data(text: &mut String, spec: &SectionSpec, vessel: &Vessel) -> Result<(), Unwritable> {
     heading(text, spec, spec.name());
     if spec.name() == "IMC Addresses" {
@@ -70,7 +90,7 @@ fn open_data(text: &mut String, spec: &SectionSpec, vessel: &Vessel) -> Result<(
 fn section(text: &mut String, spec: &SectionSpec, name: &str, vessel: &Vessel) -> Result<(), Unwritable> {
     heading(text, spec, name);
     let starboard = name.ends_with("/Starboard");
-    for param in spec.params().filter(|param| param.kind != Kind::Unused) {
+    for param in spec.params().filter(|param| is_written(param)) {
         comment(text, &documentation(param));
         if param.is_repeated() {
             for key in param.keys() {

@@ -22,7 +22,7 @@ fn the_documented_configuration_is_free_of_problems() {
 
 #[test]
 fn the_documented_configuration_reads_back_to_the_defaults() {
-    let (_, config, _) = own();
+    let (text, config, _) = own();
     for spec in schema::SECTIONS {
         if matches!(spec.form, Form::OpenData(_)) {
             continue;
@@ -35,7 +35,9 @@ fn the_documented_configuration_reads_back_to_the_defaults() {
             }
             let read = section.parameter(parameter.key()).unwrap();
             assert_eq!(read.value(), parameter.value(), "[{}] {}", spec.name(), parameter.key());
-            assert!(read.place().is_some(), "[{}] {} is written", spec.name(), parameter.key());
+            let of_every_task = text.matches(&format!("\n#   {} = ", parameter.key())).count() == 1;
+            let written = read.place().is_some() || of_every_task;
+            assert!(written, "[{}] {}", spec.name(), parameter.key());
         }
     }
 }

@@ -104,7 +104,7 @@ mod tests {
 
     use super::*;
     use crate::read::{default, read};
-    use crate::spec::Kind;
+    use crate::spec::{Kind, ParamSpec};
 
     #[test]
     fn every_name_and_key_is_known_once() {
@@ -112,7 +112,7 @@ mod tests {
         for spec in SECTIONS {
             assert!(spec.names.iter().all(|name| names.insert(*name)), "{}", spec.name());
             let mut keys = BTreeSet::new();
-            for key in spec.params().flat_map(|param| param.keys()) {
+            for key in spec.params().flat_map(ParamSpec::keys) {
                 assert!(keys.insert(key.clone()), "{}/{key}", spec.name());
                 assert!(spec.params().any(|param| param.matches(&key)), "{}/{key}", spec.name());
             }
