@@ -1,11 +1,12 @@
-//! Writes the schema as a complete, commented configuration whose values are the defaults.
+//! Writes the schema as a complete, commented configuration: the defaults, and where an Otter needs another
+//! value, that one with the default named beside it.
 
 use std::fmt::Write as _;
 
 use crate::ini::{Unwritable, write_setting};
 use crate::read::{allowed_values, default};
-use crate::schema::SECTIONS;
 use crate::schema::common::{ENABLED, ENTITY_LABEL, OF_EVERY_TASK};
+use crate::schema::{SECTIONS, otter_value};
 use crate::spec::{Form, Kind, ParamSpec, SectionSpec};
 
 /// How wide comments are.
@@ -29,7 +30,7 @@ impl Default for Vessel {
 }
 
 /// The schema as a documented `.ini` file: every section and parameter with its documentation, unit, range
-/// and default. Two instances are written of what an Otter has two of.
+/// and default, or the Otter's value ([`OTTER_VALUES`](crate::schema::OTTER_VALUES)). Two instances are written of what an Otter has two of.
 ///
 /// # Errors
 /// When the vessel's name cannot be written.
@@ -98,13 +99,18 @@ fn section(text: &mut String, spec: &SectionSpec, name: &str, vessel: &Vessel) -
             }
             continue;
         }
+        let usual = default(&param.kind).map(|value| value.to_string()).unwrap_or_default();
+        let otter = otter_value(spec.name(), param.name);
+        if otter.is_some() {
+            comment(text, &format!("An Otter's value; the default is {usual}."));
+        }
         let value = match (param.name, spec.form) {
             ("Enabled", Form::Task { enabled, .. }) => enabled.to_owned(),
             ("Entity Label", Form::Task { .. }) if starboard => "Motor 1".to_owned(),
             ("Entity Label", Form::Task { label, .. }) => label.to_owned(),
             ("Vehicle", _) => vessel.name.clone(),
             ("Thruster Id", _) if starboard => "1".to_owned(),
-            _ => default(&param.kind).map(|value| value.to_string()).unwrap_or_default(),
+            _ => otter.map_or(usual, str::to_owned),
         };
         setting(text, name, param.name, &value)?;
     }

@@ -21,7 +21,7 @@ fn the_documented_configuration_is_free_of_problems() {
 }
 
 #[test]
-fn the_documented_configuration_reads_back_to_the_defaults() {
+fn the_documented_configuration_reads_back_to_the_defaults_and_the_otters_values() {
     let (text, config, _) = own();
     for spec in schema::SECTIONS {
         if matches!(spec.form, Form::OpenData(_)) {
@@ -34,7 +34,11 @@ fn the_documented_configuration_reads_back_to_the_defaults() {
                 continue;
             }
             let read = section.parameter(parameter.key()).unwrap();
-            assert_eq!(read.value(), parameter.value(), "[{}] {}", spec.name(), parameter.key());
+            let wanted = match schema::otter_value(spec.name(), parameter.key()) {
+                Some(otter) => otter.to_owned(),
+                None => parameter.value().to_string(),
+            };
+            assert_eq!(read.value().to_string(), wanted, "[{}] {}", spec.name(), parameter.key());
             let of_every_task = text.matches(&format!("\n#   {} = ", parameter.key())).count() == 1;
             let written = read.place().is_some() || of_every_task;
             assert!(written, "[{}] {}", spec.name(), parameter.key());

@@ -9,10 +9,13 @@ pub mod control;
 pub mod device;
 pub mod general;
 pub mod mission;
+mod otter;
 pub mod path;
 pub mod simulate;
 pub mod transport;
 pub mod watch;
+
+pub use otter::{OTTER_VALUES, otter_value};
 
 use crate::spec::{Form, SectionSpec};
 
@@ -143,6 +146,17 @@ mod tests {
                     assert_eq!(outcome.value, Some(value), "{}/{}", spec.name(), param.name);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn every_value_of_the_otter_is_allowed_and_differs_from_the_default() {
+        for (section, key, text) in OTTER_VALUES {
+            let spec = find(section).unwrap();
+            let param = spec.params().find(|param| param.matches(key)).unwrap();
+            let value = read(param, text).value;
+            assert!(value.is_some() && value != default(&param.kind), "{section}/{key}");
+            assert_eq!(spec.name(), *section);
         }
     }
 
