@@ -29,6 +29,8 @@ const START_US: i64 = 1_780_308_000_000_000;
 const SECONDS: u32 = 600;
 const SPEED_MPS: f64 = 1.0;
 const SIDE_M: f64 = 100.0;
+/// Just below π, because π as a single is beyond the range of headings.
+const SOUTH_RAD: f64 = 3.141_592;
 const SOUND_MPS: f64 = 1_480.0;
 
 struct Otter {
@@ -54,7 +56,7 @@ fn on_square(sailed_m: f64) -> (LocalPoint, f64) {
     match (sailed_m / SIDE_M) as u32 % 4 {
         0 => (LocalPoint { north_m: along_m, east_m: 0.0 }, 0.0),
         1 => (LocalPoint { north_m: SIDE_M, east_m: along_m }, std::f64::consts::FRAC_PI_2),
-        2 => (LocalPoint { north_m: SIDE_M - along_m, east_m: SIDE_M }, std::f64::consts::PI),
+        2 => (LocalPoint { north_m: SIDE_M - along_m, east_m: SIDE_M }, SOUTH_RAD),
         _ => (LocalPoint { north_m: 0.0, east_m: SIDE_M - along_m }, -std::f64::consts::FRAC_PI_2),
     }
 }
