@@ -29,8 +29,8 @@ const START_US: i64 = 1_780_308_000_000_000;
 const SECONDS: u32 = 600;
 const SPEED_MPS: f64 = 1.0;
 const SIDE_M: f64 = 100.0;
-/// Just below π, because π as a single is beyond the range of headings.
-const SOUTH_RAD: f64 = 3.141_592;
+/// South, a little less than π: as a single π would be beyond the range of headings.
+const SOUTH_RAD: f64 = std::f64::consts::PI - 1e-6;
 const SOUND_MPS: f64 = 1_480.0;
 
 struct Otter {
