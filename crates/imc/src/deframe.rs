@@ -219,6 +219,9 @@ impl Search {
                 break;
             }
             let ends = match PacketView::unchecked(rest) {
+                Err(FrameError::BadSync { .. }) => false,
+                // Half a sync number may still turn out to be none.
+                Err(_) if rest.len() == 1 && !ended => return Step::NeedMore,
                 // A second damaged packet right behind the first is a run of its own.
                 _ if run.claimed_end == Some(run.bytes) => true,
                 Ok(view) => {
