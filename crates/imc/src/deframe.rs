@@ -6,7 +6,9 @@
 
 use crate::crc::PrefixCrc;
 use crate::header::{FOOTER_BYTES, FrameError, MAX_PACKET_BYTES, PacketView, SYNC};
+use crate::wire::ByteOrder;
 use std::collections::TryReserveError;
+use std::ops::Range;
 
 /// One thing found in a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,10 +56,11 @@ impl<'a> Iterator for Frames<'a> {
     #[inline]
     fn next(&mut self) -> Option<Frame<'a>> {
         let offset = self.at as u64;
-        match self.search.step(&self.bytes[self.at..], true) {
-            Step::Packet(view) => {
-                self.at += view.bytes().len();
-                Some(Frame::Packet { offset, view })
+        let rest = &self.bytes[self.at..];
+        match self.search.step(rest, true) {
+            Step::Packet { bytes, order } => {
+                self.at += bytes;
+                Some(Frame::Packet { offset, view: PacketView::checked_before(&rest[..bytes], order) })
             }
             Step::Damage { bytes, error } => {
                 self.at += bytes;
@@ -111,17 +114,33 @@ impl Deframer {
 
     /// The next packet or damage; `None` when more bytes are needed, or after [`Self::finish`] at the end.
     pub fn next_frame(&mut self) -> Option<Frame<'_>> {
+        self.find().map(|found| self.frame(found))
+    }
+
+    /// As [`Self::next_frame`], without holding on to the buffer.
+    pub(crate) fn find(&mut self) -> Option<Found> {
         let offset = self.base + self.at as u64;
-        match self.search.step(&self.buffer[self.at..], self.ended) {
-            Step::Packet(view) => {
-                self.at += view.bytes().len();
-                Some(Frame::Packet { offset, view })
+        let start = self.at;
+        match self.search.step(&self.buffer[start..], self.ended) {
+            Step::Packet { bytes, order } => {
+                self.at += bytes;
+                Some(Found::Packet { offset, place: start..self.at, order })
             }
             Step::Damage { bytes, error } => {
                 self.at += bytes;
-                Some(Frame::Damage(Damage { offset, bytes: bytes as u64, error }))
+                Some(Found::Damage(Damage { offset, bytes: bytes as u64, error }))
             }
             Step::NeedMore => None,
+        }
+    }
+
+    /// What was found, until the next push.
+    pub(crate) fn frame(&self, found: Found) -> Frame<'_> {
+        match found {
+            Found::Packet { offset, place, order } => {
+                Frame::Packet { offset, view: PacketView::checked_before(&self.buffer[place], order) }
+            }
+            Found::Damage(damage) => Frame::Damage(damage),
         }
     }
 
@@ -131,8 +150,15 @@ impl Deframer {
     }
 }
 
-enum Step<'a> {
-    Packet(PacketView<'a>),
+/// A frame by its place in the buffer.
+#[derive(Debug)]
+pub(crate) enum Found {
+    Packet { offset: u64, place: Range<usize>, order: ByteOrder },
+    Damage(Damage),
+}
+
+enum Step {
+    Packet { bytes: usize, order: ByteOrder },
     Damage { bytes: usize, error: FrameError },
     NeedMore,
 }
@@ -157,13 +183,13 @@ struct Run {
 impl Search {
     /// What `bytes` start with. Until something is returned, the next call must start with the same bytes.
     #[inline]
-    fn step<'a>(&mut self, bytes: &'a [u8], ended: bool) -> Step<'a> {
+    fn step(&mut self, bytes: &[u8], ended: bool) -> Step {
         if self.run.is_none() {
             if bytes.is_empty() {
                 return Step::NeedMore;
             }
             match PacketView::new(bytes) {
-                Ok(view) => return Step::Packet(view),
+                Ok(view) => return Step::Packet { bytes: view.bytes().len(), order: view.order() },
                 Err(FrameError::Truncated { .. }) if !ended => return Step::NeedMore,
                 Err(error) => self.open(bytes, error),
             }
@@ -184,7 +210,7 @@ impl Search {
 
     /// Looks for the end of the run of damage that `bytes` start with.
     #[cold]
-    fn extend<'a>(&mut self, bytes: &'a [u8], ended: bool) -> Step<'a> {
+    fn extend(&mut self, bytes: &[u8], ended: bool) -> Step {
         let Some(run) = &mut self.run else { return Step::NeedMore };
         while run.bytes < bytes.len() {
             run.bytes += next_sync(&bytes[run.bytes..]);
@@ -214,7 +240,7 @@ impl Search {
         if ended || run.bytes >= MAX_PACKET_BYTES { self.close() } else { Step::NeedMore }
     }
 
-    fn close<'a>(&mut self) -> Step<'a> {
+    fn close(&mut self) -> Step {
         match self.run.take() {
             Some(run) => Step::Damage { bytes: run.bytes, error: run.error },
             None => Step::NeedMore,

@@ -140,6 +140,12 @@ impl<'a> PacketView<'a> {
         }
     }
 
+    /// A packet whose bytes were found to be one.
+    #[inline]
+    pub(crate) fn checked_before(bytes: &'a [u8], order: ByteOrder) -> Self {
+        Self { bytes, order }
+    }
+
     /// Less than a header: truncated, unless its start is wrong already.
     #[cold]
     fn cut(bytes: &[u8]) -> FrameError {

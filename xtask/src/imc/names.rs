@@ -35,7 +35,7 @@ pub(super) fn pascal(name: &str) -> String {
     let snake = snake(name);
     let mut out: String = snake
         .split('_')
-        .flat_map(|word| {
+        .filter_map(|word| {
             let mut letters = word.chars();
             letters.next().map(|first| first.to_uppercase().chain(letters).collect::<String>())
         })

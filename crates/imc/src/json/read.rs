@@ -384,13 +384,12 @@ fn integer(field: &FieldDesc, value: &Value) -> Option<i64> {
 
 fn expected(field: &FieldDesc, value: &Value) -> String {
     let (least, greatest) = field.kind.integer_range().unwrap_or_default();
-    let mut text = format!("{value} is no integer from {least} to {greatest}");
+    let text = format!("{value} is no integer from {least} to {greatest}");
     let labels =
         |values: &[catalogue::Label]| values.iter().map(|label| label.abbrev).collect::<Vec<_>>().join(", ");
     match field.meaning {
-        Meaning::Plain => {}
-        Meaning::Enumeration(desc) => text += &format!(" and none of {}", labels(desc.values)),
-        Meaning::Bitfield(desc) => text += &format!(" and no `|` of {}", labels(desc.values)),
+        Meaning::Plain => text,
+        Meaning::Enumeration(desc) => format!("{text} and none of {}", labels(desc.values)),
+        Meaning::Bitfield(desc) => format!("{text} and no `|` of {}", labels(desc.values)),
     }
-    text
 }

@@ -1,0 +1,54 @@
+//! A simulated Otter: the boat's dynamics in current, wind and waves, its motors and battery, its GNSS
+//! compass, the interface card on its CAN bus and its hydrophone among tagged fish.
+//!
+//! Begin at [`Vessel`]: configure it, give it commands, step it, poll what its sensors send, as the bytes of
+//! the real devices or as values. [`Otter`] is the bare model for open-loop checks; [`Fish`] is a tagged fish
+//! that several vessels can hear.
+//!
+//! The crate has no clock, no threads and no input or output. Time is the sum of the steps; chance comes from
+//! seeds. Two runs with the same settings, seeds and commands give the same bytes. Units are SI and radians
+//! but where a name says otherwise; headings and courses turn clockwise from north.
+
+mod battery;
+mod card;
+mod current;
+mod environment;
+mod faults;
+mod fish;
+mod gnss;
+mod hydrophone;
+mod motor;
+mod nmea;
+mod otter;
+mod pair;
+mod process;
+mod range;
+mod rng;
+mod tbr;
+mod tbr_clock;
+mod torqeedo;
+mod vessel;
+mod waves;
+mod wind;
+
+pub use battery::{BatteryBank, BatteryConfig, PackReading};
+pub use card::{CardConfig, CardReport};
+pub use current::CurrentConfig;
+pub use environment::{Environment, EnvironmentConfig};
+pub use faults::Faults;
+pub use fish::{Fish, FishConfig, Ping, TagProtocol};
+pub use gnss::{GnssConfig, GnssFix, GnssReading, GroundVelocity, Quality};
+pub use hydrophone::HydrophoneConfig;
+pub use motor::{Drive, GEAR, Motor, MotorReading, ThrottleMap, radps, rpm};
+pub use nmea::Sentence;
+pub use otter::{
+    BodyForce, Load, MAX_PAYLOAD_KG, Otter, OtterState, STEP_S, shaft_max_radps, shaft_min_radps, thrust_n,
+};
+pub use pair::{Pair, Side};
+pub use range::OutOfRange;
+pub use tbr::{HydrophoneLine, SensorLine, TagLine};
+pub use tbr_clock::ClockConfig;
+pub use torqeedo::{CanFrame, CardCommand, CardError, FULL_THROTTLE, battery_status, motor_drive, rail};
+pub use vessel::{Output, OutputForm, Port, Timed, Truth, Vessel, VesselConfig};
+pub use waves::WaveConfig;
+pub use wind::WindConfig;
