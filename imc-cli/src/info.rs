@@ -72,7 +72,8 @@ fn text(message: &MessageDesc, paint: Paint) -> String {
         Some(bytes) => format!("{bytes} bytes"),
         None => format!("{} bytes and more", message.min_bytes()),
     };
-    let flags = message.flags.iter().map(|flag| format!(", {flag}")).collect::<String>();
+    let flags =
+        if message.flags.is_empty() { String::new() } else { format!(", {}", message.flags.join(", ")) };
     let sources = if message.sources.is_empty() {
         String::new()
     } else {

@@ -12,10 +12,15 @@ mod info;
 mod input;
 mod json_lines;
 mod list;
+mod listen;
+mod net;
 mod outcome;
 mod output;
+mod pick;
 mod record;
 mod report;
+mod send;
+mod sink;
 mod style;
 mod suggest;
 mod table;
@@ -32,6 +37,8 @@ Examples:
   imc info EstimatedState                  what a message's fields mean
   imc list salinity                        which messages speak of it
   imc address ntnu-otter-01                0x2810
+  imc listen udp --to 127.0.0.1            what a simulated vehicle tells a console
+  imc send tcp 10.0.10.60:6003 --dst ntnu-otter-01 --message Abort
 
 Every subcommand has more under `imc SUBCOMMAND --help`.
 
@@ -56,6 +63,8 @@ enum Command {
     Info(info::Info),
     List(list::List),
     Address(address::Lookup),
+    Listen(listen::Listen),
+    Send(send::Send),
 }
 
 fn main() -> ExitCode {
@@ -82,5 +91,7 @@ fn run(command: &Command, out: &mut Output) -> anyhow::Result<Outcome> {
         Command::Info(info) => info.run(out),
         Command::List(list) => list.run(out),
         Command::Address(lookup) => lookup.run(out),
+        Command::Listen(listen) => listen.run(out),
+        Command::Send(send) => send.run(out),
     }
 }

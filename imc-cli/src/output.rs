@@ -53,8 +53,6 @@ fn told(error: io::Error) -> io::Error {
 
 /// Whether an error only says that nobody reads standard output any more.
 pub(crate) fn is_closed(error: &anyhow::Error) -> bool {
-    error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<io::Error>())
-        .any(|cause| cause.get_ref().is_some_and(|inner| inner.is::<Closed>()))
+    let causes = error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>());
+    causes.filter_map(io::Error::get_ref).any(<dyn std::error::Error + Send + Sync>::is::<Closed>)
 }

@@ -1,6 +1,7 @@
 //! Runs the real command, with deadlines instead of sleeps.
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -9,34 +10,34 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 /// Long enough for a loaded machine; nothing waits this long unless it fails.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 
 /// What a finished command left.
 #[derive(Debug)]
-pub struct Finished {
-    pub status: i32,
-    pub stdout: Vec<u8>,
-    pub stderr: String,
+pub(crate) struct Finished {
+    pub(crate) status: i32,
+    pub(crate) stdout: Vec<u8>,
+    pub(crate) stderr: String,
 }
 
 impl Finished {
-    pub fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         str::from_utf8(&self.stdout).unwrap()
     }
 
-    pub fn lines(&self) -> Vec<Value> {
+    pub(crate) fn lines(&self) -> Vec<Value> {
         self.text().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
     /// Fails with all that was said unless the status is right and nothing panicked.
-    pub fn expect(self, status: i32) -> Self {
+    pub(crate) fn expect(self, status: i32) -> Self {
         assert_eq!(self.status, status, "{}", self.stderr);
         assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
         self
     }
 }
 
-pub fn command(arguments: &[&str]) -> Command {
+pub(crate) fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_imc"));
     command.args(arguments).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -44,7 +45,7 @@ pub fn command(arguments: &[&str]) -> Command {
 }
 
 /// Runs the command to its end with this on its standard input.
-pub fn run(arguments: &[&str], input: &[u8]) -> Finished {
+pub(crate) fn run(arguments: &[&str], input: &[u8]) -> Finished {
     let mut child = command(arguments).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
     let input = input.to_vec();
@@ -60,15 +61,15 @@ pub fn run(arguments: &[&str], input: &[u8]) -> Finished {
 }
 
 /// A command that runs on; killed when dropped.
-pub struct Running {
+pub(crate) struct Running {
     child: Child,
-    pub stdin: Option<ChildStdin>,
+    pub(crate) stdin: Option<ChildStdin>,
     stdout: Receiver<String>,
     stderr: Receiver<String>,
 }
 
 impl Running {
-    pub fn start(arguments: &[&str]) -> Self {
+    pub(crate) fn start(arguments: &[&str]) -> Self {
         let mut child = command(arguments).spawn().unwrap();
         let stdin = child.stdin.take();
         let stdout = lines(child.stdout.take().unwrap());
@@ -77,16 +78,16 @@ impl Running {
     }
 
     /// The next line of standard output.
-    pub fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         next(&self.stdout, "standard output")
     }
 
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         serde_json::from_str(&self.line()).unwrap()
     }
 
     /// The next line of standard error that contains `text`.
-    pub fn remark(&self, text: &str) -> String {
+    pub(crate) fn remark(&self, text: &str) -> String {
         loop {
             let line = next(&self.stderr, &format!("standard error with `{text}`"));
             assert!(!line.contains("panicked"), "{line}");
@@ -97,7 +98,7 @@ impl Running {
     }
 
     /// Waits for the end; the status and the lines not read yet.
-    pub fn finish(mut self) -> (i32, Vec<String>) {
+    pub(crate) fn finish(mut self) -> (i32, Vec<String>) {
         drop(self.stdin.take());
         let deadline = Instant::now() + PATIENCE;
         let mut rest = Vec::new();
@@ -136,35 +137,35 @@ fn lines(stream: impl std::io::Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-pub fn unhex(text: &str) -> Vec<u8> {
+pub(crate) fn unhex(text: &str) -> Vec<u8> {
     (0..text.len()).step_by(2).map(|at| u8::from_str_radix(&text[at..at + 2], 16).unwrap()).collect()
 }
 
 /// The golden vectors, where they are at hand.
-pub fn vectors() -> Option<Value> {
+pub(crate) fn vectors() -> Option<Value> {
     let text = std::fs::read_to_string(testkit::shared("imc/vectors.json")?).unwrap();
     Some(serde_json::from_str(&text).unwrap())
 }
 
 /// All vectors' packets in one order, `packet_le` or `packet_be`, as hex.
-pub fn golden(vectors: &Value, form: &str) -> Vec<String> {
+pub(crate) fn golden(vectors: &Value, form: &str) -> Vec<String> {
     let all = vectors["vectors"].as_array().unwrap();
     all.iter().map(|vector| vector[form].as_str().unwrap().to_owned()).collect()
 }
 
 /// A Heartbeat of 22 bytes at this time.
-pub fn heartbeat(time: f64) -> Vec<u8> {
+pub(crate) fn heartbeat(time: f64) -> Vec<u8> {
     let line = format!(r#"{{"abbrev":"Heartbeat","header":{{"timestamp":{time},"src":10256}}}}"#);
     run(&["encode"], line.as_bytes()).expect(0).stdout
 }
 
-pub fn gzip(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
 }
 
-pub fn gunzip(path: &std::path::Path) -> Vec<u8> {
+pub(crate) fn gunzip(path: &std::path::Path) -> Vec<u8> {
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).unwrap();
     flate2::read::MultiGzDecoder::new(file).read_to_end(&mut bytes).unwrap();
