@@ -13,6 +13,7 @@ mod input;
 mod json_lines;
 mod list;
 mod listen;
+mod lsf;
 mod net;
 mod outcome;
 mod output;
@@ -36,6 +37,8 @@ Examples:
   imc decode log.imc | imc encode > copy   the same bytes again
   imc info EstimatedState                  what a message's fields mean
   imc list salinity                        which messages speak of it
+  imc lsf info Data.lsf.gz                 what is in a log: span, sources, counts, rates, damage
+  imc lsf csv Data.lsf.gz -m GpsFix --degrees > fixes.csv
   imc address ntnu-otter-01                0x2810
   imc listen udp --to 127.0.0.1            what a simulated vehicle tells a console
   imc send tcp 10.0.10.60:6003 --dst ntnu-otter-01 --message Abort
@@ -65,6 +68,7 @@ enum Command {
     Address(address::Lookup),
     Listen(listen::Listen),
     Send(send::Send),
+    Lsf(lsf::Lsf),
 }
 
 fn main() -> ExitCode {
@@ -93,5 +97,6 @@ fn run(command: &Command, out: &mut Output) -> anyhow::Result<Outcome> {
         Command::Address(lookup) => lookup.run(out),
         Command::Listen(listen) => listen.run(out),
         Command::Send(send) => send.run(out),
+        Command::Lsf(lsf) => lsf.run(out),
     }
 }

@@ -77,6 +77,13 @@ pub(crate) fn excess(
     out.extend_from_slice(b"}\n");
 }
 
+/// Appends the line that says where packed input cannot be unpacked any more.
+pub(crate) fn bad_gzip(out: &mut Vec<u8>, offset: u64, line: Option<u64>, problem: &str) {
+    let message =
+        format!("the gzip'd input is cut or damaged, nothing after this can be unpacked: {problem}");
+    damage(out, "bad_gzip", 0, Place { offset, line, from: None }, &message);
+}
+
 fn undecodable(out: &mut Vec<u8>, view: &PacketView<'_>, place: Place<'_>, error: &json::WriteError) {
     let class = match error {
         json::WriteError::UnknownId(_) => "unknown_id",

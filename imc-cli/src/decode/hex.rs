@@ -1,6 +1,5 @@
 //! Hex text: one packet a line, and one line out for each line in.
 
-use super::raw::bad_gzip;
 use crate::input::{CHUNK, Input};
 use crate::outcome::Outcome;
 use crate::output::Output;
@@ -47,7 +46,9 @@ pub(super) fn decode(input: &mut Input, out: &mut Output, short: ShortPayload) -
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) if input.is_damage(&error) => {
                 text.end(out)?;
-                out.write_all(&bad_gzip(at, Some(text.number), &error))?;
+                let mut line = Vec::new();
+                record::bad_gzip(&mut line, at, Some(text.number), &error.to_string());
+                out.write_all(&line)?;
                 return Ok(Outcome::Damaged);
             }
             Err(error) => {

@@ -33,17 +33,11 @@ pub(super) fn decode(input: &mut Input, out: &mut Output, short: ShortPayload) -
     stream.print(out)?;
     if let Some(error) = unpack_error {
         stream.damaged = true;
-        out.write_all(&bad_gzip(at, None, &error))?;
+        stream.lines.clear();
+        record::bad_gzip(&mut stream.lines, at, None, &error.to_string());
+        out.write_all(&stream.lines)?;
     }
     Ok(Outcome::damaged_if(stream.damaged))
-}
-
-/// The line that says where unpacking ended.
-pub(super) fn bad_gzip(offset: u64, line: Option<u64>, error: &io::Error) -> Vec<u8> {
-    let mut out = Vec::new();
-    let message = format!("the gzip'd input is cut or damaged, nothing after this can be unpacked: {error}");
-    record::damage(&mut out, "bad_gzip", 0, Place { offset, line, from: None }, &message);
-    out
 }
 
 struct Stream {
