@@ -18,12 +18,14 @@ Examples:
   echo '{\"abbrev\":\"PlanControl\",\"header\":{\"src\":\"0x4001\",\"dst\":\"ntnu-otter-01\"},
          \"fields\":{\"type\":\"REQUEST\",\"op\":\"STOP\"}}' | tr -d '\\n' | imc encode --hex
 
-A line is what `imc decode` prints. Written by hand it may say less: missing fields hold their defaults,
-missing parts of the header mean \"from nobody to everybody in 1970\"; labels such as \"STOP\" stand for
-numbers, registered names and 0x... for addresses. `imc info MESSAGE` lists fields and labels.
+A line is what `imc decode` prints. Written by hand it may say less: missing fields hold their \
+defaults, missing parts of the header mean \"from nobody to everybody in 1970\"; labels such as \
+\"STOP\" stand for numbers, registered names and 0x... for addresses. `imc info MESSAGE` lists fields \
+and labels.
 
-Of the damage that decode prints, whole packets (those with `packet`) are written back byte for byte, also
-under --big-endian. A line that cannot be encoded is reported with its number and place, and left out.
+Of the damage that decode prints, whole packets (those with `packet`) are written back byte for byte, \
+also under --big-endian. A line that cannot be encoded is reported with its number and place, and left \
+out.
 
 Exit status: 0 all lines were encoded, 1 some were not, 2 misuse.";
 

@@ -29,14 +29,14 @@ Examples:
   imc send tcp 127.0.0.1:6003 --dst ntnu-otter-01 --message PlanControl type=REQUEST op=STOP
   imc send tcp 127.0.0.1:6003 --dst 0x2810 --message EntityList op=QUERY --wait 2 --reply EntityList
   imc send ws ws://10.0.10.1:9090 plan.json          packets from a file of JSON lines
-  imc decode run1.lsf | imc send udp --now           a recording to this computer's port 6002, as of now
+  imc decode run1.lsf | imc send udp --now           a recording to 127.0.0.1:6002, as of now
 
-Lines are as `imc decode` prints them and `imc encode` takes them. What a line leaves out is filled in: the
-time of sending, --src, --dst. Fields of --message that are left out hold their defaults; `imc info MESSAGE`
+Lines are as `imc decode` prints them and `imc encode` takes them. What a line leaves out is filled in: the \
+time of sending, --src, --dst. Fields of --message that are left out hold their defaults; `imc info MESSAGE` \
 lists them. A text field takes its value as it stands, any other a number, a label or JSON.
 
 Packets go to this computer unless another destination is given; broadcast and multicast need --broadcast.
-Exit status: 0 all was sent, 1 some lines could not be (each is reported) or replies were damaged, 2 misuse
+Exit status: 0 all was sent, 1 some lines could not be (each is reported) or replies were damaged, 2 misuse \
 or no connection.";
 
 const STREAM_EXAMPLES: &str = "\
@@ -56,8 +56,8 @@ Examples:
   imc send udp --bind 0.0.0.0 --to 10.0.10.60 --dst ntnu-otter-01 --message PlanControl op=STOP
   imc send udp --announce --dst 0x2810 --message EntityList op=QUERY --wait 8 --reply EntityList
 
-A DUNE drops packets from systems that have not announced themselves, and answers to the announced address:
---announce does that first. It may take five seconds to notice; `imc listen udp` in another terminal keeps
+A DUNE drops packets from systems that have not announced themselves, and answers to the announced address: \
+--announce does that first. It may take five seconds to notice; `imc listen udp` in another terminal keeps \
 the acquaintance alive.";
 
 /// Sends packets made of JSON, or of one message on the command line.

@@ -260,6 +260,7 @@ fn misuse_of_logs_is_told() {
         (&["json", made.name(), "--from", "yesterday"], "seconds since 1970"),
         (&["json", made.name(), "--where", "sog"], "expected FIELD OP VALUE"),
         (&["json", made.name(), "--where", "sogg>1"], "did you mean sog"),
+        (&["json", "-"], "use `imc decode`"),
         (&["json"], "required"),
     ] {
         let done = run(&[&["lsf"], arguments].concat(), b"").expect(2);

@@ -24,13 +24,15 @@ Each packet is one line:
 
 Damage is one line in its place:
   {\"error\":\"bad_crc\",\"offset\":44,\"bytes\":22,\"message\":\"bad CRC 0x83b0, ...\"}
-  bad_sync, bad_crc, truncated                 no whole packet; the next one is found again
+  bad_sync, bad_crc, truncated
+                             no whole packet; the next one is found again
   unknown_id, field_overrun, nested_unknown_id, nested_too_deep
-                                               a whole packet that cannot be read: its id, header and
-                                               all its bytes (`packet`) are given, and encode takes them
-  bad_hex, excess_bytes                        on a line of hex text
-  bad_gzip                                     the packed file is cut or damaged from here on
-`offset` and `bytes` tell the run of damaged bytes, counted in the unpacked stream, or on a hex line from
+                             a whole packet that cannot be read: its id, header and all
+                             its bytes (`packet`) are given, and encode takes them
+  bad_hex, excess_bytes      on a line of hex text
+  bad_gzip                   the packed file is cut or damaged from here on
+
+`offset` and `bytes` tell the run of damaged bytes, counted in the unpacked stream, or on a hex line from \
 the packet's first byte (with the line's number in `line`).
 
 Exit status: 0 all packets were decoded, 1 anything was damaged, 2 misuse.";

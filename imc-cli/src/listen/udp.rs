@@ -21,12 +21,12 @@ Examples:
   imc listen udp --bind 0.0.0.0 --to 10.0.10.60 --save run1.lsf -m EstimatedState
   imc listen udp --bind 0.0.0.0 --multicast          who is there? announcements only
 
-A DUNE sends telemetry only to systems it knows: those that have announced themselves and give a sign of
-life at least every 30 s. So each --to gets an Announce every 10 s (on its ports 30100 to 30104 and its data
-port) and a Heartbeat every second, from a control unit named --name with the address --id. Expect about
+A DUNE sends telemetry only to systems it knows: those that have announced themselves and give a sign of \
+life at least every 30 s. So each --to gets an Announce every 10 s (on its ports 30100 to 30104 and its data \
+port) and a Heartbeat every second, from a control unit named --name with the address --id. Expect about \
 five seconds until telemetry starts. Nothing is ever sent to anyone else.
 
-Without --bind only this computer is heard. DUNE sends back what it is told: lines with your own --id as
+Without --bind only this computer is heard. DUNE sends back what it is told: lines with your own --id as \
 source are such echoes.";
 
 const BEAT_EVERY: Duration = Duration::from_secs(1);
@@ -35,7 +35,7 @@ const BEATS_PER_ANNOUNCE: u64 = 10;
 /// Own ports tried after the first.
 const PORTS_TRIED: u16 = 10;
 
-/// Hears packets by UDP and keeps vehicles sending
+/// Hears packets by UDP and keeps vehicles sending.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Udp {

@@ -22,15 +22,15 @@ Examples:
   imc lsf csv logs/*/Data.lsf.gz -o tables          every message: tables/GpsFix.csv and so on
   imc lsf csv Data.lsf.gz -m VehicleState --labels   MANEUVER instead of 3
 
-Columns: time (ISO 8601, UTC), epoch [s] (seconds since 1970), src (name or number), src_ent (number), entity
-(label, as the log tells it), then the message's fields in their order with their units, such as `lat [rad]`
+Columns: time (ISO 8601, UTC), epoch [s] (seconds since 1970), src (name or number), src_ent (number), entity \
+(label, as the log tells it), then the message's fields in their order with their units, such as `lat [rad]` \
 or, with --degrees, `lat [°]`. A nested message is one cell of JSON.
 
-NaN, and a field that an older sender leaves out, is an empty cell; infinities are inf and -inf.
-Text that a spreadsheet would run as a formula (it starts with = + - @ or a control character) gets an
+NaN, and a field that an older sender leaves out, is an empty cell; infinities are inf and -inf. \
+Text that a spreadsheet would run as a formula (it starts with = + - @ or a control character) gets an \
 apostrophe in front; --raw-text turns that off.";
 
-/// Writes one kind of message as CSV, or each kind to a file of its own
+/// Writes one kind of message as CSV, or each kind to a file of its own.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Csv {

@@ -20,10 +20,10 @@ Examples:
   imc lsf cut a/Data.lsf.gz b/Data.lsf.gz -o both.lsf      logs joined, damage left out
   imc lsf cut Data.lsf.gz -s ntnu-otter-01 | imc decode
 
-The packets are written byte for byte as they are. Neptus MRA opens a folder that holds the result as
+The packets are written byte for byte as they are. Neptus MRA opens a folder that holds the result as \
 Data.lsf beside the original's IMC.xml.gz.";
 
-/// Writes the chosen packets, byte for byte, to a new log
+/// Writes the chosen packets, byte for byte, to a new log.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Cut {

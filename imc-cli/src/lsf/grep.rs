@@ -18,10 +18,10 @@ Examples:
   imc lsf grep \"\" Data.lsf.gz --where 'op_mode=MANEUVER' --from +30    every packet chosen
   imc lsf grep ntnu-otter-02 Data.lsf.gz --json | imc encode > about.lsf
 
-A packet is shown as one line: time, source/entity, message, fields with the names of their values. TEXT is
+A packet is shown as one line: time, source/entity, message, fields with the names of their values. TEXT is \
 looked for in that line; case does not matter. Exit status 1 when nothing is found or a log is damaged.";
 
-/// Shows the packets that speak of something, one line each
+/// Shows the packets that speak of something, one line each.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Grep {

@@ -23,15 +23,15 @@ Examples:
   imc lsf info Data.lsf.gz -m GpsFix --from +60      of the chosen packets only
   imc lsf info --json logs/*/Data.lsf.gz | jq '[.file, .packets, .span_s]'
 
-Times are the senders'. The span is from the first packet of the log to the latest time; messages from
-before it, which a vehicle remembers and repeats at the start of a log, are mentioned. Rates are counts
+Times are the senders'. The span is from the first packet of the log to the latest time; messages from \
+before it, which a vehicle remembers and repeats at the start of a log, are mentioned. Rates are counts \
 divided by the span. Names of entities are those that the log tells (EntityInfo, EntityList).
 Exit status 1 when anything was damaged.";
 
 /// Entities named in one cell.
 const NAMED: usize = 3;
 
-/// Shows time span, sources, counts and rates per message and entity, and damage
+/// Shows time span, sources, counts and rates per message and entity, and damage.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Info {

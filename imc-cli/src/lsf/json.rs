@@ -18,7 +18,7 @@ Examples:
 
 Lines are as `imc decode` prints them; damage is always shown, in its place.";
 
-/// Prints packets of logs as JSON lines
+/// Prints packets of logs as JSON lines.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Json {

@@ -25,13 +25,15 @@ Examples:
   imc lsf grep \"plan loaded\" logs/*/Data.lsf.gz     who said that, and when
   imc lsf cut --from +30 --to +60 -o part.lsf Data.lsf.gz
 
-FILE is a log (Data.lsf, Data.lsf.gz, or any run of packets) or its folder. All subcommands choose packets by
+FILE is a log (Data.lsf, Data.lsf.gz, or any run of packets) or its folder. All subcommands choose packets by \
 the same flags:
-  --from, --to    2026-11-21T07:43:27Z, 1795247007.5 (seconds since 1970) or +30 (after the log's first packet)
+  --from, --to    2026-11-21T07:43:27Z, 1795247007.5 (seconds since 1970),
+                  or +30 (after the log's first packet)
   -m, -s          message, source
   --entity        by label or number; labels are those that the log itself tells
-  --where         FIELD OP VALUE with =, !=, <, <=, >, >= or ~ (contains), such as 'op_mode=MANEUVER',
-                  'sog>0.5', 'lat>63.4deg', 'arg.speed>=1', 'description~fail'
+  --where         FIELD OP VALUE with =, !=, <, <=, >, >= or ~ (contains), such as
+                  'op_mode=MANEUVER', 'sog>0.5', 'lat>63.4deg', 'description~fail'
+
 Damage never stops anything: it is counted, or shown in its place, and makes the exit status 1.";
 
 /// Looks into logs: summary, JSON, CSV, cut, search.

@@ -1,6 +1,6 @@
 //! Going through a log from end to end, with a progress bar for the patient.
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use imc::lsf::{LogItem, LogReader};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fs::File;
@@ -22,8 +22,13 @@ pub(crate) enum Printing {
 /// The log that a name stands for: a file, or the data in a log's folder.
 ///
 /// # Errors
-/// When a folder holds no log.
+/// When a folder holds no log, or it is standard input.
 pub(crate) fn log_file(path: &Path) -> anyhow::Result<PathBuf> {
+    if path == Path::new("-") {
+        bail!(
+            "logs are read more than once, so standard input will not do: name a file, or use `imc decode`"
+        );
+    }
     if !path.is_dir() {
         return Ok(path.to_owned());
     }
