@@ -8,10 +8,10 @@ use imc::catalogue::{self, FieldDesc, FieldKind, MessageDesc};
 use imc::{Body, ByteOrder, Header, Packet};
 
 /// Random bytes to be used up; zeros when they are.
-pub struct Entropy<'a>(pub &'a [u8]);
+pub(crate) struct Entropy<'a>(pub(crate) &'a [u8]);
 
 impl Entropy<'_> {
-    pub fn byte(&mut self) -> u8 {
+    pub(crate) fn byte(&mut self) -> u8 {
         match self.0.split_first() {
             Some((first, rest)) => {
                 self.0 = rest;
@@ -21,7 +21,7 @@ impl Entropy<'_> {
         }
     }
 
-    pub fn below(&mut self, bound: usize) -> usize {
+    pub(crate) fn below(&mut self, bound: usize) -> usize {
         (usize::from(self.byte()) << 8 | usize::from(self.byte())) % bound.max(1)
     }
 
@@ -32,7 +32,7 @@ impl Entropy<'_> {
 
 /// A packet of the message with random values; nested messages are of the kind asked for, of any kind or
 /// null.
-pub fn packet(desc: &MessageDesc, entropy: &mut Entropy<'_>) -> Packet {
+pub(crate) fn packet(desc: &MessageDesc, entropy: &mut Entropy<'_>) -> Packet {
     let mut payload = Vec::new();
     fields(desc, entropy, 0, &mut payload);
     let header = Header {

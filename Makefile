@@ -1,0 +1,66 @@
+# Lutra's chores. Each target sets up what it needs and says what it does.
+
+.PHONY: help test demo bench fuzz fmt audit setup
+.DEFAULT_GOAL := help
+
+# Seconds that `make fuzz` spends on each target.
+FUZZ_SECONDS ?= 60
+FUZZ_TARGETS := imc_packet imc_deframer imc_json imc_lsf
+
+say = @printf '\n== %s\n' "$(1)"
+
+help:
+	@echo "make test    check formatting, lints, all tests and the documentation"
+	@echo "make demo    write a sample log of a fish-tracking boat and look into it"
+	@echo "make bench   measure and print speeds"
+	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
+	@echo "make audit   check licences, sources and duplicates of all dependencies"
+	@echo "make fmt     format the code"
+
+# Needs nothing but a Rust toolchain; everything else is installed through cargo.
+setup:
+	@command -v cargo >/dev/null || { \
+	  echo "Lutra needs Rust $$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or newer with rustfmt and clippy: https://rustup.rs"; exit 1; }
+	@cargo nextest --version >/dev/null 2>&1 || { \
+	  echo "Installing cargo-nextest, the test runner (once, some minutes)"; \
+	  cargo install cargo-nextest --locked; }
+
+test: setup
+	$(call say,Formatting)
+	cargo fmt --all --check
+	$(call say,Lints)
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(call say,Tests)
+	cargo nextest run --workspace --locked --no-fail-fast
+	$(call say,Examples in the documentation)
+	cargo test --doc --workspace --locked --quiet
+	$(call say,Documentation)
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked --quiet
+
+demo: setup
+	$(call say,Building)
+	cargo build --release --locked --package imc-cli --package imc --example sample_log
+	@sh scripts/demo
+
+bench: setup
+	$(call say,Speeds on one core)
+	cargo bench --locked --package imc --bench imc
+	@sh scripts/bench-pyimclsts
+
+fuzz: setup
+	@cargo fuzz --version >/dev/null 2>&1 || { \
+	  echo "Installing cargo-fuzz (once, some minutes)"; cargo install cargo-fuzz --locked; }
+	@for target in $(FUZZ_TARGETS); do \
+	  printf '\n== Fuzzing %s for %s s\n' "$$target" "$(FUZZ_SECONDS)"; \
+	  mkdir -p fuzz/corpus/$$target; \
+	  RUSTC_BOOTSTRAP=1 cargo fuzz run $$target fuzz/corpus/$$target fuzz/seeds/$$target -- \
+	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
+	done
+
+audit: setup
+	@cargo deny --version >/dev/null 2>&1 || { \
+	  echo "Installing cargo-deny (once, some minutes)"; cargo install cargo-deny --locked; }
+	cargo deny --all-features check licenses bans sources
+
+fmt:
+	cargo fmt --all

@@ -1,0 +1,320 @@
+//! Manual control: the keys of an operator to thrust, and no thrust when the operator falls silent.
+//!
+//! After DUNE's RemoteOperation and NTNU's RemoteOperationOtter. While messages come, output follows at a
+//! fixed rate; when none came for the connection timeout the motors are stopped once and output rests until
+//! the next message, with the throttle at zero. Only messages of the source in control count: whether a
+//! message is from that source the caller tells, and others neither steer nor keep the watchdog quiet.
+//!
+//! Differences from the originals: holding Accelerate or Decelerate changes the throttle by time rather than
+//! by message, so the sender's rate does not matter (at 10 messages a second both give 0.05 each); Left and
+//! Right step once per press.
+//!
+//! Units: actuation and axes -1 to 1, radians clockwise from north, m/s.
+
+mod actions;
+
+pub use actions::{REMOTE_ACTIONS, RemoteActions};
+
+use crate::course_speed::{Setpoint, YawTarget};
+use crate::range::{InvalidConfig, RangeCheck};
+use crate::speed_table::SpeedTarget;
+use crate::thrust::{EffortLimits, MotorPair, Sharing, ThrustMap, allocate};
+use std::time::Duration;
+use units::{MonoTime, wrap_pi};
+
+/// A held button counts for no longer than this between two messages (s).
+const LONGEST_PRESS_S: f64 = 0.2;
+/// The first message of a press counts as this long (s).
+const FIRST_PRESS_S: f64 = 0.1;
+
+/// How throttle s and heading h become thrust.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mixing {
+    /// port, starboard = s ± h (DUNE).
+    Additive,
+    /// s·(1 ± 2h) (the thesis, NTNU's mode 0): no turn without throttle.
+    Scaled,
+    /// As additive, but s and h are shares of the force rather than of the actuation (NTNU's mode 1).
+    ForceLinear(ThrustMap),
+    /// A heading and a speed for the course and speed controller (NTNU's mode 3): speed = s·max, heading =
+    /// held heading + 180°·h.
+    Autopilot {
+        /// Speed at full throttle (m/s), 0.1 to 10; 2.3 at NTNU.
+        max_speed_mps: f64,
+    },
+}
+
+/// Parameters of [`Remote`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RemoteConfig {
+    /// How throttle and heading become thrust.
+    pub mixing: Mixing,
+    /// Actuation at full deflection, 0.01 to 1, "Thrust Scale".
+    pub thrust_scale: f64,
+    /// Silence after which the motors stop (s), 0.2 to 10, "Connection Timeout".
+    pub connection_timeout_s: f64,
+    /// Time between two outputs (s), 0.02 to 1.
+    pub output_period_s: f64,
+    /// Change of the held throttle per second of Accelerate or Decelerate, 0.05 to 5.
+    pub throttle_per_s: f64,
+    /// Step of Left and Right (rad), 0.01 to π.
+    pub heading_step_rad: f64,
+    /// Who gives way when a motor cannot do all that is asked.
+    pub sharing: Sharing,
+}
+
+impl Default for RemoteConfig {
+    /// DUNE's mixing at 10 outputs a second with the thesis' timeout of 2 s; turning comes first.
+    fn default() -> Self {
+        Self {
+            mixing: Mixing::Additive,
+            thrust_scale: 1.0,
+            connection_timeout_s: 2.0,
+            output_period_s: 0.1,
+            throttle_per_s: 0.5,
+            heading_step_rad: 30_f64.to_radians(),
+            sharing: Sharing::TurnFirst,
+        }
+    }
+}
+
+impl RemoteConfig {
+    /// Whether every value is within its range.
+    ///
+    /// # Errors
+    /// Names every value that is not.
+    pub fn validate(&self) -> Result<(), InvalidConfig> {
+        let mut check = RangeCheck::default();
+        match &self.mixing {
+            Mixing::ForceLinear(map) => check.within("map", |check| map.check(check)),
+            Mixing::Autopilot { max_speed_mps } => {
+                check.number("max_speed", "m/s", *max_speed_mps, 0.1..=10.0);
+            }
+            Mixing::Additive | Mixing::Scaled => {}
+        }
+        check.number("thrust_scale", "1", self.thrust_scale, 0.01..=1.0);
+        check.number("connection_timeout", "s", self.connection_timeout_s, 0.2..=10.0);
+        check.number("output_period", "s", self.output_period_s, 0.02..=1.0);
+        check.number("throttle_rate", "1/s", self.throttle_per_s, 0.05..=5.0);
+        check.number("heading_step", "rad", self.heading_step_rad, 0.01..=std::f64::consts::PI);
+        check.finish()
+    }
+}
+
+/// What became of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RemoteReply {
+    /// It steers.
+    Taken,
+    /// It ends manual control; the motors stop.
+    Exit,
+    /// It is not from the source in control and had no effect.
+    NotInControl,
+    /// Manual control is not active; it had no effect.
+    Inactive,
+}
+
+/// What the vessel is to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RemoteCommand {
+    /// Thrust.
+    Motors(MotorPair),
+    /// Heading and speed for the course and speed controller.
+    Autopilot(Setpoint),
+}
+
+/// Manual control.
+#[derive(Debug, Clone)]
+pub struct Remote {
+    config: RemoteConfig,
+    active: bool,
+    session: Option<Session>,
+    /// When a stop fell due that has not been put out.
+    stop_due: Option<MonoTime>,
+}
+
+/// From the first message until silence.
+#[derive(Debug, Clone, Copy)]
+struct Session {
+    actions: RemoteActions,
+    throttle: f64,
+    held_heading_rad: f64,
+    heard: MonoTime,
+    next_output: MonoTime,
+}
+
+impl Remote {
+    /// Manual control that is not active.
+    ///
+    /// # Errors
+    /// When values of `config` are out of range.
+    pub fn new(config: RemoteConfig) -> Result<Self, InvalidConfig> {
+        config.validate()?;
+        Ok(Self { config, active: false, session: None, stop_due: None })
+    }
+
+    /// New parameters.
+    ///
+    /// # Errors
+    /// When values of `config` are out of range; the old ones then stay in use.
+    pub fn reconfigure(&mut self, config: RemoteConfig) -> Result<(), InvalidConfig> {
+        config.validate()?;
+        self.config = config;
+        Ok(())
+    }
+
+    /// Starts at `now`: the motors stop until the first message.
+    pub fn activate(&mut self, now: MonoTime) {
+        self.active = true;
+        self.session = None;
+        self.stop_due = Some(now);
+    }
+
+    /// Ends at `now`: the motors stop once more.
+    pub fn deactivate(&mut self, now: MonoTime) {
+        if self.active {
+            self.active = false;
+            self.session = None;
+            self.stop_due = Some(now);
+        }
+    }
+
+    /// Whether manual control is active.
+    pub fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// Whether messages have come within the timeout, as far as [`Remote::poll`] has been asked.
+    pub fn is_connected(&self) -> bool {
+        self.session.is_some()
+    }
+
+    /// A message at `now`. `in_control` tells whether its sender holds control of the vessel; `heading_rad`
+    /// is where the bow points, for the autopilot to hold at first.
+    pub fn handle(
+        &mut self,
+        now: MonoTime,
+        actions: &RemoteActions,
+        heading_rad: f64,
+        in_control: bool,
+    ) -> RemoteReply {
+        if !self.active {
+            return RemoteReply::Inactive;
+        }
+        if !in_control {
+            return RemoteReply::NotInControl;
+        }
+        if actions.exit {
+            self.deactivate(now);
+            return RemoteReply::Exit;
+        }
+        let actions = actions.sane();
+        let config = self.config;
+        let known = self.session.filter(|session| now < session.silent_at(&config));
+        let before = known.unwrap_or(Session {
+            actions: RemoteActions::default(),
+            throttle: 0.0,
+            held_heading_rad: if heading_rad.is_finite() { wrap_pi(heading_rad) } else { 0.0 },
+            heard: now,
+            next_output: now,
+        });
+        self.session = Some(before.after(&config, now, &actions));
+        RemoteReply::Taken
+    }
+
+    /// What falls due at `now`; to be asked again until it answers `None`.
+    pub fn poll(&mut self, now: MonoTime) -> Option<RemoteCommand> {
+        if self.session.is_some_and(|session| now >= session.silent_at(&self.config)) {
+            self.session = None;
+            self.stop_due = Some(now);
+        }
+        if self.stop_due.take().is_some() {
+            return Some(RemoteCommand::Motors(MotorPair::STOPPED));
+        }
+        let config = self.config;
+        let session = self.session.as_mut().filter(|session| now >= session.next_output)?;
+        session.next_output = now + Duration::from_secs_f64(config.output_period_s);
+        Some(session.command(&config))
+    }
+
+    /// When [`Remote::poll`] is to be asked next.
+    pub fn poll_timeout(&self) -> Option<MonoTime> {
+        let session = self.session.map(|session| session.next_output.min(session.silent_at(&self.config)));
+        match (self.stop_due, session) {
+            (Some(stop), Some(output)) => Some(stop.min(output)),
+            (stop, output) => stop.or(output),
+        }
+    }
+}
+
+impl Session {
+    fn silent_at(&self, config: &RemoteConfig) -> MonoTime {
+        self.heard + Duration::from_secs_f64(config.connection_timeout_s)
+    }
+
+    /// The session after a message.
+    fn after(self, config: &RemoteConfig, now: MonoTime, actions: &RemoteActions) -> Self {
+        let mut session = Self { actions: *actions, heard: now, ..self };
+        let was = self.actions;
+        let direct = actions.port_motor != 0.0 || actions.starboard_motor != 0.0;
+        if actions.stop || direct {
+            session.throttle = 0.0;
+        } else if let Some(throttle) = actions.throttle {
+            session.throttle = throttle;
+        } else {
+            let press_s = |held_before: bool| {
+                let since_s = now.since(self.heard).as_secs_f64().min(LONGEST_PRESS_S);
+                if held_before { since_s } else { FIRST_PRESS_S }
+            };
+            if actions.accelerate {
+                session.throttle += config.throttle_per_s * press_s(was.accelerate);
+            }
+            if actions.decelerate {
+                session.throttle -= config.throttle_per_s * press_s(was.decelerate);
+            }
+            session.throttle = session.throttle.clamp(-1.0, 1.0);
+        }
+        let steps = f64::from(i8::from(actions.right && !was.right) - i8::from(actions.left && !was.left));
+        session.held_heading_rad = wrap_pi(self.held_heading_rad + steps * config.heading_step_rad);
+        if actions.stop {
+            // A stop waits for no tick.
+            session.next_output = now;
+        }
+        session
+    }
+
+    fn command(&self, config: &RemoteConfig) -> RemoteCommand {
+        let RemoteActions { port_motor, starboard_motor, heading, stop, .. } = self.actions;
+        if stop {
+            return RemoteCommand::Motors(MotorPair::STOPPED);
+        }
+        if port_motor != 0.0 || starboard_motor != 0.0 {
+            let motors = MotorPair { port: port_motor, starboard: starboard_motor };
+            return RemoteCommand::Motors(motors.map(|axis| axis * config.thrust_scale));
+        }
+        let throttle = self.throttle;
+        let unit = EffortLimits { astern: -1.0, ahead: 1.0 };
+        let motors = match config.mixing {
+            Mixing::Additive => allocate(throttle, heading, unit, config.sharing).motors,
+            Mixing::Scaled => allocate(throttle, 2.0 * throttle * heading, unit, Sharing::Independent).motors,
+            Mixing::ForceLinear(map) => {
+                let limits = map.limits();
+                let common_n = throttle * if throttle < 0.0 { -limits.astern } else { limits.ahead };
+                let differential_n = heading * limits.ahead.min(-limits.astern);
+                let shared = allocate(common_n, differential_n, limits, config.sharing);
+                shared.motors.map(|force_n| map.actuation_for(force_n))
+            }
+            Mixing::Autopilot { max_speed_mps } => {
+                let heading_rad = wrap_pi(self.held_heading_rad + std::f64::consts::PI * heading);
+                return RemoteCommand::Autopilot(Setpoint {
+                    yaw: Some(YawTarget::Heading(heading_rad)),
+                    speed: Some(SpeedTarget::MetresPerSecond(max_speed_mps * throttle.max(0.0))),
+                });
+            }
+        };
+        RemoteCommand::Motors(motors.map(|actuation| actuation * config.thrust_scale))
+    }
+}
+
+#[cfg(test)]
+mod tests;

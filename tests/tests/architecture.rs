@@ -1,0 +1,111 @@
+//! Arrows between crates point down, and cores stay free of sockets, threads and clocks.
+//!
+//! ARCHITECTURE.md draws the layers; this is the same picture for the compiler's eyes.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::process::Command;
+
+/// Each crate's layer. A crate depends on lower layers only.
+const LAYERS: [(u8, &[&str]); 5] = [
+    (0, &["units"]),
+    (1, &["charts", "imc"]),
+    (2, &["acoustics", "control", "drivers", "link", "mission", "planner"]),
+    (3, &["api", "config", "hub", "onboard", "sim", "store"]),
+    (4, &["imc-cli", "lutra-server", "lutra-tests", "vehicle-agent", "xtask"]),
+];
+
+/// Only `hub` and `onboard` translate between IMC and these.
+const NEVER_KNOW_IMC: [&str; 4] = ["charts", "control", "mission", "planner"];
+
+/// What a core has no use for: runtimes, sockets, clocks, randomness of its own.
+const NOT_IN_CORES: [&str; 12] = [
+    "async-std",
+    "axum",
+    "chrono",
+    "hyper",
+    "mio",
+    "rand",
+    "reqwest",
+    "socket2",
+    "time",
+    "tokio",
+    "tungstenite",
+    "ureq",
+];
+
+/// Crates in `crates/` that are allowed to do input and output.
+const SHELLS_IN_CRATES: [&str; 2] = ["config", "store"];
+
+struct Package {
+    name: String,
+    folder: String,
+    /// Normal and build dependencies by name.
+    uses: Vec<String>,
+}
+
+fn packages() -> Vec<Package> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .current_dir(testkit::repository())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    let package = |package: &Value| {
+        let depended = package["dependencies"].as_array().unwrap().iter();
+        Package {
+            name: text(&package["name"]),
+            folder: text(&package["manifest_path"]),
+            uses: depended.filter(|one| one["kind"] != "dev").map(|one| text(&one["name"])).collect(),
+        }
+    };
+    metadata["packages"].as_array().unwrap().iter().map(package).collect()
+}
+
+fn layers() -> BTreeMap<&'static str, u8> {
+    LAYERS.iter().flat_map(|(layer, names)| names.iter().map(|name| (*name, *layer))).collect()
+}
+
+#[test]
+fn every_crate_has_a_layer() {
+    let layers = layers();
+    for package in packages() {
+        let known = layers.contains_key(package.name.as_str()) || package.name == "testkit";
+        assert!(known, "{} stands in no layer of tests/tests/architecture.rs", package.name);
+    }
+}
+
+#[test]
+fn arrows_point_down() {
+    let layers = layers();
+    for package in packages().iter().filter(|package| package.name != "testkit") {
+        for used in &package.uses {
+            assert_ne!(used, "testkit", "{} uses testkit outside its tests", package.name);
+            if let Some(layer) = layers.get(used.as_str()) {
+                assert!(*layer < layers[package.name.as_str()], "{} -> {used} points up", package.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn only_translators_know_both_imc_and_the_cores() {
+    for package in packages() {
+        let forbidden = NEVER_KNOW_IMC.contains(&package.name.as_str());
+        assert!(!(forbidden && package.uses.iter().any(|used| used == "imc")), "{} knows imc", package.name);
+    }
+}
+
+#[test]
+fn cores_are_pure() {
+    for package in packages() {
+        let core = package.folder.contains("/crates/") && !SHELLS_IN_CRATES.contains(&package.name.as_str());
+        for used in package.uses.iter().filter(|_| core) {
+            assert!(!NOT_IN_CORES.contains(&used.as_str()), "{} uses {used}", package.name);
+        }
+    }
+}
