@@ -1,7 +1,7 @@
 //! Writes a log of ten minutes at sea: `cargo run -p imc --example sample_log -- FOLDER`.
 //!
 //! An Otter sails a square at 1 m/s around a tagged fish. The figures are made up and always the same; the
-//! folder is like one of a real vehicle and opens in the same tools. The name of the log is printed.
+//! folder is laid out as one of a real vehicle. The name of the log is printed.
 
 use imc::lsf::{LogOptions, LogWriter};
 use imc::messages::{
