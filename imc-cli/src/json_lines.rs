@@ -1,8 +1,10 @@
 //! Lines of JSON to packets.
 
 use crate::input::{CHUNK, Input};
+use crate::suggest;
 use anyhow::Context as _;
-use imc::json::{self, ReadDefaults};
+use imc::catalogue::MESSAGES;
+use imc::json::{self, ReadDefaults, ReadError};
 use serde_json::{Map, Value};
 use std::io::{self, BufRead as _, BufReader, Read as _};
 
@@ -101,8 +103,21 @@ pub(crate) fn packet(value: &Value, defaults: &ReadDefaults) -> Result<Vec<u8>, 
     {
         return kept(object);
     }
-    let packet = json::read_packet(value, defaults).map_err(|error| error.to_string())?;
+    let packet = json::read_packet(value, defaults).map_err(|error| explained(&error))?;
     packet.encode().map_err(|error| error.to_string())
+}
+
+/// What is wrong, and what may have been meant.
+fn explained(error: &ReadError) -> String {
+    let text = error.to_string();
+    let alike = match error {
+        ReadError::Part { path, problem } if path.ends_with("abbrev") => {
+            let name = problem.split('`').nth(1).unwrap_or_default();
+            suggest::alike(name, MESSAGES.iter().map(|message| message.abbrev))
+        }
+        ReadError::Part { .. } | ReadError::Encode(_) => Vec::new(),
+    };
+    if alike.is_empty() { text } else { format!("{text}; did you mean {}?", alike.join(", ")) }
 }
 
 /// The bytes that a line of damage kept.

@@ -158,7 +158,7 @@ struct Say {
 impl Send {
     pub(crate) fn run(&self, out: &mut Output) -> anyhow::Result<Outcome> {
         match &self.link {
-            To::Udp(udp) => udp.run(out),
+            To::Udp(udp) => udp.say.over(|| udp.link(), out),
             To::Tcp(tcp) => tcp.say.over(|| TcpLink::connect(&tcp.address), out),
             To::Ws(ws) => ws.say.over(|| WsLink::connect(&ws.url), out),
         }
@@ -166,10 +166,6 @@ impl Send {
 }
 
 impl Udp {
-    fn run(&self, out: &mut Output) -> anyhow::Result<Outcome> {
-        self.say.over(|| self.link(), out)
-    }
-
     fn link(&self) -> anyhow::Result<UdpLink> {
         let socket = udp::bind_first(self.bind, self.port..=self.port)?;
         socket.set_broadcast(self.broadcast)?;

@@ -85,9 +85,21 @@ fn addresses_translate_both_ways() {
 }
 
 #[test]
+fn colour_is_refused_by_no_color() {
+    let coloured = |variables: &[(&str, &str)]| {
+        let mut command = harness::command(&["info", "GpsFix"]);
+        let output = command.envs(variables.iter().copied()).output().unwrap();
+        output.stdout.contains(&0x1B)
+    };
+    assert!(!coloured(&[]));
+    assert!(coloured(&[("CLICOLOR_FORCE", "1")]));
+    assert!(!coloured(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
+}
+
+#[test]
 fn pipes_get_no_colour_and_help_is_worth_reading() {
     assert!(!run(&["info", "GpsFix"], b"").expect(0).text().contains('\x1b'));
-    for subcommand in ["decode", "encode", "info", "list", "address"] {
+    for subcommand in ["decode", "encode", "info", "list", "address", "listen", "send", "lsf"] {
         let help = run(&[subcommand, "--help"], b"").expect(0).text().to_owned();
         assert!(help.contains("Examples:") && !help.contains('\x1b'), "{subcommand}");
     }

@@ -227,7 +227,7 @@ fn encode_names_the_line_and_the_place_of_each_mistake() {
         "standard input:2: fields.arg.fields.lat: \"north\" is no number",
         "standard input:3: no JSON from column 10",
         "standard input:5: error: decode found bad_crc here",
-        "standard input:6: abbrev: no message is called `Temprature`",
+        "standard input:6: abbrev: no message is called `Temprature`; did you mean Temperature",
         "standard input:7: packet: expected bytes as pairs",
     ] {
         assert!(made.stderr.contains(part), "{part}\n{}", made.stderr);
@@ -318,6 +318,26 @@ fn rubbish_never_panics() {
             assert!([0, 1].contains(&done.status), "{}", done.stderr);
             assert!(!done.stderr.contains("panicked"), "{}", done.stderr);
         }
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_stays_bounded_whatever_comes() {
+    let block = vec![b'a'; 1 << 20];
+    for (arguments, most_kib) in [
+        (&["decode", "--hex"][..], 16 << 10),
+        (&["decode", "--raw"], 16 << 10),
+        // A line of JSON may be long, but not without end.
+        (&["encode", "--hex"], 64 << 10),
+    ] {
+        let mut running = Running::start(arguments);
+        for _ in 0..24 {
+            running.stdin.as_mut().unwrap().write_all(&block).unwrap();
+        }
+        let peak = running.peak_kib();
+        assert!(peak < most_kib, "{arguments:?}: {peak} KiB");
+        assert_eq!(running.finish().0, 1);
     }
 }
 

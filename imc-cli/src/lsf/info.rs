@@ -108,7 +108,7 @@ impl Info {
     fn messages_table(&self, tally: &Tally) -> Table {
         let who = if self.entities { "entity" } else { "entities" };
         let mut table = Table::new(&["message", ">id", ">packets", ">bytes", ">per second", who]);
-        let rate = |packets| tally.rate_hz(packets).map(|rate| format!("{rate:.2}")).unwrap_or_default();
+        let rate = |packets| tally.rate_hz(packets).map(|rate| format!("{rate:.3}")).unwrap_or_default();
         for (id, senders) in &tally.messages {
             let mut line = |count: &Count, who: String| {
                 let numbers = [count.packets.to_string(), count.bytes.to_string(), rate(count.packets)];

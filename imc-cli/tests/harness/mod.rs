@@ -77,6 +77,13 @@ impl Running {
         Self { child, stdin, stdout, stderr }
     }
 
+    /// Most memory that it has had so far, where the system tells as Linux does.
+    pub(crate) fn peak_kib(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    }
+
     /// The next line of standard output.
     pub(crate) fn line(&self) -> String {
         next(&self.stdout, "standard output")
