@@ -137,12 +137,8 @@ fn kept(object: &Map<String, Value>) -> Result<Vec<u8>, String> {
 }
 
 fn unhex(value: &Value, path: &str) -> Result<Vec<u8>, String> {
-    let digit = |digit: &u8| char::from(*digit).to_digit(16).map(|nibble| nibble as u8);
     value
         .as_str()
-        .and_then(|text| {
-            let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return None };
-            pairs.iter().map(|[high, low]| Some(digit(high)? << 4 | digit(low)?)).collect()
-        })
+        .and_then(json::unhex)
         .ok_or_else(|| format!("{path}: expected bytes as pairs of hexadecimal digits"))
 }

@@ -85,11 +85,7 @@ pub(crate) fn bad_gzip(out: &mut Vec<u8>, offset: u64, line: Option<u64>, proble
 }
 
 fn undecodable(out: &mut Vec<u8>, view: &PacketView<'_>, place: Place<'_>, error: &json::WriteError) {
-    let class = match error {
-        json::WriteError::UnknownId(_) => "unknown_id",
-        json::WriteError::Payload { error, .. } => error.class(),
-    };
-    open(out, class, view.bytes().len() as u64, place, &error.to_string());
+    open(out, error.class(), view.bytes().len() as u64, place, &error.to_string());
     if let json::WriteError::Payload { message, error, .. } = error {
         write!(out, r#","abbrev":"{message}","field":"#).ok();
         json::write_text(out, error.path.as_bytes());

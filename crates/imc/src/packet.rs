@@ -338,7 +338,7 @@ fn boundary(desc: &'static MessageDesc, payload: &[u8], order: ByteOrder) -> Res
 #[cold]
 fn located(id: u16, payload: &[u8], order: ByteOrder) -> DecodeError {
     let desc = catalogue::by_id(id).expect("invariant: only messages of the catalogue are read");
-    let error = reflect::check(desc, payload, order)
+    let error = reflect::check_payload(desc, payload, order)
         .expect_err("invariant: the generated readers and the walker refuse the same payloads");
     DecodeError::Payload { message: desc.abbrev, id, error }
 }

@@ -1,10 +1,8 @@
 //! What is in a log, counted.
 
 use super::names::Names;
-use imc::catalogue::{FieldDesc, MessageDesc};
 use imc::lsf::LogItem;
-use imc::reflect::{self, Value, Visitor};
-use imc::{Address, PacketView};
+use imc::{Address, PacketView, reflect};
 use std::collections::BTreeMap;
 
 /// Who sent: a system and its entity.
@@ -82,7 +80,7 @@ impl Tally {
         }
         let senders = self.messages.entry(view.id()).or_default();
         senders.entry((view.src(), view.src_ent())).or_default().add(view);
-        let class = match reflect::walk(view, &mut Nothing) {
+        let class = match reflect::check(view) {
             None => "unknown_id",
             Some(Err(error)) => error.class(),
             Some(Ok(_)) => return,
@@ -130,16 +128,4 @@ impl Tally {
     pub(crate) fn is_damaged(&self) -> bool {
         self.damage.runs > 0 || self.damage.cut.is_some() || !self.undecodable.is_empty()
     }
-}
-
-/// Walks for the sake of the walk's errors.
-struct Nothing;
-
-impl Visitor<'_> for Nothing {
-    fn value(&mut self, _: &'static FieldDesc, _: Value<'_>) {}
-    fn null(&mut self, _: &'static FieldDesc) {}
-    fn enter_message(&mut self, _: &'static FieldDesc, _: &'static MessageDesc) {}
-    fn leave_message(&mut self) {}
-    fn enter_list(&mut self, _: &'static FieldDesc, _: usize) {}
-    fn leave_list(&mut self) {}
 }

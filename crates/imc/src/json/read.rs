@@ -208,7 +208,8 @@ fn bytes(value: &Value, path: &str) -> Result<Vec<u8>, ReadError> {
     value.as_str().and_then(unhex).ok_or_else(|| wrong(path, "expected bytes as pairs of hexadecimal digits"))
 }
 
-fn unhex(text: &str) -> Option<Vec<u8>> {
+/// The bytes of pairs of hexadecimal digits; `None` when it is anything else.
+pub fn unhex(text: &str) -> Option<Vec<u8>> {
     let nibble = |digit: u8| char::from(digit).to_digit(16).map(|nibble| nibble as u8);
     let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return None };
     pairs.iter().map(|[high, low]| Some(nibble(*high)? << 4 | nibble(*low)?)).collect()

@@ -27,6 +27,16 @@ pub enum WriteError {
     },
 }
 
+impl WriteError {
+    /// A stable word for machines.
+    pub fn class(&self) -> &'static str {
+        match self {
+            Self::UnknownId(_) => "unknown_id",
+            Self::Payload { error, .. } => error.class(),
+        }
+    }
+}
+
 /// Appends the packet as one JSON object; on failure `out` is as before.
 ///
 /// # Errors

@@ -4,7 +4,7 @@ use crate::deframe::{Damage, Deframer, Frame};
 use crate::header::PacketView;
 use flate2::bufread::MultiGzDecoder;
 use std::fs::File;
-use std::io::{self, BufRead as _, BufReader, Read};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 /// Bytes that are read at once.
@@ -59,11 +59,17 @@ impl LogReader<Box<dyn Read>> {
     ///
     /// # Errors
     /// When the source cannot be read.
-    pub fn detect(source: impl Read + 'static) -> io::Result<Self> {
-        let mut source = BufReader::with_capacity(CHUNK_BYTES, source);
-        let compressed = source.fill_buf()?.starts_with(&GZIP_MAGIC);
-        let source: Box<dyn Read> =
-            if compressed { Box::new(MultiGzDecoder::new(source)) } else { Box::new(source) };
+    pub fn detect(mut source: impl Read + 'static) -> io::Result<Self> {
+        // A pipe may give its first bytes one by one.
+        let mut start = Vec::new();
+        source.by_ref().take(GZIP_MAGIC.len() as u64).read_to_end(&mut start)?;
+        let compressed = start == GZIP_MAGIC;
+        let source = io::Cursor::new(start).chain(source);
+        let source: Box<dyn Read> = if compressed {
+            Box::new(MultiGzDecoder::new(BufReader::with_capacity(CHUNK_BYTES, source)))
+        } else {
+            Box::new(source)
+        };
         Ok(LogReader { compressed, ..LogReader::new(source) })
     }
 }
