@@ -56,7 +56,9 @@ fn listen_udp_announces_itself_and_shows_what_a_vehicle_sends() {
     assert_eq!(announce.header.src, Address(0x4001));
     let announce = announce.get::<Announce>().unwrap();
     assert_eq!(announce.sys_name, "shore");
-    let service = imc::services::udp_socket(announce.services.as_str().unwrap(), None).unwrap();
+    let service =
+        imc::services::udp_socket(announce.services.as_str().unwrap(), std::net::Ipv4Addr::LOCALHOST)
+            .unwrap();
     assert_eq!(SocketAddr::from(service), from);
     assert_eq!(received(&vehicle).0.id(), 150);
     vehicle.send_to(&heartbeat(7.0), from).unwrap();

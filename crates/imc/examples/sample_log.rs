@@ -151,7 +151,7 @@ fn listen(otter: &mut Otter, second: u32, at: LocalPoint, place: LatLon, heard: 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("usage: sample_log FOLDER")?;
     let start = UtcTime::from_micros(START_US);
-    let options = LogOptions { system: OTTER, entity: 0, ..LogOptions::default() };
+    let options = LogOptions { system: OTTER, entity: 0, compress: true, config: String::new() };
     let log = LogWriter::create(Path::new(&folder), start, "square", options)?;
     println!("{}", log.folder().display());
     let origin = LatLon::from_deg(63.440_6, 10.353_5)?;

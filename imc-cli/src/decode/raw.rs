@@ -18,7 +18,7 @@ pub(super) fn decode(input: &mut Input, out: &mut Output, short: ShortPayload) -
             Ok(0) => break None,
             Ok(count) => {
                 at += count as u64;
-                stream.deframer.push(&chunk[..count]).context("out of memory")?;
+                stream.deframer.push(&chunk[..count]);
                 stream.print(out)?;
                 out.flush()?;
             }

@@ -194,7 +194,7 @@ impl Station<'_> {
                 continue; // Another console on the vehicle's computer.
             }
             let Ok(Some(announce)) = imc::decode::<Announce>(&view) else { continue };
-            let told = services::udp_socket(&announce.services.to_str_lossy(), Some(from));
+            let told = services::udp_socket(&announce.services.to_str_lossy(), from);
             // Anybody can announce anything; packets go only where the user said.
             let Some(told) = told.filter(|told| *told.ip() == from) else { continue };
             for contact in

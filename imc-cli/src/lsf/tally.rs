@@ -97,7 +97,7 @@ impl Tally {
                 self.damage.bytes += damage.bytes;
                 self.damage.first.get_or_insert(damage.offset);
             }
-            LogItem::Cut { offset, problem } => self.damage.cut = Some((*offset, problem.clone())),
+            LogItem::Cut { offset, problem } => self.damage.cut = Some((*offset, (*problem).to_owned())),
         }
     }
 

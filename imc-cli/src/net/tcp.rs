@@ -52,7 +52,7 @@ impl Link for TcpLink {
         let closed = match self.stream.read(&mut self.chunk) {
             Ok(0) => "the other side closed the connection".to_owned(),
             Ok(count) => {
-                self.deframer.push(&self.chunk[..count]).context("out of memory")?;
+                self.deframer.push(&self.chunk[..count]);
                 return self.show(sink);
             }
             Err(error) if is_timeout(&error) => return Ok(Flow::More),
