@@ -19,7 +19,7 @@ pub(crate) fn place(north_m: f64, east_m: f64) -> LatLon {
 
 /// The time so many seconds after the start, on both clocks.
 pub(crate) fn at(seconds: f64) -> Now {
-    let us = (seconds * 1e6) as u64;
+    let us = (seconds * 1e6).round() as u64;
     Now { mono: MonoTime::from_micros(us), utc: UtcTime::from_micros(1_700_000_000_000_000 + us as i64) }
 }
 

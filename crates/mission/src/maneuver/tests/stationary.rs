@@ -17,7 +17,7 @@ fn station(duration_s: u64) -> Maneuver<RawPlace> {
 }
 
 fn loiter(shape: LoiterShape, radius_m: f64) -> Maneuver<RawPlace> {
-    let duration = Some(Duration::from_secs(600));
+    let duration = Some(Duration::from_mins(10));
     Maneuver::Loiter(Loiter { centre: place(0.0, 0.0).into(), radius_m, speed: SPEED, duration, shape })
 }
 
