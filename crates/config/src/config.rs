@@ -1,0 +1,154 @@
+//! The whole configuration: files, profiles, typed sections, and every problem found on the way.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::check;
+use crate::ini::{Ini, IniSection};
+use crate::parser::{Need, Parser};
+use crate::problem::{Problem, ProblemKind, Report};
+use crate::profile::Profiles;
+use crate::schema::general;
+use crate::section::Section;
+use crate::source::FileSource;
+use crate::spec::SectionSpec;
+use crate::typed;
+
+/// A configuration in force. It always exists; whether it may be used, its report says.
+#[derive(Clone, Debug)]
+pub struct Config {
+    pub(crate) ini: Ini,
+    pub(crate) files: Vec<Arc<str>>,
+    pub(crate) profiles: Profiles,
+    pub(crate) sections: Vec<Section>,
+    pub(crate) report: Report,
+    main: PathBuf,
+}
+
+impl Ini {
+    /// Reads `path` and everything it requires or includes, without looking at what the sections mean.
+    pub fn read(source: &impl FileSource, path: &Path) -> (Self, Report) {
+        let mut parser = Parser::new(source);
+        parser.file(path, None, Need::Required);
+        let (ini, report, _) = parser.finish();
+        (ini, report)
+    }
+}
+
+impl Config {
+    /// Reads `path`, everything it requires or includes and the vessel's `-saved.ini` beside it, and gives
+    /// every section that Lutra knows its typed values for the selected profiles.
+    pub fn load(source: &impl FileSource, path: &Path, selected: &[&str]) -> Self {
+        let mut parser = Parser::new(source);
+        parser.file(path, None, Need::Required);
+        overlay(&mut parser, path);
+        let (ini, mut report, files) = parser.finish();
+        let profiles = Profiles::new(&ini, selected, &mut report);
+        let vehicle_type = ini.value(general::GENERAL.name(), general::VEHICLE_TYPE.spec.name);
+        let sections = typed::sections(&ini, &profiles, vehicle_type.unwrap_or_default(), &mut report);
+        let mut config = Self { ini, files, profiles, sections, report, main: path.to_owned() };
+        check::all(&mut config);
+        config
+    }
+
+    /// Everything found while reading; with errors in it the configuration must not be used.
+    pub const fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// The sections as text, with the history of every value.
+    pub const fn ini(&self) -> &Ini {
+        &self.ini
+    }
+
+    /// The files read, in the order in which they were opened.
+    pub fn files(&self) -> &[Arc<str>] {
+        &self.files
+    }
+
+    /// The profiles known and selected.
+    pub const fn profiles(&self) -> &Profiles {
+        &self.profiles
+    }
+
+    /// All sections of the files, ordered by name, those that Lutra does not know included.
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
+    /// A section by its name in the file.
+    pub fn section(&self, name: &str) -> Option<&Section> {
+        self.sections.iter().find(|section| section.name == name)
+    }
+
+    /// The same, to change its values while the program runs.
+    pub fn section_mut(&mut self, name: &str) -> Option<&mut Section> {
+        self.sections.iter_mut().find(|section| section.name == name)
+    }
+
+    /// The instances of a task that run with the selected profiles, ordered by name.
+    pub fn running(&self, spec: &'static SectionSpec) -> impl Iterator<Item = &Section> {
+        self.sections.iter().filter(move |section| section.runs && section.is(spec))
+    }
+
+    /// The running task with this entity label.
+    pub fn by_label(&self, label: &str) -> Option<&Section> {
+        self.sections.iter().find(|section| section.runs && section.label() == Some(label))
+    }
+
+    /// The section `General`, which is all defaults when the files have none.
+    pub fn general(&self) -> Section {
+        let given = self.section(general::GENERAL.name()).cloned();
+        given.unwrap_or_else(|| Section::defaults(&general::GENERAL))
+    }
+
+    /// The vessel's name; empty when the files give none.
+    pub fn vehicle(&self) -> &str {
+        self.ini.value(general::GENERAL.name(), general::VEHICLE.spec.name).unwrap_or_default()
+    }
+
+    /// The IMC address of the vessel.
+    pub fn address(&self) -> Option<u16> {
+        self.addresses().get(self.vehicle()).copied()
+    }
+
+    /// The IMC addresses of all systems, by name.
+    pub fn addresses(&self) -> BTreeMap<&str, u16> {
+        let section = self.ini.section(general::IMC_ADDRESSES.name());
+        let all = section.into_iter().flat_map(IniSection::settings);
+        all.filter_map(|(name, setting)| {
+            let number = crate::value::parse_int(setting.value()).ok()?;
+            Some((name, u16::try_from(number.value).ok()?))
+        })
+        .collect()
+    }
+
+    /// Where values changed while running are saved, once the vessel has a name that can be one of a file.
+    pub fn saved_path(&self) -> Option<PathBuf> {
+        saved_path(&self.main, self.vehicle())
+    }
+}
+
+impl Section {
+    pub(crate) fn is(&self, spec: &'static SectionSpec) -> bool {
+        self.spec.is_some_and(|own| std::ptr::eq(own, spec))
+    }
+}
+
+/// Reads the file that holds the values saved while running, which override all others.
+fn overlay<S: FileSource>(parser: &mut Parser<'_, S>, main: &Path) {
+    let vehicle = parser.ini().value(general::GENERAL.name(), general::VEHICLE.spec.name);
+    let Some(path) = saved_path(main, vehicle.unwrap_or_default()) else { return };
+    if parser.file_if_present(&path) {
+        let what = format!("`{}` overrides the other files", path.display());
+        let remedy = "remove that file to return to the values of the others";
+        parser.report().add(Problem::note(ProblemKind::Saved, None, what).remedy(remedy));
+    }
+}
+
+/// `<vehicle>-saved.ini` in the folder of the main file.
+fn saved_path(main: &Path, vehicle: &str) -> Option<PathBuf> {
+    let plain = !vehicle.is_empty() && !vehicle.starts_with('.') && !vehicle.contains(['/', '\\', '\0']);
+    plain.then(|| main.with_file_name(format!("{vehicle}-saved.ini")))
+}

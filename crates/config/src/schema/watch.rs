@@ -1,0 +1,219 @@
+//! Supervisors and monitors (facts/onboard.md 2.5, 4.2 and 5).
+
+#![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
+
+use crate::schema::common::{OF_EVERY_TASK, execution_frequency};
+use crate::spec::{Param, SectionSpec, Unit, choice, flag, float, floats, int, text, texts, unused};
+
+pub mod vehicle {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, execution_frequency, flag, float, texts};
+
+    pub const FREQUENCY: Param<f64> = execution_frequency(2.0);
+    pub const EXTERNAL_CONTROL: Param<bool> =
+        flag("Allows External Control", false).doc("Whether control loops may be on without a maneuver.");
+    pub const HANDLING_TIMEOUT: Param<f64> = float("Maneuver Handling Timeout", 1.0, Unit::Second)
+        .within(0.1, 60.0)
+        .doc("A maneuver must answer a start or stop within this time.");
+    pub const VITAL_ENTITIES: Param<Vec<String>> =
+        texts("Vital Entities", &[]).doc("Entities whose errors count even in a plan that ignores errors.");
+
+    pub static VEHICLE: SectionSpec =
+        SectionSpec::task(&["Supervisors.Vehicle"], "Vehicle Supervisor", "Always")
+            .doc("Decides about the mode of operation: service, calibration, maneuver, error.")
+            .groups(&[
+                OF_EVERY_TASK,
+                &[FREQUENCY.spec, EXTERNAL_CONTROL.spec, HANDLING_TIMEOUT.spec, VITAL_ENTITIES.spec],
+            ]);
+}
+
+pub mod lost_comms {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, flag, float, text};
+
+    pub const PLAN: Param<String> =
+        text("Plan Name", "lostcomms").doc("Plan that brings the vessel home; the boats call it lost_comms.");
+    pub const TIMEOUT: Param<f64> = float("Lost Comms Timeout", 300.0, Unit::Second)
+        .within(1.0, 86_400.0)
+        .doc("Without a heartbeat of a console for so long communications are lost.");
+    pub const REQUIRE_IDLE: Param<bool> =
+        flag("Require Idle", true).doc("Whether a running plan holds this supervisor off, as in DUNE.");
+    pub const REQUIRE_BAD_OUTCOME: Param<bool> =
+        flag("Require Bad Outcome", true).doc("Whether it acts only when the last plan failed, as in DUNE.");
+    pub const DURING_PLAN: Param<&str> =
+        choice("Action During Plan", "continue", &["continue", "hold", "return"])
+            .doc("Lutra: what to do when communications are lost in a plan.");
+    pub const DURING_TELEOPERATION: Param<&str> =
+        choice("Action During Teleoperation", "hold", &["hold", "return"])
+            .doc("Lutra: what to do when they are lost under manual control, motors stopped in any case.");
+    pub const WHEN_IDLE: Param<&str> =
+        choice("Action When Idle", "continue", &["continue", "hold", "return"])
+            .doc("Lutra: what to do when they are lost while nothing runs.");
+    pub const HOLD_RADIUS: Param<f64> = float("Hold Radius", 15.0, Unit::Metre)
+        .within(1.0, 1000.0)
+        .doc("Lutra: radius within which the vessel holds its place.");
+
+    pub static LOST_COMMS: SectionSpec = SectionSpec::task(
+        &["Supervisors.ASV.LostComms", "Supervisors.AUV.LostComms"],
+        "LostComms Supervisor",
+        "Always",
+    )
+    .doc("Acts when no console has been heard for long.")
+    .groups(&[
+        OF_EVERY_TASK,
+        &[
+            PLAN.spec,
+            TIMEOUT.spec,
+            REQUIRE_IDLE.spec,
+            REQUIRE_BAD_OUTCOME.spec,
+            DURING_PLAN.spec,
+            DURING_TELEOPERATION.spec,
+            WHEN_IDLE.spec,
+            HOLD_RADIUS.spec,
+        ],
+    ]);
+}
+
+pub mod entities {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, texts};
+
+    pub const REPORT_TIMEOUT: Param<f64> = float("Report Timeout", 5.0, Unit::Second)
+        .within(1.0, 600.0)
+        .doc("An entity that says nothing for so long has failed.");
+    pub const TRANSITION_GAP: Param<f64> = float("Transition Time Gap", 4.0, Unit::Second)
+        .within(0.0, 600.0)
+        .doc("Changes of state closer together than this are counted as flapping.");
+    pub const MAXIMUM_TRANSITIONS: Param<i64> = int("Maximum Consecutive Transitions", 3, Unit::None)
+        .within(1, 1000)
+        .doc("From so many on the log is silent; the state still counts.");
+    pub const MONITORED: Param<Vec<String>> =
+        texts("Default Monitoring", &["Daemon", "GPS", "Navigation", "Path Control"])
+            .doc("Entities whose errors stop missions.");
+    pub const MONITORED_HARDWARE: Param<Vec<String>> = texts("Default Monitoring -- Hardware", &["Torqeedo"])
+        .doc("Entities that are watched in the profile Hardware besides.");
+
+    pub static ENTITIES: SectionSpec = SectionSpec::task(&["Monitors.Entities"], "Entity Monitor", "Always")
+        .doc("Watches the entities that the vessel needs.")
+        .groups(&[
+            OF_EVERY_TASK,
+            &[
+                REPORT_TIMEOUT.spec,
+                TRANSITION_GAP.spec,
+                MAXIMUM_TRANSITIONS.spec,
+                MONITORED.spec,
+                MONITORED_HARDWARE.spec,
+            ],
+        ]);
+}
+
+pub mod fuel {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, execution_frequency, float, text};
+
+    pub const FREQUENCY: Param<f64> = execution_frequency(1.0);
+    pub const WARNING_LEVEL: Param<f64> = float("Warning Level", 30.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Charge below which the operator is warned.");
+    pub const ERROR_LEVEL: Param<f64> = float("Error Level", 10.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Charge below which the reserve is used up.");
+    pub const LOW_CONFIDENCE: Param<f64> = float("Low Confidence Level", 40.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Confidence below which the estimate is called unreliable.");
+    pub const WARNING_VOLTAGE: Param<f64> = float("Warning Voltage", 0.0, Unit::Volt)
+        .within(0.0, 1000.0)
+        .doc("Lutra: voltage below which the operator is warned; 0 does not look at it.");
+    pub const ERROR_VOLTAGE: Param<f64> = float("Error Voltage", 0.0, Unit::Volt).within(0.0, 1000.0).doc(
+        "Lutra: voltage that means the reserve is used up, released 0.2 V above; 0 does not look at it.",
+    );
+    pub const RESERVE_ACTION: Param<&str> = choice("Reserve Action", "warn", &["warn", "hold", "return"])
+        .doc("Lutra: what to do when the reserve is used up.");
+    pub const RESERVE_PLAN: Param<String> =
+        text("Reserve Plan", "").doc("Lutra: plan for `return`; empty for the one of lost communications.");
+
+    pub static FUEL: SectionSpec = SectionSpec::task(&["Monitors.FuelLevel"], "Fuel Level", "Always")
+        .doc("Watches the batteries.")
+        .groups(&[
+            OF_EVERY_TASK,
+            &[
+                FREQUENCY.spec,
+                WARNING_LEVEL.spec,
+                ERROR_LEVEL.spec,
+                LOW_CONFIDENCE.spec,
+                WARNING_VOLTAGE.spec,
+                ERROR_VOLTAGE.spec,
+                RESERVE_ACTION.spec,
+                RESERVE_PLAN.spec,
+            ],
+        ]);
+}
+
+pub mod limits {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, float, floats};
+
+    pub const MAXIMUM_SPEED: Param<f64> = float("Maximum Speed", 3.1, Unit::MetrePerSecond)
+        .within(0.1, 20.0)
+        .doc("Greatest speed over ground that is allowed.");
+    pub const AREA: Param<Vec<f64>> = floats("Area", &[], Unit::Degree).within(-180.0, 180.0).doc(
+        "Corners of the area that must not be left: latitude, longitude, latitude, ...; empty for none.",
+    );
+    pub const ACTION: Param<&str> =
+        choice("Action", "hold", &["warn", "hold", "return"]).doc("What to do when a limit is passed.");
+
+    pub static LIMITS: SectionSpec =
+        SectionSpec::task(&["Supervisors.OperationalLimits"], "Operational Limits", "Always")
+            .doc("Lutra: keeps the vessel within its area and speed.")
+            .groups(&[OF_EVERY_TASK, &[MAXIMUM_SPEED.spec, AREA.spec, ACTION.spec]]);
+}
+
+pub mod clock {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, unused};
+
+    pub const MINIMUM_FIXES: Param<i64> = int("Minimum GPS Fixes", 10, Unit::None)
+        .within(1, 10_000)
+        .doc("Positions with date and time that are awaited before the clock is judged.");
+    pub const MAXIMUM_OFFSET: Param<f64> = float("Maximum Clock Offset", 4.0, Unit::Second)
+        .within(0.0, 86_400.0)
+        .doc("A clock farther off than this is reported.");
+    pub const BOOT_TIMEOUT: Param<f64> = float("Boot Synchronization Timeout", 30.0, Unit::Second)
+        .within(0.0, 86_400.0)
+        .doc("After this time the vessel goes on with the clock as it is.");
+    pub const COMMAND: Param<String> = text("Hardware Clock Synchronization Command", "")
+        .doc("Command that sets the hardware clock, run after the clock was stepped.");
+
+    pub static CLOCK: SectionSpec = SectionSpec::task(&["Monitors.Clock"], "Clock", "Hardware")
+        .doc("Compares the computer's clock with the satellites'.")
+        .groups(&[
+            OF_EVERY_TASK,
+            &[
+                MINIMUM_FIXES.spec,
+                MAXIMUM_OFFSET.spec,
+                BOOT_TIMEOUT.spec,
+                COMMAND.spec,
+                unused("Change Log", "Lutra's log goes on over a step of the clock"),
+            ],
+        ]);
+}
+
+pub mod host {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, execution_frequency, float};
+
+    pub const FREQUENCY: Param<f64> = execution_frequency(1.0);
+    pub const DISK_WARNING: Param<f64> = float("Storage Warning Level", 10.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Lutra: free disk space below which the operator is warned.");
+    pub const DISK_ERROR: Param<f64> = float("Storage Error Level", 2.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Lutra: free disk space below which the entity is in error.");
+    pub const MEMORY_WARNING: Param<f64> = float("Memory Warning Level", 10.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Lutra: free memory below which the operator is warned.");
+
+    pub static HOST: SectionSpec = SectionSpec::task(&["Monitors.HostResources"], "Host Resources", "Always")
+        .doc("Watches processor, memory and disk.")
+        .groups(&[OF_EVERY_TASK, &[FREQUENCY.spec, DISK_WARNING.spec, DISK_ERROR.spec, MEMORY_WARNING.spec]]);
+
+    pub const THERMAL_FREQUENCY: Param<f64> = execution_frequency(0.5);
+
+    pub static THERMAL: SectionSpec =
+        SectionSpec::task(&["Sensors.ThermalZone"], "Mainboard (Core)", "Always")
+            .doc("Reports the processor's temperature.")
+            .groups(&[OF_EVERY_TASK, &[THERMAL_FREQUENCY.spec]]);
+}

@@ -1,0 +1,68 @@
+//! `<vehicle>-saved.ini` beside the main file has the last word.
+
+use std::path::Path;
+
+use config::schema::path::ilos;
+use config::{Config, Disk, InMemory, Ini, ProblemKind, Saved, write_atomically};
+
+const MAIN: &str = "[General]\nVehicle = otter\n[IMC Addresses]\notter = 0x2810\n\
+                    [Control.Path.ILOS]\nEnabled = Always\nEntity Label = P\nILOS Integrator Gain = 0.5\n";
+
+fn lookahead_and_gain(config: &Config) -> (f64, f64) {
+    let section = config.running(&ilos::ILOS).next().expect("it is enabled");
+    (section.get(&ilos::LOOKAHEAD), section.get(&ilos::INTEGRATOR_GAIN))
+}
+
+#[test]
+fn saved_values_override_and_the_report_says_so() {
+    let saved = "[Control.Path.ILOS]\nILOS Integrator Gain = 0.25\n";
+    let files = InMemory::new().with("etc/main.ini", MAIN).with("etc/otter-saved.ini", saved);
+    let config = Config::load(&files, Path::new("etc/main.ini"), &["Simulation"]);
+    assert_eq!(lookahead_and_gain(&config), (10.0, 0.25));
+    assert_eq!(config.report().problems().len(), 1, "{}", config.report());
+    assert_eq!(config.report().problems()[0].kind, ProblemKind::Saved);
+    let setting = config.ini().setting("Control.Path.ILOS", "ILOS Integrator Gain").unwrap();
+    assert_eq!(setting.place().unwrap().to_string(), "etc/otter-saved.ini:2");
+    assert_eq!(setting.history().len(), 2);
+}
+
+#[test]
+fn a_value_saved_while_running_is_there_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let main = folder.path().join("main.ini");
+    std::fs::write(&main, MAIN).unwrap();
+    let config = Config::load(&Disk, &main, &["Simulation"]);
+    assert_eq!(config.report().problems().len(), 0, "{}", config.report());
+    let path = config.saved_path().unwrap();
+
+    let mut saved = Saved::default();
+    saved.set("Control.Path.ILOS", "ILOS Lookahead Distance", "8");
+    write_atomically(&path, &saved.to_text().unwrap()).unwrap();
+    let mut saved = Saved::from_ini(&Ini::read(&Disk, &path).0);
+    saved.set("Control.Path.ILOS", "ILOS Integrator Gain", "0.1");
+    write_atomically(&path, &saved.to_text().unwrap()).unwrap();
+
+    assert_eq!(lookahead_and_gain(&Config::load(&Disk, &main, &["Simulation"])), (8.0, 0.1));
+}
+
+#[test]
+fn a_vessel_whose_name_is_a_path_saves_nothing() {
+    for name in ["../otter", ".", "a/b"] {
+        let text = MAIN.replace("otter\n", &format!("{name}\n"));
+        let files = InMemory::new().with("main.ini", text);
+        let config = Config::load(&files, Path::new("main.ini"), &["Simulation"]);
+        assert_eq!(config.saved_path(), None);
+        assert!(config.report().problems().iter().any(|problem| problem.kind == ProblemKind::Identity));
+    }
+}
+
+#[test]
+fn a_parameter_marked_as_not_editable_stays() {
+    let text = MAIN.replace("ILOS Integrator Gain", "ILOS Integrator Gain {editable:false}");
+    let files = InMemory::new().with("main.ini", text);
+    let mut config = Config::load(&files, Path::new("main.ini"), &["Simulation"]);
+    let section = config.section_mut("Control.Path.ILOS").unwrap();
+    assert_eq!(section.change("ILOS Integrator Gain", "0.1").unwrap_err().kind, ProblemKind::Attribute);
+    assert!(section.change("ILOS Lookahead Distance", "5").is_ok());
+    assert_eq!(lookahead_and_gain(&config), (5.0, 0.5));
+}
