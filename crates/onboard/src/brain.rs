@@ -1,0 +1,228 @@
+//! The brain: one state machine that hears of everything and decides everything.
+//!
+//! [`Brain::handle`] takes what happened and the moment it happened; [`Brain::poll_output`] gives what is to
+//! be done about it until it answers `None`; [`Brain::poll_timeout`] says when to come back with
+//! [`Input::Timer`] if nothing else happens before. Nothing here reads a clock, waits, or draws lots: equal
+//! inputs give equal outputs.
+
+use crate::bus::Bus;
+use crate::detections::Detections;
+use crate::discovery::Discovery;
+use crate::entity::Entity;
+use crate::health::{Clock, Host};
+use crate::input::{Input, Now, Side};
+use crate::navigation::{Estimate, Navigation};
+use crate::output::{Level, Output, StoredPlan};
+use crate::pilot::Pilot;
+use crate::sensors::{self, Sensors};
+use crate::settings::Settings;
+use crate::states::{Condition, States};
+use std::time::Duration;
+use units::MonoTime;
+
+/// Slower watching happens once in this time.
+const WATCH: Duration = Duration::from_millis(500);
+const SECOND: Duration = Duration::from_secs(1);
+
+/// The brain of a vessel.
+#[derive(Debug)]
+pub struct Brain {
+    pub(crate) settings: Settings,
+    pub(crate) bus: Bus,
+    pub(crate) states: States,
+    pub(crate) navigation: Navigation,
+    pub(crate) pilot: Pilot,
+    pub(crate) sensors: Sensors,
+    pub(crate) discovery: Discovery,
+    detections: Detections,
+    clock: Clock,
+    host: Host,
+    estimate: Option<Estimate>,
+    step: Duration,
+    next_step: MonoTime,
+    next_watch: MonoTime,
+    next_second: MonoTime,
+    shut_down: bool,
+}
+
+impl Brain {
+    /// A brain that starts at `now` with the plans that were kept.
+    ///
+    /// # Errors
+    /// When parameters of the controllers are out of range.
+    pub fn new(settings: Settings, now: Now, _plans: Vec<StoredPlan>) -> Result<Self, control::InvalidConfig> {
+        let mut bus = Bus::new(&settings, now);
+        let watch = &settings.watch;
+        let states = States::new(watch.monitored.clone(), watch.vital.clone(), now.mono);
+        let pilot = Pilot::new(&settings)?;
+        bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
+        bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
+        let mut brain = Self {
+            navigation: Navigation::new(settings.navigation),
+            states,
+            pilot,
+            sensors: Sensors::default(),
+            discovery: Discovery::new(now.mono),
+            detections: Detections::default(),
+            clock: Clock::default(),
+            host: Host::default(),
+            estimate: None,
+            step: Duration::from_secs_f64(1.0 / settings.navigation.rate_hz.clamp(2.5, 25.0)),
+            next_step: now.mono,
+            next_watch: now.mono,
+            next_second: now.mono,
+            shut_down: false,
+            bus,
+            settings,
+        };
+        for entity in Entity::ALL {
+            if !matches!(
+                entity,
+                Entity::Gps | Entity::Navigation | Entity::MotorPort | Entity::MotorStarboard | Entity::Hydrophone
+            ) {
+                brain.states.set(&mut brain.bus, entity, Condition::Normal, "active");
+            }
+        }
+        Ok(brain)
+    }
+
+    /// Takes in what happened at `now`.
+    pub fn handle(&mut self, now: Now, input: Input) {
+        // Time that goes back is a fault of the shell; deadlines hold still until it has caught up.
+        let now = Now { mono: now.mono.max(self.bus.mono()), utc: now.utc };
+        self.bus.begin(now);
+        self.clock.check(&mut self.bus);
+        if !self.shut_down {
+            self.take(input);
+            self.tick();
+        }
+        self.pilot.tick(&mut self.bus);
+    }
+
+    /// The next thing to do.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.bus.poll()
+    }
+
+    /// When to come back at the latest.
+    pub fn poll_timeout(&self) -> Option<MonoTime> {
+        let pilot = self.pilot.poll_timeout();
+        if self.shut_down {
+            return Some(pilot);
+        }
+        [self.next_step, self.next_watch, self.next_second, self.states.poll_timeout()]
+            .into_iter()
+            .chain([self.discovery.poll_timeout(), pilot])
+            .min()
+    }
+
+    /// Where the vessel is and how it moves, as the brain believes.
+    pub fn estimate(&self) -> Option<&Estimate> {
+        self.estimate.as_ref()
+    }
+
+    fn take(&mut self, input: Input) {
+        match input {
+            Input::Timer => {}
+            Input::Gnss(reading) => {
+                self.clock.compare(&self.bus, &reading);
+                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
+            }
+            Input::Motor(side, reading) => {
+                let motor = match side {
+                    Side::Port => 0,
+                    Side::Starboard => 1,
+                };
+                self.pilot.measured(self.bus.mono(), motor, reading.rpm);
+                self.sensors.motor(&mut self.bus, side, &reading);
+            }
+            Input::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
+            Input::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
+            Input::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
+            Input::Host(reading) => self.host.read(&mut self.bus, &reading),
+            Input::Packet(from, bytes) => self.packet(from, bytes),
+            Input::Connected(peer) => self.bus.node.connected(peer),
+            Input::Disconnected(peer) => self.bus.node.disconnected(peer),
+            Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
+            Input::LogOpened(outcome) => self.log_opened(outcome),
+            Input::NotKept(what) => {
+                self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
+            }
+            Input::Shutdown => self.shut_down(),
+        }
+    }
+
+    fn log_opened(&mut self, outcome: Result<String, String>) {
+        match outcome {
+            Ok(name) => self.states.set(&mut self.bus, Entity::Logger, Condition::Normal, name),
+            Err(reason) => {
+                let text = format!("no log is written: {reason}");
+                self.bus.console(Level::Error, text.clone());
+                self.states.set(&mut self.bus, Entity::Logger, Condition::Error, text);
+            }
+        }
+    }
+
+    /// Motors first, then the log.
+    fn shut_down(&mut self) {
+        self.shut_down = true;
+        self.pilot.inhibit(&mut self.bus);
+        self.pilot.tick(&mut self.bus);
+        self.bus.console(Level::Info, "motors stopped; ending".to_owned());
+        self.bus.put(Output::CloseLog);
+    }
+
+    fn tick(&mut self) {
+        let now = self.bus.mono();
+        if now >= self.next_step {
+            self.next_step = self.next_step.max(now.earlier(self.step)) + self.step;
+            self.navigate();
+        }
+        if now >= self.next_watch {
+            self.next_watch = now + WATCH;
+            self.watch();
+        }
+        if now >= self.next_second {
+            self.next_second = now + SECOND;
+            if let Some(estimate) = &self.estimate {
+                self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
+            }
+        }
+        let place = self.estimate.map(|estimate| (estimate.place, estimate.height_m));
+        self.discovery.tick(&mut self.bus, &self.settings, place);
+        self.states.tick(&mut self.bus, &self.settings.labels);
+    }
+
+    fn navigate(&mut self) {
+        self.estimate = self.navigation.estimate(self.bus.mono());
+        if let Some(estimate) = &self.estimate {
+            self.bus.send(Entity::Navigation, &sensors::estimated_state(estimate));
+            self.detections.at(self.bus.utc(), estimate.place);
+        }
+        self.pilot.steer(&mut self.bus, self.estimate.as_ref());
+    }
+
+    fn watch(&mut self) {
+        let watch = &self.settings.watch;
+        self.sensors.watch(&mut self.bus, &mut self.states, &self.navigation, watch);
+        self.clock.watch(&mut self.bus, &mut self.states, watch);
+        self.host.watch(&mut self.bus, &mut self.states, watch);
+        let (condition, text) = match self.pilot.fault() {
+            Some(fault) => (Condition::Error, fault.to_string()),
+            None => (Condition::Normal, "active".to_owned()),
+        };
+        self.states.set(&mut self.bus, Entity::Path, condition, text);
+    }
+}
+
+/// Steps back in time, stopping at zero.
+trait Earlier {
+    fn earlier(self, span: Duration) -> Self;
+}
+
+impl Earlier for MonoTime {
+    fn earlier(self, span: Duration) -> Self {
+        // A step is far shorter than 64 bits of microseconds.
+        Self::from_micros(self.micros().saturating_sub(span.as_micros() as u64))
+    }
+}

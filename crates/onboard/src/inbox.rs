@@ -1,0 +1,80 @@
+//! Packets from others: who sent them, whom they concern, what they ask.
+
+use crate::brain::Brain;
+use crate::bus::Asker;
+use crate::discovery;
+use crate::entity::Entity;
+use crate::input::Peer;
+use crate::node::Contact;
+use crate::output::Level;
+use imc::messages::{EntityListOp, Message, RemoteActionsRequest, RemoteActionsRequestOp};
+use imc::{ANY_ENTITY, Address, Packet};
+
+impl Brain {
+    /// A packet as it came.
+    pub(crate) fn packet(&mut self, from: Peer, bytes: Vec<u8>) {
+        let packet = match Packet::decode(&bytes) {
+            Ok(packet) => packet,
+            Err(error) => {
+                self.bus.console(Level::Debug, format!("a packet is refused: {error}"));
+                return;
+            }
+        };
+        let header = packet.header;
+        let known = header.src != self.bus.address() && !header.src.is_everyone();
+        let Some(message) = packet.message().filter(|_| known) else { return };
+        let now = self.bus.mono();
+        let contact = match message {
+            Message::Announce(announce) => self.bus.node.announced(now, header.src, from, announce),
+            _ => self.bus.node.heard(now, header.src, from),
+        };
+        if let Contact::New(name) = contact {
+            self.bus.entry(Entity::Udp, Level::Info, format!("{name} ({}) is in contact", header.src));
+        }
+        // What others say is logged; announcements also reach those who only listen by TCP.
+        let passed = match message {
+            Message::Announce(_) => self.bus.node.tcp_but(from),
+            _ => Vec::new(),
+        };
+        self.bus.pass_on(bytes, passed);
+        let asker = Asker { system: header.src, entity: header.src_ent };
+        self.message(asker, header.dst, header.dst_ent, message);
+    }
+
+    fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
+        let for_us = to == self.bus.address();
+        let for_all = to.is_everyone();
+        if !(for_us || for_all) {
+            return;
+        }
+        match message {
+            Message::EntityList(list) if list.op == EntityListOp::Query => {
+                discovery::entity_list(&mut self.bus, asker, &self.settings.labels);
+            }
+            Message::QueryEntityInfo(_) => match Entity::from_number(to_entity) {
+                Some(entity) => {
+                    discovery::entity_info(&mut self.bus, asker, &self.settings.labels, entity);
+                }
+                None if to_entity == ANY_ENTITY => {
+                    for entity in Entity::ALL {
+                        discovery::entity_info(&mut self.bus, asker, &self.settings.labels, entity);
+                    }
+                }
+                None => {}
+            },
+            Message::LogBookControl(request) => discovery::log_book(&mut self.bus, asker, request),
+            Message::RemoteActionsRequest(request) if request.op == RemoteActionsRequestOp::Query => {
+                let report = RemoteActionsRequest {
+                    op: RemoteActionsRequestOp::Report,
+                    actions: control::REMOTE_ACTIONS.into(),
+                };
+                self.bus.send(Entity::Remote, &report);
+            }
+            Message::RemoteActions(keys) => {
+                let keys = keys.actions.to_str_lossy().into_owned();
+                self.pilot.keys(&mut self.bus, asker.system.0, &keys);
+            }
+            _ => {}
+        }
+    }
+}
