@@ -1,0 +1,216 @@
+//! What is asked of the plan engine and what it answers.
+//!
+//! One start is answered several times, all with its [`Origin`]: when the plan is loaded (with statistics),
+//! when its first maneuver is commanded (not after a calibration), and when it ends, perhaps minutes later.
+//! A client tells the running state from [`PlanState`](super::PlanState), not from replies.
+
+use crate::maneuver::FailReason;
+use crate::plan::{Plan, PlanProblems};
+use crate::statistics::PlanStatistics;
+use thiserror::Error;
+
+/// Who asked, and under which number; carried through to every reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Origin {
+    /// Address of the requester.
+    pub system: u16,
+    /// Entity of the requester.
+    pub entity: u8,
+    /// The requester's number.
+    pub request: u16,
+}
+
+/// A request to the plan engine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// Who asks.
+    pub origin: Origin,
+    /// Name of the plan it concerns; may be empty for a stop or get.
+    pub plan_id: String,
+    /// What is asked.
+    pub ask: Ask,
+}
+
+/// What is asked of the plan engine.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ask {
+    /// Run a plan, in place of the running one if any.
+    Start {
+        /// The plan, as found in the request or in the database, or why there is none.
+        plan: Result<Box<Plan>, NoPlan>,
+        /// How to run it.
+        options: StartOptions,
+    },
+    /// End the running plan.
+    Stop,
+    /// Check a plan and tell its statistics; nothing moves.
+    Load {
+        /// The plan, or why there is none.
+        plan: Result<Box<Plan>, NoPlan>,
+    },
+    /// Tell which plan runs.
+    Get,
+}
+
+/// How to run a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StartOptions {
+    /// Calibrate before the first maneuver (flag 1).
+    pub calibrate: bool,
+    /// Run on in spite of errors of entities that are not vital (flag 2).
+    pub ignore_errors: bool,
+}
+
+/// Why a request comes without a plan.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum NoPlan {
+    /// No plan of that name is stored.
+    #[error("undefined plan")]
+    Undefined,
+    /// The plan is not possible.
+    #[error("parse error: {0}")]
+    Problems(#[from] PlanProblems),
+    /// The plan could not even be read.
+    #[error("parse error: {0}")]
+    Unreadable(String),
+}
+
+/// What was asked, for the reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operation {
+    /// [`Ask::Start`].
+    Start,
+    /// [`Ask::Stop`].
+    Stop,
+    /// [`Ask::Load`].
+    Load,
+    /// [`Ask::Get`].
+    Get,
+}
+
+/// An answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reply {
+    /// Whom it is for.
+    pub origin: Origin,
+    /// What was asked.
+    pub operation: Operation,
+    /// Which plan.
+    pub plan_id: String,
+    /// What happened.
+    pub result: Result<Success, Failure>,
+}
+
+/// What went well.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Success {
+    /// The plan is loaded (start and load).
+    Loaded(Box<PlanStatistics>),
+    /// The first maneuver is commanded (start).
+    Executing {
+        /// Its name.
+        maneuver: String,
+    },
+    /// The plan is over (start).
+    Completed,
+    /// The plan was stopped (stop).
+    Stopped,
+    /// This plan runs (get); the caller holds its specification under this number.
+    Running(RunId),
+}
+
+impl std::fmt::Display for Success {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Loaded(_) => f.write_str("plan loaded"),
+            Self::Executing { maneuver } => write!(f, "{maneuver}: executing maneuver"),
+            Self::Completed => f.write_str("plan completed"),
+            Self::Stopped | Self::Running(_) => f.write_str("OK"),
+        }
+    }
+}
+
+/// What went wrong.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Failure {
+    /// There is no plan to run or load.
+    #[error("{0}")]
+    NoPlan(#[from] NoPlan),
+    /// The vehicle cannot run plans for the time being.
+    #[error("vehicle is blocked: {0}")]
+    Blocked(String),
+    /// Nothing can be loaded while a plan runs.
+    #[error("cannot load while a plan is running")]
+    Busy,
+    /// Nothing runs that could be stopped.
+    #[error("no plan is running, request ignored")]
+    NothingToStop,
+    /// Nothing runs that could be told.
+    #[error("no plan is running")]
+    NothingRuns,
+    /// The plan that this request had started ended badly.
+    #[error("{0}")]
+    Ended(EndReason),
+}
+
+/// Number of a start; it only grows. The caller keeps specification and actions of a run under it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct RunId(pub u32);
+
+/// Why a plan ended. Every started plan ends once, by one of these.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum EndReason {
+    /// Its last maneuver is done.
+    #[error("plan completed")]
+    Completed,
+    /// Somebody stopped it.
+    #[error("plan stopped")]
+    Stopped,
+    /// Another plan was started.
+    #[error("replaced by another plan")]
+    Replaced,
+    /// A maneuver failed.
+    #[error("{maneuver}: maneuver error: {reason}")]
+    Maneuver {
+        /// Its name.
+        maneuver: String,
+        /// Why.
+        reason: FailReason,
+    },
+    /// An entity is in error.
+    #[error("entity error: {0}")]
+    Entities(String),
+    /// Somebody aborted.
+    #[error("aborted by {0:#06x}")]
+    Aborted(u16),
+    /// Its maneuvers follow each other without ever taking time.
+    #[error("maneuvers follow each other in a circle without taking time")]
+    EmptyCycle,
+}
+
+impl EndReason {
+    /// What last_outcome says of it: only completion is a success.
+    pub fn outcome(&self) -> LastOutcome {
+        match self {
+            Self::Completed => LastOutcome::Success,
+            Self::Stopped
+            | Self::Replaced
+            | Self::Maneuver { .. }
+            | Self::Entities(_)
+            | Self::Aborted(_)
+            | Self::EmptyCycle => LastOutcome::Failure,
+        }
+    }
+}
+
+/// How the last plan ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LastOutcome {
+    /// None has ended.
+    #[default]
+    None,
+    /// It completed.
+    Success,
+    /// It did not.
+    Failure,
+}

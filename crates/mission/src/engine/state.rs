@@ -1,0 +1,199 @@
+//! What the engine tells about itself and the vehicle.
+
+use super::request::{EndReason, LastOutcome, Reply, RunId};
+use crate::command::{Command, Drive};
+use crate::maneuver::{ManeuverKind, ReferenceState};
+use std::time::Duration;
+use units::UtcTime;
+
+/// Something the engine wants carried out or told, in this order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Output {
+    /// Control does this from here on.
+    Command(Command),
+    /// An answer to a request.
+    Reply(Reply),
+    /// A plan begins: log, broadcast its specification, keep it under this number.
+    PlanBegins {
+        /// Number of the run.
+        run: RunId,
+        /// Its name.
+        plan_id: String,
+    },
+    /// A plan ended; comes exactly once for each [`Output::PlanBegins`].
+    PlanEnded {
+        /// Number of the run.
+        run: RunId,
+        /// Its name.
+        plan_id: String,
+        /// Why.
+        reason: EndReason,
+    },
+    /// Carry out the actions that the plan of `run` has here.
+    Actions {
+        /// Number of the run.
+        run: RunId,
+        /// Where in the plan.
+        point: ActionPoint,
+    },
+    /// Calibrate sensors for so long.
+    Calibrate(Duration),
+    /// A maneuver begins; its command follows.
+    ManeuverBegins {
+        /// Number of the run.
+        run: RunId,
+        /// Its name.
+        id: String,
+        /// Its kind.
+        kind: ManeuverKind,
+    },
+    /// A maneuver ended.
+    ManeuverEnded {
+        /// Number of the run.
+        run: RunId,
+        /// Its name.
+        id: String,
+        /// How.
+        end: ManeuverEnd,
+    },
+    /// State of FollowReference, for its commander.
+    Reference(ReferenceState),
+    /// The state of plans changed.
+    PlanState(Box<PlanState>),
+    /// The state of the vehicle changed.
+    VehicleState(Box<VehicleState>),
+    /// An abort by this system was carried out.
+    Aborted {
+        /// Who.
+        by: u16,
+    },
+    /// Somebody outside has loops on that are not allowed: switch all loops off.
+    DisableExternalLoops,
+    /// For the log book.
+    Note(Note),
+}
+
+/// How a maneuver ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ManeuverEnd {
+    /// By itself.
+    Done,
+    /// In error, with a text for people.
+    Failed(String),
+    /// It was stopped.
+    Stopped,
+}
+
+/// Where in a plan actions stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ActionPoint {
+    /// Before the first maneuver.
+    PlanStart,
+    /// After the last, however it came to it.
+    PlanEnd,
+    /// Before a maneuver.
+    ManeuverStart(String),
+    /// After a maneuver, however it ended.
+    ManeuverEnd(String),
+    /// Between two maneuvers.
+    Transition {
+        /// The one that ended.
+        from: String,
+        /// The one that begins.
+        to: String,
+    },
+}
+
+/// A line for the log book.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// How bad it is.
+    pub level: NoteLevel,
+    /// For people.
+    pub text: String,
+}
+
+/// How bad a note is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoteLevel {
+    /// Course of things.
+    Info,
+    /// Odd.
+    Warning,
+    /// Something failed.
+    Error,
+}
+
+/// Whether plans can run and whether one does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PlanPhase {
+    /// The vehicle cannot run plans.
+    #[default]
+    Blocked,
+    /// It can.
+    Ready,
+    /// A plan was asked for and is on its way to its first maneuver.
+    Initializing,
+    /// A plan runs.
+    Executing,
+}
+
+/// The state of plans, to be told about three times per second.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlanState {
+    /// What plans can do.
+    pub phase: PlanPhase,
+    /// The running plan, or the last one.
+    pub plan_id: String,
+    /// Number of the running plan.
+    pub run: Option<RunId>,
+    /// Time to its end (s), where that can be told.
+    pub plan_eta_s: Option<f64>,
+    /// How much of it is done, 0 to 1, where that can be told.
+    pub progress: Option<f64>,
+    /// The maneuver under way, and its kind.
+    pub maneuver: Option<(String, ManeuverKind)>,
+    /// Time to the end of the maneuver (s), where that can be told.
+    pub maneuver_eta_s: Option<f64>,
+    /// How the last plan ended.
+    pub last_outcome: LastOutcome,
+}
+
+/// What the vehicle as a whole does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Mode {
+    /// Entities are starting.
+    #[default]
+    Boot,
+    /// Ready, doing nothing.
+    Service,
+    /// Calibrating before a plan.
+    Calibration,
+    /// An entity is in error, or somebody aborted.
+    Error,
+    /// A maneuver is under way.
+    Maneuver,
+    /// Somebody outside has control loops on.
+    External,
+}
+
+/// The state of the vehicle, to be told about twice per second.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct VehicleState {
+    /// What it does.
+    pub mode: Mode,
+    /// Labels of the entities in error.
+    pub errors: Vec<String>,
+    /// The maneuver under way.
+    pub maneuver: Option<ManeuverKind>,
+    /// When it began.
+    pub maneuver_began: Option<UtcTime>,
+    /// Time to its end (s), where that can be told.
+    pub maneuver_eta_s: Option<f64>,
+    /// Which control is on.
+    pub drive: Drive,
+    /// The maneuver is done and the next one not begun.
+    pub maneuver_done: bool,
+    /// The last error, and when.
+    pub last_error: Option<(String, UtcTime)>,
+}

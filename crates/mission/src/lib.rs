@@ -1,0 +1,36 @@
+//! Plans and maneuvers of an autonomous vessel: what to do next, and when to stop doing it.
+//!
+//! Everything is a pure state machine: inputs and their times come in, commands and replies go out. Nothing
+//! here knows IMC or motors; `onboard` translates both ways.
+//!
+//! SI units and radians throughout; headings and bearings turn clockwise from north.
+
+mod command;
+mod engine;
+mod event;
+mod maneuver;
+mod plan;
+mod speed;
+mod statistics;
+mod supervisor;
+
+pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
+pub use engine::{
+    ActionPoint, Ask, EndReason, EntityCondition, ExternalLoops, Failure, Input, LastOutcome, ManeuverEnd,
+    Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply, Request, RunId,
+    StartOptions, Success, VehicleState,
+};
+pub use event::{Event, Fix, Medium, Now, PathProgress, Reference, Sighting};
+pub use maneuver::{
+    FailReason, FollowPath, FollowReference, FollowReferenceConfig, FollowSystem, FollowSystemConfig,
+    FollowTrajectory, Goto, Idle, Late, Launch, Left, Loiter, LoiterShape, Maneuver, ManeuverConfig,
+    ManeuverKind, Offset, RawPlace, ReferencePhase, ReferenceState, Rows, RowsCoverage, RowsPoints,
+    ScheduledGoto, ScheduledGotoConfig, StationKeeping, Swath, Teleoperation, TimedOffset, TrajectoryConfig,
+};
+pub use plan::{
+    DraftBody, ManeuverDraft, Node, PLAN_END, Plan, PlanDraft, PlanLimits, PlanProblem, PlanProblems,
+    PlanWarning, ProblemKind, TransitionDraft,
+};
+pub use speed::{Speed, SpeedLimits};
+pub use statistics::{Cost, PlanStatistics};
+pub use supervisor::{Area, AreaError};

@@ -1,0 +1,30 @@
+//! Follow path: one path per point, chained. Its machine is [`waypoints`](super::waypoints).
+
+use super::RawPlace;
+use crate::plan::Checks;
+use crate::speed::Speed;
+use units::{LatLon, LocalPoint};
+
+/// Go along points; done at once without any.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowPath<P = LatLon> {
+    /// What the points are offset from.
+    pub origin: P,
+    /// The points.
+    pub points: Vec<Offset>,
+    /// How fast.
+    pub speed: Speed,
+}
+
+/// Metres north and east of a place.
+pub type Offset = LocalPoint;
+
+impl FollowPath<RawPlace> {
+    pub(crate) fn check(&self, checks: &mut Checks<'_>) -> Option<FollowPath> {
+        checks.speed(self.speed);
+        checks.points(self.points.len());
+        self.points.iter().for_each(|point| checks.offset(*point));
+        let origin = checks.place(self.origin)?;
+        Some(FollowPath { origin, points: self.points.clone(), speed: self.speed })
+    }
+}

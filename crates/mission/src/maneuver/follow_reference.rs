@@ -1,0 +1,238 @@
+//! Follow reference: does as a commander says, place by place.
+//!
+//! Waits for a first reference, goes where it says, hovers (motors off) when near and goes again when the
+//! place is farther than its radius plus a tolerance. What a reference leaves out stays as before, or starts
+//! as: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference again
+//! keeps the timeout from passing and changes nothing else.
+
+use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
+use super::goto::{distance_m, path_to};
+use crate::command::{Command, Path, PathStart};
+use crate::event::{Event, Fix, Now, Reference};
+use crate::plan::Checks;
+use crate::speed::Speed;
+use std::time::Duration;
+use units::MonoTime;
+
+/// Do as a commander says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowReference {
+    /// Address of the commander; `None` obeys any.
+    pub system: Option<u16>,
+    /// Entity of the commander; `None` obeys any.
+    pub entity: Option<u8>,
+    /// Silence of the commander for so long fails the maneuver; `None` waits for ever.
+    pub timeout: Option<Duration>,
+    /// Default radius (m); `None` takes the vessel's.
+    pub radius_m: Option<f64>,
+}
+
+/// Parameters of the behaviour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowReferenceConfig {
+    /// Hovering ends when the place is farther than the radius and this (m).
+    pub tolerance_m: f64,
+    /// Speed where no reference has named one.
+    pub default_speed: Speed,
+    /// Radius where neither the plan nor a reference has named one (m).
+    pub default_radius_m: f64,
+}
+
+impl Default for FollowReferenceConfig {
+    /// As the Otters' configuration has it.
+    fn default() -> Self {
+        Self { tolerance_m: 30.0, default_speed: Speed::Percent(50.0), default_radius_m: 7.5 }
+    }
+}
+
+/// What the maneuver does with a reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReferencePhase {
+    /// No reference has come.
+    Wait,
+    /// On the way.
+    Goto,
+    /// Motors off: near enough, or told to stop.
+    Hover,
+    /// The commander was silent too long.
+    Timeout,
+}
+
+/// The state to report to the commander: after each reference and at each change of phase.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceState {
+    /// What is done.
+    pub phase: ReferencePhase,
+    /// The reference as followed, what was absent filled in.
+    pub reference: Option<Reference>,
+    /// Whether the place is within the radius and the tolerance.
+    pub near: bool,
+}
+
+impl FollowReference {
+    pub(crate) fn check(&self, checks: &mut Checks<'_>) -> Option<FollowReference> {
+        if let Some(radius_m) = self.radius_m {
+            checks.finite("loiter radius", radius_m);
+        }
+        Some(*self)
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Machine {
+    follow: FollowReference,
+    phase: ReferencePhase,
+    /// What is followed, filled in.
+    reference: Option<Reference>,
+    deadline: Option<MonoTime>,
+    near: bool,
+}
+
+impl Machine {
+    pub(super) fn new(follow: FollowReference) -> Self {
+        Self { follow, phase: ReferencePhase::Wait, reference: None, deadline: None, near: false }
+    }
+
+    fn hears(&self, reference: &Reference) -> bool {
+        self.follow.system.is_none_or(|system| system == reference.system)
+            && self.follow.entity.is_none_or(|entity| entity == reference.entity)
+    }
+
+    fn wind(&mut self, cx: &Context<'_>) {
+        self.deadline = self.follow.timeout.map(|timeout| cx.now.mono + timeout);
+    }
+
+    fn report(&self, cx: &mut Context<'_>) {
+        let state = ReferenceState { phase: self.phase, reference: self.reference, near: self.near };
+        cx.signals.push(Signal::Reference(state));
+    }
+
+    /// `new` over what was followed before, over the defaults.
+    fn filled(&self, cx: &Context<'_>, new: &Reference) -> Reference {
+        let config = &cx.config.reference;
+        let before = self.reference.as_ref();
+        let here = cx.fix.map(|fix| fix.place);
+        let speed = new.speed.filter(|speed| speed.value().is_finite() && speed.value() >= 0.0);
+        let radius_m = new.radius_m.filter(|radius_m| radius_m.is_finite()).map(f64::abs);
+        let start_before = before.filter(|_| !new.direct).and_then(|before| before.start_point);
+        Reference {
+            location: new.location.or(before.and_then(|before| before.location)).or(here),
+            start_point: new.start_point.or(start_before),
+            speed: speed.or(before.and_then(|before| before.speed)).or(Some(config.default_speed)),
+            radius_m: radius_m
+                .or(before.and_then(|before| before.radius_m))
+                .or(self.follow.radius_m.map(f64::abs))
+                .or(Some(config.default_radius_m)),
+            ..*new
+        }
+    }
+
+    fn reference(&mut self, cx: &mut Context<'_>, new: &Reference) {
+        self.wind(cx);
+        let next = self.filled(cx, new);
+        let before = self.reference.replace(next);
+        if new.done {
+            self.report(cx);
+            cx.done();
+            return;
+        }
+        let same_way = before.is_some_and(|before| {
+            before.location == next.location
+                && before.start_point == next.start_point
+                && before.direct == next.direct
+        });
+        let speed_before = before.and_then(|before| before.speed);
+        self.locate(cx, cx.fix.as_ref());
+        match (next.location, next.speed) {
+            (None, _) => {}
+            (_, Some(speed)) if speed.value() <= 0.0 => self.hover(cx),
+            (Some(_), _) if self.phase == ReferencePhase::Hover && speed_before.is_some_and(stands) => {
+                self.go(cx);
+            }
+            (Some(_), Some(speed)) if self.phase == ReferencePhase::Goto && same_way => {
+                if speed_before != Some(speed) {
+                    cx.command(Command::ChangeSpeed(speed));
+                }
+            }
+            (Some(_), _) if self.phase == ReferencePhase::Hover && self.near => {}
+            (Some(_), _) => self.go(cx),
+        }
+        self.report(cx);
+    }
+
+    fn go(&mut self, cx: &mut Context<'_>) {
+        if let Some(Reference { location: Some(end), speed: Some(speed), start_point, .. }) = self.reference {
+            self.phase = ReferencePhase::Goto;
+            // One message that names a place both as start and as goal leaves no track but the straight one.
+            let start = start_point.filter(|start| *start != end).map_or(PathStart::Here, PathStart::At);
+            cx.follow(Path { start, ..path_to(end, speed) });
+        }
+    }
+
+    fn hover(&mut self, cx: &mut Context<'_>) {
+        if self.phase != ReferencePhase::Hover {
+            self.phase = ReferencePhase::Hover;
+            cx.drift();
+        }
+    }
+
+    fn locate(&mut self, cx: &Context<'_>, fix: Option<&Fix>) {
+        if let (Some(fix), Some(Reference { location: Some(place), radius_m, .. })) = (fix, &self.reference) {
+            let near_m = radius_m.unwrap_or_default() + cx.config.reference.tolerance_m;
+            self.near = distance_m(fix.place, *place) < near_m;
+        }
+    }
+
+    fn fix(&mut self, cx: &mut Context<'_>, fix: &Fix) {
+        self.locate(cx, Some(fix));
+        let stopped = self.reference.and_then(|reference| reference.speed).is_some_and(stands);
+        if self.phase == ReferencePhase::Hover && !self.near && !stopped {
+            self.go(cx);
+            self.report(cx);
+        }
+    }
+}
+
+/// Whether a speed means to stop.
+fn stands(speed: Speed) -> bool {
+    speed.value() <= 0.0
+}
+
+impl Behaviour for Machine {
+    fn start(&mut self, cx: &mut Context<'_>) {
+        self.wind(cx);
+        cx.drift();
+        self.report(cx);
+    }
+
+    fn event(&mut self, cx: &mut Context<'_>, event: &Event) {
+        match event {
+            Event::Fix(fix) => self.fix(cx, fix),
+            Event::Path(progress) if progress.near && self.phase == ReferencePhase::Goto => {
+                self.hover(cx);
+                self.report(cx);
+            }
+            Event::PathFailed { reason, .. } => cx.fail(FailReason::Path(reason.clone())),
+            Event::Reference(reference) if self.hears(reference) => self.reference(cx, reference),
+            Event::Path(_)
+            | Event::Reference(_)
+            | Event::Sighting(_)
+            | Event::Medium(_)
+            | Event::TeleoperationDone { .. } => {}
+        }
+    }
+
+    fn timeout(&mut self, cx: &mut Context<'_>) {
+        self.phase = ReferencePhase::Timeout;
+        self.report(cx);
+        cx.fail(FailReason::ReferenceTimeout);
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        self.deadline
+    }
+
+    fn left(&self, _: Now) -> Option<Left> {
+        None
+    }
+}

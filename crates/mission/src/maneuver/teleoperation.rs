@@ -1,0 +1,40 @@
+//! Teleoperation: an operator steers until done.
+
+use super::behaviour::{Behaviour, Context, Left};
+use crate::command::{Command, Operator};
+use crate::event::{Event, Now};
+
+/// Let an operator steer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Teleoperation {
+    /// Who.
+    pub operator: Operator,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Machine(Teleoperation);
+
+impl Machine {
+    pub(super) fn new(teleoperation: Teleoperation) -> Self {
+        Self(teleoperation)
+    }
+}
+
+impl Behaviour for Machine {
+    fn start(&mut self, cx: &mut Context<'_>) {
+        cx.command(Command::Teleoperate(self.0.operator));
+    }
+
+    /// Anyone's word ends an open teleoperation; a reserved one ends by its operator's only.
+    fn event(&mut self, cx: &mut Context<'_>, event: &Event) {
+        if let Event::TeleoperationDone { from } = event
+            && (self.0.operator == Operator::Anyone || self.0.operator == Operator::System(*from))
+        {
+            cx.done();
+        }
+    }
+
+    fn left(&self, _: Now) -> Option<Left> {
+        None
+    }
+}

@@ -1,0 +1,88 @@
+//! Speeds as plans give them, and the limits a plan must keep.
+
+use std::fmt;
+
+/// A speed in one of the units a plan may use; what it means for the motors is the controller's business.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speed {
+    /// Metres per second.
+    MetresPerSecond(f64),
+    /// Revolutions per minute of both motors.
+    Rpm(f64),
+    /// Percent of full actuation.
+    Percent(f64),
+}
+
+impl Speed {
+    /// The bare number in the unit of its variant.
+    pub fn value(self) -> f64 {
+        let (Self::MetresPerSecond(value) | Self::Rpm(value) | Self::Percent(value)) = self;
+        value
+    }
+}
+
+impl fmt::Display for Speed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::MetresPerSecond(mps) => write!(f, "{mps} m/s"),
+            Self::Rpm(rpm) => write!(f, "{rpm} rpm"),
+            Self::Percent(percent) => write!(f, "{percent} %"),
+        }
+    }
+}
+
+/// The largest speeds a plan may ask for, by unit. The least is above 0 in each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedLimits {
+    /// Metres per second.
+    pub max_mps: f64,
+    /// Revolutions per minute.
+    pub max_rpm: f64,
+    /// Percent.
+    pub max_percent: f64,
+}
+
+impl Default for SpeedLimits {
+    /// The top of the Otter's speed table: 6 knots, 980 rpm.
+    fn default() -> Self {
+        Self { max_mps: 3.09, max_rpm: 980.0, max_percent: 100.0 }
+    }
+}
+
+impl SpeedLimits {
+    /// Whether `speed` is a number above 0 within the limits.
+    pub fn allows(&self, speed: Speed) -> bool {
+        let limit = match speed {
+            Speed::MetresPerSecond(_) => self.max_mps,
+            Speed::Rpm(_) => self.max_rpm,
+            Speed::Percent(_) => self.max_percent,
+        };
+        // Single precision on the wire makes 3.09 a little more.
+        speed.value() > 0.0 && speed.value() <= limit * (1.0 + 1e-6)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn allows_numbers_above_zero_up_to_the_limit() {
+        let limits = SpeedLimits::default();
+        let cases = [
+            (Speed::MetresPerSecond(1.5), true),
+            (Speed::MetresPerSecond(f64::from(3.09_f32)), true),
+            (Speed::MetresPerSecond(3.2), false),
+            (Speed::MetresPerSecond(0.0), false),
+            (Speed::MetresPerSecond(-3.0), false),
+            (Speed::MetresPerSecond(f64::NAN), false),
+            (Speed::Rpm(900.0), true),
+            (Speed::Rpm(1600.0), false),
+            (Speed::Percent(100.0), true),
+            (Speed::Percent(f64::INFINITY), false),
+        ];
+        for (speed, allowed) in cases {
+            assert_eq!(limits.allows(speed), allowed, "{speed}");
+        }
+    }
+}
