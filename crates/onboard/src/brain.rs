@@ -14,9 +14,12 @@ use crate::input::{Input, Now, Side};
 use crate::navigation::{Estimate, Navigation};
 use crate::output::{Level, Output, StoredPlan};
 use crate::pilot::Pilot;
+use crate::plans::Plans;
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::states::{Condition, States};
+use mission::{Engine, EngineConfig, EntityCondition, Event};
+use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
 
@@ -32,6 +35,7 @@ pub struct Brain {
     pub(crate) states: States,
     pub(crate) navigation: Navigation,
     pub(crate) pilot: Pilot,
+    pub(crate) plans: Plans,
     pub(crate) sensors: Sensors,
     pub(crate) discovery: Discovery,
     detections: Detections,
@@ -42,7 +46,10 @@ pub struct Brain {
     next_step: MonoTime,
     next_watch: MonoTime,
     next_second: MonoTime,
+    next_conditions: MonoTime,
     shut_down: bool,
+    /// What the engine was told last of the watched parts.
+    conditions: BTreeMap<String, EntityCondition>,
 }
 
 impl Brain {
@@ -50,17 +57,21 @@ impl Brain {
     ///
     /// # Errors
     /// When parameters of the controllers are out of range.
-    pub fn new(settings: Settings, now: Now, _plans: Vec<StoredPlan>) -> Result<Self, control::InvalidConfig> {
+    pub fn new(settings: Settings, now: Now, kept: Vec<StoredPlan>) -> Result<Self, control::InvalidConfig> {
         let mut bus = Bus::new(&settings, now);
         let watch = &settings.watch;
         let states = States::new(watch.monitored.clone(), watch.vital.clone(), now.mono);
         let pilot = Pilot::new(&settings)?;
         bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
         bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
+        let engine = Engine::new(engine_config(&settings));
+        let plans = Plans::new(&settings, engine, &mut bus, kept);
         let mut brain = Self {
             navigation: Navigation::new(settings.navigation),
             states,
             pilot,
+            plans,
+            conditions: BTreeMap::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
             detections: Detections::default(),
@@ -71,6 +82,7 @@ impl Brain {
             next_step: now.mono,
             next_watch: now.mono,
             next_second: now.mono,
+            next_conditions: now.mono,
             shut_down: false,
             bus,
             settings,
@@ -112,7 +124,7 @@ impl Brain {
         }
         [self.next_step, self.next_watch, self.next_second, self.states.poll_timeout()]
             .into_iter()
-            .chain([self.discovery.poll_timeout(), pilot])
+            .chain([self.discovery.poll_timeout(), self.plans.poll_timeout(), pilot])
             .min()
     }
 
@@ -188,6 +200,9 @@ impl Brain {
                 self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
             }
         }
+        self.tell_conditions();
+        self.plans.tick(&mut self.bus, &mut self.pilot);
+        self.plans.follow_up(&mut self.bus, &mut self.pilot);
         let place = self.estimate.map(|estimate| (estimate.place, estimate.height_m));
         self.discovery.tick(&mut self.bus, &self.settings, place);
         self.states.tick(&mut self.bus, &self.settings.labels);
@@ -199,7 +214,37 @@ impl Brain {
             self.bus.send(Entity::Navigation, &sensors::estimated_state(estimate));
             self.detections.at(self.bus.utc(), estimate.place);
         }
+        if let Some(estimate) = &self.estimate {
+            let fix = mission::Fix {
+                place: estimate.place,
+                heading_rad: estimate.motion.heading_rad,
+                speed_mps: estimate.motion.speed_over_ground_mps(),
+                water_below_m: None,
+            };
+            self.pilot.see(estimate);
+            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(Event::Fix(fix)));
+        }
         self.pilot.steer(&mut self.bus, self.estimate.as_ref());
+        self.plans.follow_up(&mut self.bus, &mut self.pilot);
+    }
+
+    /// Tells the engine how the watched parts are doing, when that changed.
+    fn tell_conditions(&mut self) {
+        let watched = &self.settings.watch.monitored;
+        let condition = |entity: &Entity| match self.states.condition(*entity) {
+            Condition::Boot => EntityCondition::Boot,
+            Condition::Normal => EntityCondition::Normal,
+            Condition::Fault | Condition::Error | Condition::Failure => EntityCondition::Error,
+        };
+        let conditions: BTreeMap<_, _> = watched
+            .iter()
+            .map(|entity| (self.settings.labels.of(*entity).to_owned(), condition(entity)))
+            .collect();
+        if conditions != self.conditions || self.bus.mono() >= self.next_conditions {
+            self.next_conditions = self.bus.mono() + SECOND;
+            self.conditions.clone_from(&conditions);
+            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Entities(conditions));
+        }
     }
 
     fn watch(&mut self) {
@@ -213,6 +258,11 @@ impl Brain {
         };
         self.states.set(&mut self.bus, Entity::Path, condition, text);
     }
+}
+
+fn engine_config(settings: &Settings) -> EngineConfig {
+    let vital = settings.watch.vital.iter().map(|entity| settings.labels.of(*entity).to_owned()).collect();
+    EngineConfig { vital, ..settings.mission.engine.clone() }
 }
 
 /// Steps back in time, stopping at zero.

@@ -9,6 +9,8 @@ use crate::node::Contact;
 use crate::output::Level;
 use imc::messages::{EntityListOp, Message, RemoteActionsRequest, RemoteActionsRequestOp};
 use imc::{ANY_ENTITY, Address, Packet};
+use mission::{Event, Sighting};
+use units::LatLon;
 
 impl Brain {
     /// A packet as it came.
@@ -41,9 +43,17 @@ impl Brain {
         self.message(asker, header.dst, header.dst_ent, message);
     }
 
+    /// The name of a system: as announced, else as configured.
+    fn name_of(&self, system: Address) -> String {
+        let configured = || self.settings.names.get(&system.0).map(String::as_str);
+        self.bus.node.name_of(system).or_else(configured).unwrap_or_default().to_owned()
+    }
+
     fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
         let for_us = to == self.bus.address();
         let for_all = to.is_everyone();
+        // What changes the vessel's ways must name it, or broadcast on purpose.
+        let commands = for_us || to == Address::BROADCAST;
         if !(for_us || for_all) {
             return;
         }
@@ -69,6 +79,31 @@ impl Brain {
                     actions: control::REMOTE_ACTIONS.into(),
                 };
                 self.bus.send(Entity::Remote, &report);
+            }
+            Message::PlanDB(request) if commands => {
+                let name = self.name_of(asker.system);
+                self.plans.database(&mut self.bus, asker, &name, request);
+            }
+            Message::PlanControl(request) if commands => {
+                let name = self.name_of(asker.system);
+                self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
+            }
+            Message::Abort(_) if for_us => {
+                let abort = mission::Input::Abort { by: asker.system.0 };
+                self.plans.tell(&mut self.bus, &mut self.pilot, abort);
+            }
+            Message::TeleoperationDone(_) if commands => {
+                let done = Event::TeleoperationDone { from: asker.system.0 };
+                self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(done));
+            }
+            Message::Reference(reference) if commands => {
+                self.plans.reference(&mut self.bus, &mut self.pilot, asker, reference);
+            }
+            Message::Announce(announce) => {
+                if let Ok(place) = LatLon::from_rad(announce.lat, announce.lon) {
+                    let seen = Event::Sighting(Sighting { system: asker.system.0, place });
+                    self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
+                }
             }
             Message::RemoteActions(keys) => {
                 let keys = keys.actions.to_str_lossy().into_owned();

@@ -22,6 +22,7 @@ mod navigation;
 mod node;
 mod output;
 mod pilot;
+mod plans;
 pub mod record;
 mod sensors;
 mod settings;

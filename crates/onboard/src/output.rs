@@ -66,8 +66,8 @@ pub struct StoredPlan {
     pub id: String,
     /// Who changed it last, and when.
     pub change: PlanChange,
-    /// The PlanSpecification's payload as it came, little-endian.
-    pub payload: Vec<u8>,
+    /// The PlanSpecification as a whole packet, little-endian.
+    pub packet: Vec<u8>,
 }
 
 /// How much a line matters.

@@ -249,6 +249,11 @@ impl Pilot {
         bus.send(from, &ControlLoops { enable: ControlLoopsEnable::Enable, mask, scope_ref: self.scope_ref });
     }
 
+    /// Takes in an estimate without steering by it yet.
+    pub(crate) fn see(&mut self, estimate: &Estimate) {
+        self.estimate = Some(*estimate);
+    }
+
     /// Steers by a new estimate, or by its absence.
     pub(crate) fn steer(&mut self, bus: &mut Bus, estimate: Option<&Estimate>) {
         self.estimate = estimate.copied();

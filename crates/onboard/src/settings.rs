@@ -4,6 +4,7 @@ use crate::entity::{Entity, Labels};
 use crate::navigation::NavigationSettings;
 use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig, SpeedTable};
 use imc::Address;
+use mission::{EngineConfig, PlanLimits};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddrV4;
 use std::time::Duration;
@@ -131,20 +132,12 @@ pub struct MissionSettings {
     pub engine_report_hz: f64,
     /// Reports of the supervisor a second.
     pub supervisor_report_hz: f64,
-    /// Whether a plan is calibrated for when it asks to be.
-    pub calibrate: bool,
-    /// Least duration of a calibration (s).
-    pub calibration_s: f64,
-    /// Least radius of a loiter (m).
-    pub loiter_min_radius_m: f64,
-    /// Least radius of station keeping (m).
-    pub station_min_radius_m: f64,
-    /// FollowReference: slack around the goal (m).
-    pub reference_tolerance_m: f64,
-    /// FollowReference: loiter radius (m).
-    pub reference_radius_m: f64,
-    /// FollowReference: speed where none is given (m/s).
-    pub reference_speed_mps: f64,
+    /// The engine and its maneuvers.
+    pub engine: EngineConfig,
+    /// What plans must keep.
+    pub limits: PlanLimits,
+    /// Energy of full batteries (Wh).
+    pub capacity_wh: f64,
     /// Radius of holding a position (m).
     pub hold_radius_m: f64,
     /// Speed while holding (m/s).
@@ -207,13 +200,9 @@ impl Default for MissionSettings {
         Self {
             engine_report_hz: 2.5,
             supervisor_report_hz: 2.0,
-            calibrate: false,
-            calibration_s: 10.0,
-            loiter_min_radius_m: 1.0,
-            station_min_radius_m: 2.0,
-            reference_tolerance_m: 15.0,
-            reference_radius_m: 7.5,
-            reference_speed_mps: 1.0,
+            engine: EngineConfig::default(),
+            limits: PlanLimits::default(),
+            capacity_wh: 3660.0,
             hold_radius_m: 15.0,
             hold_speed_mps: 1.0,
         }

@@ -231,7 +231,7 @@ fn keep(put: &mut Put<'_>, keep: &Keep) {
             put.u8(0);
             put.bytes(plan.id.as_bytes());
             change(put, &plan.change);
-            put.bytes(&plan.payload);
+            put.bytes(&plan.packet);
         }
         Keep::NoPlan(id) => {
             put.u8(1);
