@@ -6,6 +6,7 @@
 //! SI units and radians throughout; headings and bearings turn clockwise from north.
 
 mod command;
+mod database;
 mod engine;
 mod event;
 mod maneuver;
@@ -15,10 +16,14 @@ mod statistics;
 mod supervisor;
 
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
+pub use database::{
+    Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseReply, DatabaseRequest,
+    DatabaseState, Digest, Effect, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
+};
 pub use engine::{
-    ActionPoint, Ask, EndReason, EntityCondition, ExternalLoops, Failure, Input, LastOutcome, ManeuverEnd,
-    Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply, Request, RunId,
-    StartOptions, Success, VehicleState,
+    ActionPoint, Ask, EndReason, Engine, EngineConfig, EntityCondition, ExternalLoops, Failure, Input,
+    LastOutcome, ManeuverEnd, Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState,
+    Reply, Request, RunId, StartOptions, Success, VehicleState,
 };
 pub use event::{Event, Fix, Medium, Now, PathProgress, Reference, Sighting};
 pub use maneuver::{
@@ -32,5 +37,5 @@ pub use plan::{
     PlanWarning, ProblemKind, TransitionDraft,
 };
 pub use speed::{Speed, SpeedLimits};
-pub use statistics::{Cost, PlanStatistics};
+pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};
 pub use supervisor::{Area, AreaError};

@@ -28,6 +28,7 @@ pub use follow_reference::{FollowReference, FollowReferenceConfig, ReferencePhas
 pub use follow_system::{FollowSystem, FollowSystemConfig};
 pub use follow_trajectory::{FollowTrajectory, TimedOffset, TrajectoryConfig};
 pub use goto::Goto;
+pub(crate) use goto::distance_m;
 pub use idle::Idle;
 pub use launch::Launch;
 pub use loiter::{Loiter, LoiterShape};
@@ -37,6 +38,7 @@ pub use scheduled_goto::{Late, ScheduledGoto, ScheduledGotoConfig};
 pub use station_keeping::StationKeeping;
 pub use teleoperation::Teleoperation;
 
+use crate::speed::SpeedLimits;
 use std::fmt;
 use std::time::Duration;
 use units::LatLon;
@@ -136,6 +138,8 @@ impl<P> Maneuver<P> {
 /// Parameters of the behaviours; the vessel's, not the plan's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ManeuverConfig {
+    /// Commanders get no more than these speeds.
+    pub speed: SpeedLimits,
     /// Least radius of a loiter circle (m); smaller ones are widened.
     pub loiter_min_radius_m: f64,
     /// Least radius of station keeping (m); smaller ones are widened.
@@ -158,6 +162,7 @@ impl Default for ManeuverConfig {
     /// As the original has them, with the least radii of its otter configuration.
     fn default() -> Self {
         Self {
+            speed: SpeedLimits::default(),
             loiter_min_radius_m: 1.0,
             station_min_radius_m: 2.0,
             fix_max_age: Duration::from_secs(2),

@@ -370,8 +370,14 @@ impl Maneuver<RawPlace> {
             Self::RowsCoverage(rows) => Maneuver::RowsCoverage(rows.check(checks)?),
             Self::Idle(idle) => Maneuver::Idle(*idle),
             Self::ScheduledGoto(goto) => Maneuver::ScheduledGoto(goto.check(checks)?),
-            Self::FollowReference(follow) => Maneuver::FollowReference(follow.check(checks)?),
-            Self::FollowSystem(follow) => Maneuver::FollowSystem(follow.check(checks)?),
+            Self::FollowReference(follow) => {
+                follow.check(checks);
+                Maneuver::FollowReference(*follow)
+            }
+            Self::FollowSystem(follow) => {
+                follow.check(checks);
+                Maneuver::FollowSystem(*follow)
+            }
             Self::Teleoperation(teleoperation) => Maneuver::Teleoperation(*teleoperation),
         })
     }

@@ -50,6 +50,16 @@ impl Default for SpeedLimits {
 }
 
 impl SpeedLimits {
+    /// `speed`, or the limit where it is faster.
+    #[must_use]
+    pub fn clamp(&self, speed: Speed) -> Speed {
+        match speed {
+            Speed::MetresPerSecond(mps) => Speed::MetresPerSecond(mps.min(self.max_mps)),
+            Speed::Rpm(rpm) => Speed::Rpm(rpm.min(self.max_rpm)),
+            Speed::Percent(percent) => Speed::Percent(percent.min(self.max_percent)),
+        }
+    }
+
     /// Whether `speed` is a number above 0 within the limits.
     pub fn allows(&self, speed: Speed) -> bool {
         let limit = match speed {

@@ -70,11 +70,10 @@ pub struct ReferenceState {
 }
 
 impl FollowReference {
-    pub(crate) fn check(&self, checks: &mut Checks<'_>) -> Option<FollowReference> {
+    pub(crate) fn check(&self, checks: &mut Checks<'_>) {
         if let Some(radius_m) = self.radius_m {
             checks.finite("loiter radius", radius_m);
         }
-        Some(*self)
     }
 }
 
@@ -113,6 +112,7 @@ impl Machine {
         let before = self.reference.as_ref();
         let here = cx.fix.map(|fix| fix.place);
         let speed = new.speed.filter(|speed| speed.value().is_finite() && speed.value() >= 0.0);
+        let speed = speed.map(|speed| cx.config.speed.clamp(speed));
         let radius_m = new.radius_m.filter(|radius_m| radius_m.is_finite()).map(f64::abs);
         let start_before = before.filter(|_| !new.direct).and_then(|before| before.start_point);
         Reference {

@@ -43,15 +43,14 @@ pub struct FollowSystemConfig {
 
 impl Default for FollowSystemConfig {
     fn default() -> Self {
-        Self { min_displace_m: 2.0, safety_m: 15.0, slack_m: 10.0, silence: Duration::from_secs(60) }
+        Self { min_displace_m: 2.0, safety_m: 15.0, slack_m: 10.0, silence: Duration::from_mins(1) }
     }
 }
 
 impl FollowSystem {
-    pub(crate) fn check(&self, checks: &mut Checks<'_>) -> Option<FollowSystem> {
+    pub(crate) fn check(&self, checks: &mut Checks<'_>) {
         checks.speed(self.speed);
         checks.offset(LocalPoint { north_m: self.ahead_m, east_m: self.port_m });
-        Some(*self)
     }
 }
 

@@ -158,7 +158,7 @@ impl Iterator for RowsPoints {
                 self.go(-offset_m);
                 Stage::Start
             }
-            Stage::Start => {
+            Stage::Start | Stage::EndCurveDown => {
                 self.go(offset_m);
                 Stage::Up
             }
@@ -180,10 +180,6 @@ impl Iterator for RowsPoints {
             Stage::CurveDown if !self.curve(2.0 - self.rows.alternation, offset_m) => Stage::End,
             Stage::CurveDown if square => Stage::EndCurveDown,
             Stage::CurveDown => Stage::Up,
-            Stage::EndCurveDown => {
-                self.go(offset_m);
-                Stage::Up
-            }
             Stage::End => Stage::End,
         };
         if self.stage == Stage::End {

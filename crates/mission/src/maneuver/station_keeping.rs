@@ -86,9 +86,8 @@ impl Machine {
         self.range_m = Some(range_m);
         let outside = range_m > self.radius_m(cx);
         match self.state {
-            State::Initial if outside => self.drive(cx),
+            State::Initial | State::OnStation if outside => self.drive(cx),
             State::Initial => self.rest(cx),
-            State::OnStation if outside => self.drive(cx),
             State::OnStation | State::OffStation { .. } => {}
         }
     }

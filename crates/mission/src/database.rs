@@ -1,0 +1,317 @@
+//! The plan database: named plans as opaque bytes with a digest, who changed them and when.
+//!
+//! The database holds what is safely stored. A change is first handed to the shell ([`Effect`]), becomes
+//! visible when the shell reports it done ([`PlanDatabase::stored`]) and is only then answered with success;
+//! so what a client was told survives a power cut, provided the shell writes atomically. Effects are to be
+//! carried out in their order. Reading answers at once, by what is stored.
+//!
+//! Bounds: number of plans, bytes of one plan and of all, changes under way. At a bound a change is refused;
+//! nothing is ever evicted.
+
+mod answer;
+
+pub use answer::{Answer, DatabaseError, DatabaseReply, DatabaseState, Effect, Outgoing, PlanInfo};
+
+use crate::engine::Origin;
+use crate::plan::PlanLimits;
+use std::collections::{BTreeMap, VecDeque};
+use units::UtcTime;
+
+/// Digest of a plan's bytes, by the caller's algorithm.
+pub type Digest = [u8; 16];
+
+/// Who changed something, and when.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Change {
+    /// When.
+    pub at: UtcTime,
+    /// Address of the system.
+    pub system: u16,
+    /// Its name.
+    pub name: String,
+}
+
+/// A stored plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Record {
+    /// Its name.
+    pub plan_id: String,
+    /// The plan, byte for byte as it came.
+    pub bytes: Vec<u8>,
+    /// Digest of the bytes.
+    pub digest: Digest,
+    /// Its last change.
+    pub change: Change,
+}
+
+/// What is asked of the database.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DatabaseAsk {
+    /// Store a plan under its name, in place of one of that name.
+    Set {
+        /// The plan, byte for byte.
+        bytes: Vec<u8>,
+        /// Digest of the bytes.
+        digest: Digest,
+        /// The name inside the bytes; it must be that of the request.
+        named: String,
+    },
+    /// Forget a plan.
+    Delete,
+    /// Hand a plan out.
+    Get,
+    /// Tell about a plan.
+    GetInfo,
+    /// Forget all plans.
+    Clear,
+    /// Tell about all plans.
+    GetState,
+}
+
+/// A request to the database.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DatabaseRequest {
+    /// Whom to answer.
+    pub origin: Origin,
+    /// Name of the requester's system, for the record.
+    pub name: String,
+    /// Which plan; ignored where all are meant.
+    pub plan_id: String,
+    /// What is asked.
+    pub ask: DatabaseAsk,
+}
+
+/// Number of a change under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Ticket(pub u64);
+
+/// Bounds of the database.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DatabaseLimits {
+    /// Most plans.
+    pub max_plans: usize,
+    /// Most bytes of one plan.
+    pub max_plan_bytes: usize,
+    /// Most bytes of all plans.
+    pub max_bytes: usize,
+    /// Most changes under way.
+    pub max_changes: usize,
+    /// Longest name (bytes).
+    pub max_name_bytes: usize,
+}
+
+impl Default for DatabaseLimits {
+    /// A plan of [`PlanLimits`]' size fits some times over.
+    fn default() -> Self {
+        let max_plan_bytes = 512 * PlanLimits::default().max_maneuvers;
+        Self {
+            max_plans: 1_000,
+            max_plan_bytes,
+            max_bytes: 16 * max_plan_bytes,
+            max_changes: 64,
+            max_name_bytes: 256,
+        }
+    }
+}
+
+/// The database.
+#[derive(Debug, Clone)]
+pub struct PlanDatabase {
+    limits: DatabaseLimits,
+    records: BTreeMap<String, Record>,
+    last_change: Option<Change>,
+    under_way: BTreeMap<Ticket, UnderWay>,
+    next_ticket: u64,
+    outgoing: VecDeque<Outgoing>,
+}
+
+/// A change that the shell is carrying out.
+#[derive(Debug, Clone)]
+struct UnderWay {
+    origin: Origin,
+    plan_id: String,
+    effect: Effect,
+}
+
+impl PlanDatabase {
+    /// A database with what the shell has found stored. All of it is taken, bounds or not.
+    pub fn new(limits: DatabaseLimits, stored: Vec<Record>, last_change: Option<Change>) -> Self {
+        let newest = stored.iter().map(|record| &record.change).max_by_key(|change| change.at).cloned();
+        Self {
+            limits,
+            records: stored.into_iter().map(|record| (record.plan_id.clone(), record)).collect(),
+            last_change: last_change.or(newest),
+            under_way: BTreeMap::new(),
+            next_ticket: 0,
+            outgoing: VecDeque::new(),
+        }
+    }
+
+    /// A stored plan.
+    pub fn get(&self, plan_id: &str) -> Option<&Record> {
+        self.records.get(plan_id)
+    }
+
+    /// All stored plans, ordered by name.
+    pub fn records(&self) -> impl Iterator<Item = &Record> {
+        self.records.values()
+    }
+
+    /// What to answer and to store, in order.
+    pub fn poll_outgoing(&mut self) -> Option<Outgoing> {
+        self.outgoing.pop_front()
+    }
+
+    /// Takes a request at `now`.
+    pub fn handle(&mut self, now: UtcTime, request: DatabaseRequest) {
+        let DatabaseRequest { origin, name, plan_id, ask } = request;
+        let change = Change { at: now, system: origin.system, name };
+        let effect = match ask {
+            DatabaseAsk::Set { bytes, digest, named } => {
+                let id = plan_id.clone();
+                self.check_set(&id, &named, bytes.len()).map(|()| Effect::Store {
+                    ticket: self.ticket(),
+                    record: Record { plan_id: id, bytes, digest, change },
+                })
+            }
+            DatabaseAsk::Delete => self.check_room().and_then(|()| {
+                if self.will_exist(&plan_id) {
+                    let (ticket, plan_id) = (self.ticket(), plan_id.clone());
+                    Ok(Effect::Remove { ticket, plan_id, change })
+                } else {
+                    Err(DatabaseError::Undefined)
+                }
+            }),
+            DatabaseAsk::Clear => {
+                self.check_room().map(|()| Effect::RemoveAll { ticket: self.ticket(), change })
+            }
+            DatabaseAsk::Get => {
+                let found = self.found(&plan_id).map(|record| Answer::Plan(record.clone()));
+                return self.answer(origin, plan_id, found);
+            }
+            DatabaseAsk::GetInfo => {
+                let found = self.found(&plan_id).map(|record| Answer::Info(record.into()));
+                return self.answer(origin, plan_id, found);
+            }
+            DatabaseAsk::GetState => {
+                let state = Answer::State(self.state());
+                return self.answer(origin, String::new(), Ok(state));
+            }
+        };
+        self.begin(origin, plan_id, effect);
+    }
+
+    /// The shell has carried out the effect of `ticket`, or failed with a text for people.
+    pub fn stored(&mut self, ticket: Ticket, result: Result<(), String>) {
+        let Some(UnderWay { origin, plan_id, effect }) = self.under_way.remove(&ticket) else { return };
+        let result = match (result, effect) {
+            (Err(text), _) => Err(DatabaseError::Storage(text)),
+            (Ok(()), Effect::Store { record, .. }) => {
+                let info = PlanInfo::from(&record);
+                self.last_change = Some(record.change.clone());
+                let replaced = self.records.insert(record.plan_id.clone(), record).is_some();
+                Ok(Answer::Stored { info, replaced })
+            }
+            (Ok(()), Effect::Remove { plan_id, change, .. }) => {
+                self.last_change = Some(change);
+                self.records.remove(&plan_id);
+                Ok(Answer::Removed)
+            }
+            (Ok(()), Effect::RemoveAll { change, .. }) => {
+                self.last_change = Some(change);
+                self.records.clear();
+                Ok(Answer::Removed)
+            }
+        };
+        self.answer(origin, plan_id, result);
+    }
+
+    /// About all plans.
+    pub fn state(&self) -> DatabaseState {
+        DatabaseState {
+            plans: self.records.values().map(PlanInfo::from).collect(),
+            bytes: self.records.values().map(|record| record.bytes.len()).sum(),
+            last_change: self.last_change.clone(),
+        }
+    }
+
+    fn begin(&mut self, origin: Origin, plan_id: String, effect: Result<Effect, DatabaseError>) {
+        let reply = DatabaseReply { origin, plan_id: plan_id.clone(), result: None };
+        self.outgoing.push_back(Outgoing::Reply(reply));
+        match effect {
+            Ok(effect) => {
+                self.outgoing.push_back(Outgoing::Effect(effect.clone()));
+                self.under_way.insert(effect.ticket(), UnderWay { origin, plan_id, effect });
+            }
+            Err(error) => self.answer(origin, plan_id, Err(error)),
+        }
+    }
+
+    fn answer(&mut self, origin: Origin, plan_id: String, result: Result<Answer, DatabaseError>) {
+        let reply = DatabaseReply { origin, plan_id, result: Some(result) };
+        self.outgoing.push_back(Outgoing::Reply(reply));
+    }
+
+    fn ticket(&mut self) -> Ticket {
+        self.next_ticket += 1;
+        Ticket(self.next_ticket)
+    }
+
+    fn found(&self, plan_id: &str) -> Result<&Record, DatabaseError> {
+        self.records.get(plan_id).ok_or(DatabaseError::Undefined)
+    }
+
+    fn check_room(&self) -> Result<(), DatabaseError> {
+        if self.under_way.len() < self.limits.max_changes { Ok(()) } else { Err(DatabaseError::Busy) }
+    }
+
+    fn check_set(&self, plan_id: &str, named: &str, size: usize) -> Result<(), DatabaseError> {
+        self.check_room()?;
+        if plan_id.is_empty() || plan_id.len() > self.limits.max_name_bytes {
+            return Err(DatabaseError::BadName);
+        }
+        if plan_id != named {
+            return Err(DatabaseError::NamesDiffer { named: named.to_owned() });
+        }
+        if size > self.limits.max_plan_bytes {
+            return Err(DatabaseError::TooLarge { bytes: size, limit: self.limits.max_plan_bytes });
+        }
+        let (mut plans, mut bytes) = (1, size);
+        for (other, other_bytes) in self.sizes_to_be() {
+            if other != plan_id {
+                plans += 1;
+                bytes += other_bytes;
+            }
+        }
+        if plans > self.limits.max_plans || bytes > self.limits.max_bytes {
+            return Err(DatabaseError::Full);
+        }
+        Ok(())
+    }
+
+    fn will_exist(&self, plan_id: &str) -> bool {
+        self.sizes_to_be().contains_key(plan_id)
+    }
+
+    /// Sizes once the changes under way are done. One that fails may leave its plan over the bounds.
+    fn sizes_to_be(&self) -> BTreeMap<&str, usize> {
+        let records = self.records.values();
+        let mut sizes: BTreeMap<&str, usize> =
+            records.map(|record| (record.plan_id.as_str(), record.bytes.len())).collect();
+        for under_way in self.under_way.values() {
+            match &under_way.effect {
+                Effect::Store { record, .. } => {
+                    sizes.insert(&record.plan_id, record.bytes.len());
+                }
+                Effect::Remove { plan_id, .. } => {
+                    sizes.remove(plan_id.as_str());
+                }
+                Effect::RemoveAll { .. } => sizes.clear(),
+            }
+        }
+        sizes
+    }
+}
+
+#[cfg(test)]
+mod tests;

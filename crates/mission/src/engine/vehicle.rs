@@ -1,0 +1,205 @@
+//! The vehicle's modes: what entities, aborts and loops from outside make of them.
+
+use super::{EndReason, Engine, EngineConfig, Mode, NoteLevel, Output};
+use crate::event::Now;
+use crate::maneuver::ManeuverKind;
+use std::collections::{BTreeMap, BTreeSet};
+use units::{MonoTime, UtcTime};
+
+/// Condition of an entity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EntityCondition {
+    /// Starting. Counts as an error but lets the vehicle go on booting.
+    Boot,
+    /// Well.
+    Normal,
+    /// In a fault, an error or a failure; all count alike.
+    Error,
+}
+
+/// Control loops that somebody other than the engine has on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ExternalLoops {
+    /// None.
+    #[default]
+    Off,
+    /// Some.
+    On,
+    /// Some that entity errors must not override.
+    NoOverride,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Vehicle {
+    mode: Mode,
+    conditions: BTreeMap<String, EntityCondition>,
+    vital: BTreeSet<String>,
+    /// Somebody aborted and no entity report has come since.
+    aborted: bool,
+    external: ExternalLoops,
+    external_since: Option<MonoTime>,
+    last_error: Option<(String, UtcTime)>,
+}
+
+impl Vehicle {
+    pub(super) fn new(vital: BTreeSet<String>) -> Self {
+        Self {
+            mode: Mode::Boot,
+            conditions: BTreeMap::new(),
+            vital,
+            aborted: false,
+            external: ExternalLoops::Off,
+            external_since: None,
+            last_error: None,
+        }
+    }
+
+    pub(super) fn set_vital(&mut self, vital: BTreeSet<String>) {
+        self.vital = vital;
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    pub(super) fn set_mode(&mut self, mode: Mode) {
+        self.mode = mode;
+    }
+
+    pub(super) fn last_error(&self) -> Option<&(String, UtcTime)> {
+        self.last_error.as_ref()
+    }
+
+    pub(super) fn set_last_error(&mut self, error: Option<(String, UtcTime)>) {
+        self.last_error = error;
+    }
+
+    /// Labels of entities that are not well; of the vital ones only if `only_vital`.
+    pub(super) fn errors(&self, only_vital: bool) -> Vec<String> {
+        let bad = self.conditions.iter().filter(|(_, condition)| **condition != EntityCondition::Normal);
+        bad.map(|(label, _)| label.clone())
+            .filter(|label| !only_vital || self.vital.contains(label))
+            .collect()
+    }
+
+    /// The mode while nothing runs.
+    pub(super) fn rest_mode(&self) -> Mode {
+        if self.aborted || !self.errors(false).is_empty() { Mode::Error } else { Mode::Service }
+    }
+
+    /// Why no plan can start, if so.
+    pub(super) fn blocks(&self, ignore_errors: bool) -> Option<String> {
+        match self.mode {
+            Mode::Boot => return Some("booting".to_owned()),
+            Mode::External => return Some("under external control".to_owned()),
+            Mode::Service | Mode::Calibration | Mode::Error | Mode::Maneuver => {}
+        }
+        if self.aborted {
+            return Some("aborted".to_owned());
+        }
+        let errors = self.errors(ignore_errors);
+        (!errors.is_empty()).then(|| errors.join(", "))
+    }
+
+    /// Takes what loops are on; answers whether the mode changed.
+    pub(super) fn external_loops(&mut self, now: Now, loops: ExternalLoops) -> bool {
+        self.external = loops;
+        let before = self.mode;
+        if loops == ExternalLoops::Off && self.mode == Mode::External {
+            self.mode = self.rest_mode();
+        }
+        self.watch_external(now);
+        self.mode != before
+    }
+
+    /// Loops from outside count from when both they are on and nothing runs.
+    pub(super) fn watch_external(&mut self, now: Now) {
+        if self.external == ExternalLoops::Off || self.mode != Mode::Service {
+            self.external_since = None;
+        } else {
+            self.external_since.get_or_insert(now.mono);
+        }
+    }
+
+    pub(super) fn external_deadline(&self, config: &EngineConfig) -> Option<MonoTime> {
+        self.external_since.filter(|_| self.mode == Mode::Service).map(|since| since + config.external_after)
+    }
+}
+
+impl Engine {
+    pub(super) fn entities(&mut self, now: Now, conditions: BTreeMap<String, EntityCondition>) {
+        let changed = self.vehicle.conditions != conditions;
+        let before = self.vehicle.mode;
+        self.vehicle.conditions = conditions;
+        self.vehicle.aborted = false;
+        let errors = self.vehicle.errors(false);
+        let booting = self.vehicle.conditions.values().any(|one| *one == EntityCondition::Boot);
+        match self.vehicle.mode {
+            Mode::Boot if errors.is_empty() || !booting => self.vehicle.mode = self.vehicle.rest_mode(),
+            Mode::Error | Mode::Service => self.vehicle.mode = self.vehicle.rest_mode(),
+            Mode::External if !errors.is_empty() && self.vehicle.external != ExternalLoops::NoOverride => {
+                self.vehicle.mode = Mode::Error;
+                self.outputs.push_back(Output::DisableExternalLoops);
+            }
+            Mode::Maneuver => self.check_errors(now),
+            Mode::Boot | Mode::Calibration | Mode::External => {}
+        }
+        if before != Mode::Error && self.vehicle.mode == Mode::Error && !errors.is_empty() {
+            let text = format!("entity error: {}", errors.join(", "));
+            self.note(NoteLevel::Error, text.clone());
+            self.vehicle.last_error = Some((text, now.utc));
+        }
+        self.vehicle.watch_external(now);
+        if before != self.vehicle.mode {
+            self.tell_plan(now);
+        }
+        if changed || before != self.vehicle.mode {
+            self.tell_vehicle(now);
+        }
+    }
+
+    /// Ends the plan when an entity error matters to it. An operator who steers is not to be interrupted.
+    fn check_errors(&mut self, now: Now) {
+        let Some(run) = &self.run else { return };
+        let kind = run.maneuver().map(|node| node.maneuver().kind());
+        let errors = self.vehicle.errors(run.options.ignore_errors);
+        let protected =
+            kind == Some(ManeuverKind::Teleoperation) || self.vehicle.external == ExternalLoops::NoOverride;
+        if !errors.is_empty() && !protected {
+            self.end_run(now, EndReason::Entities(errors.join(", ")));
+        }
+    }
+
+    pub(super) fn abort(&mut self, now: Now, by: u16) {
+        let text = format!("aborted by {by:#06x}");
+        self.note(NoteLevel::Warning, text.clone());
+        self.vehicle.aborted = true;
+        self.vehicle.last_error = Some((text, now.utc));
+        if self.vehicle.external != ExternalLoops::Off {
+            self.outputs.push_back(Output::DisableExternalLoops);
+        }
+        if self.run.is_some() {
+            self.end_run(now, EndReason::Aborted(by));
+        } else {
+            self.vehicle.mode = Mode::Error;
+            self.command(now, crate::command::Command::Drift);
+            self.vehicle.watch_external(now);
+            self.tell_vehicle(now);
+            self.tell_plan(now);
+        }
+        self.outputs.push_back(Output::Aborted { by });
+    }
+
+    /// Loops from outside have been on for too long to be a mere transition.
+    pub(super) fn external_loops_stay(&mut self, now: Now) {
+        if self.config.external_control {
+            self.vehicle.mode = Mode::External;
+            self.vehicle.watch_external(now);
+            self.tell_vehicle(now);
+            self.tell_plan(now);
+        } else {
+            self.vehicle.external_since = Some(now.mono);
+            self.outputs.push_back(Output::DisableExternalLoops);
+        }
+    }
+}
