@@ -4,7 +4,7 @@
 //! deadline of the brain. Two worlds with the same settings give the same outputs at the same times.
 
 use onboard::{
-    BatteryReading, Brain, GnssFix, GnssReading, Input, MotorReading, Now, Output, Side, TagReading,
+    BatteryReading, Brain, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Side, TagReading,
     WaterReading,
 };
 use sim::{CardReport, HydrophoneLine, Quality, Vessel};
@@ -48,12 +48,20 @@ impl World {
         let now = self.now();
         sink(now, Happening::Told(input.clone()));
         self.brain.handle(now, input);
+        let mut stored = Vec::new();
         while let Some(output) = self.brain.poll_output() {
+            if let Output::Keep(Keep::Plans(effect)) = &output {
+                stored.push(effect.ticket());
+            }
             if let Output::Motors(motors) = &output {
                 // The authority lets only numbers within -1 to 1 through.
                 self.vessel.command(motors.port, motors.starboard).ok();
             }
             sink(now, Happening::Wanted(output));
+        }
+        // The virtual disk never fails and takes no time.
+        for ticket in stored {
+            self.tell(Input::Stored(ticket, Ok(())), sink);
         }
     }
 

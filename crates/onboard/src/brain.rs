@@ -12,13 +12,13 @@ use crate::entity::Entity;
 use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
 use crate::navigation::{Estimate, Navigation};
-use crate::output::{Level, Output, StoredPlan};
+use crate::output::{Level, Output};
 use crate::pilot::Pilot;
 use crate::plans::Plans;
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::states::{Condition, States};
-use mission::{Engine, EngineConfig, EntityCondition, Event};
+use mission::{Engine, EngineConfig, EntityCondition, Event, Record};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
@@ -57,7 +57,7 @@ impl Brain {
     ///
     /// # Errors
     /// When parameters of the controllers are out of range.
-    pub fn new(settings: Settings, now: Now, kept: Vec<StoredPlan>) -> Result<Self, control::InvalidConfig> {
+    pub fn new(settings: Settings, now: Now, kept: Vec<Record>) -> Result<Self, control::InvalidConfig> {
         let mut bus = Bus::new(&settings, now);
         let watch = &settings.watch;
         let states = States::new(watch.monitored.clone(), watch.vital.clone(), now.mono);
@@ -157,6 +157,7 @@ impl Brain {
             Input::Disconnected(peer) => self.bus.node.disconnected(peer),
             Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
             Input::LogOpened(outcome) => self.log_opened(outcome),
+            Input::Stored(ticket, outcome) => self.plans.stored(&mut self.bus, ticket, outcome),
             Input::NotKept(what) => {
                 self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
             }

@@ -4,6 +4,7 @@
 //! range). Refusing those is the business of [`Navigation`](crate::Navigation) and its neighbours. SI units
 //! and radians.
 
+use mission::Ticket;
 use std::net::SocketAddrV4;
 use units::{MonoTime, UtcTime};
 
@@ -43,7 +44,9 @@ pub enum Input {
     Reachable(Reachable),
     /// A log was opened under this name, or could not be.
     LogOpened(Result<String, String>),
-    /// What was to be kept on disk could not be.
+    /// A change of the plans is on the disk, or could not be brought there.
+    Stored(Ticket, Result<(), String>),
+    /// What else was to be kept on disk could not be.
     NotKept(String),
     /// The program is about to end: motors first.
     Shutdown,

@@ -36,7 +36,7 @@ pub use input::{
     TagReading, WaterReading,
 };
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
-pub use output::{Keep, Level, Output, PlanChange, StoredPlan};
+pub use output::{Keep, Level, Output};
 pub use settings::{
     Area, Fallback, MissionSettings, NodeSettings, Settings, TransportSettings, WatchSettings,
 };

@@ -2,6 +2,7 @@
 
 use crate::input::Peer;
 use control::MotorPair;
+use mission::Effect;
 use units::UtcTime;
 
 /// Something to do, in the order in which it comes out.
@@ -36,38 +37,10 @@ pub enum Output {
 /// Something to keep on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Keep {
-    /// A plan, new or changed.
-    Plan(StoredPlan),
-    /// A plan is gone.
-    NoPlan(String),
-    /// All plans are gone.
-    NoPlans,
-    /// When and by whom the plans were changed last.
-    LastChange(PlanChange),
+    /// A change of the plans; the outcome is to be told by [`Input::Stored`](crate::Input::Stored).
+    Plans(Effect),
     /// Values of parameters of an entity: its label, then names and values.
     Parameters(String, Vec<(String, String)>),
-}
-
-/// When and by whom plans were changed.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct PlanChange {
-    /// When (s since 1970).
-    pub time_s: f64,
-    /// Address of the system.
-    pub system: u16,
-    /// Its name.
-    pub name: String,
-}
-
-/// A plan as it is kept.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct StoredPlan {
-    /// Its id.
-    pub id: String,
-    /// Who changed it last, and when.
-    pub change: PlanChange,
-    /// The PlanSpecification as a whole packet, little-endian.
-    pub packet: Vec<u8>,
 }
 
 /// How much a line matters.

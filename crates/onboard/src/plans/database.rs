@@ -1,206 +1,216 @@
-//! The plan database, as DUNE's Plan.DB answers: plans by name, byte for byte as they came, with digests.
+//! The plan database on the bus: IMC's PlanDB in front of the mission's database.
 //!
-//! A plan is kept as a whole little-endian packet, because its digest is over the bytes of the payload, and a
-//! file of packets opens in any tool that reads logs.
+//! A plan is kept as a whole little-endian packet, so that any tool that reads logs opens it; its digest and
+//! size are those of the payload alone, as consoles reckon them.
 
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
-use crate::output::{Keep, Output, PlanChange, StoredPlan};
+use crate::output::{Keep, Output};
 use imc::messages::{
     Message, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, PlanSpecification,
 };
-use imc::{FOOTER_BYTES, HEADER_BYTES, Header, PacketView, plan_digest};
+use imc::{ANY_ENTITY, Address, FOOTER_BYTES, HEADER_BYTES, Header, PacketView, plan_digest};
+use mission::{
+    Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Origin, Outgoing, PlanDatabase,
+    PlanInfo, Record, Ticket,
+};
 use std::collections::BTreeMap;
 
-/// Plans kept; a full database refuses more.
-const PLANS_KEPT: usize = 500;
-/// Longest payload of a plan, so that a reply around it still fits a packet.
+/// Header and footer around a payload.
+const AROUND: usize = HEADER_BYTES + FOOTER_BYTES;
+/// Longest plan, so that a reply around it still fits a packet.
 const LONGEST_PLAN: usize = 65_000;
+/// Plans kept, so that the state of all still fits a packet.
+const PLANS_KEPT: usize = 500;
 
-#[derive(Debug, Clone)]
-struct Entry {
-    stored: StoredPlan,
-    md5: [u8; 16],
-    plan: PlanSpecification,
-}
-
-/// The plans.
-#[derive(Debug, Clone, Default)]
+/// The plans, and which operations are to be answered.
+#[derive(Debug)]
 pub(crate) struct Database {
-    plans: BTreeMap<String, Entry>,
-    changed: PlanChange,
+    plans: PlanDatabase,
+    asked: BTreeMap<Origin, PlanDBOp>,
     own_request: u16,
 }
 
 impl Database {
-    /// With the plans that were kept. What does not read is left out and named.
-    pub(crate) fn new(kept: Vec<StoredPlan>) -> (Self, Vec<String>) {
-        let mut database = Self::default();
-        let mut unreadable = Vec::new();
-        for stored in kept {
-            let Some(plan) = read(&stored.packet) else {
-                unreadable.push(stored.id);
-                continue;
-            };
-            if stored.change.time_s >= database.changed.time_s {
-                database.changed = stored.change.clone();
-            }
-            let md5 = plan_digest::payload_md5(payload(&stored.packet));
-            database.plans.insert(stored.id.clone(), Entry { stored, md5, plan });
-        }
-        (database, unreadable)
+    /// With the plans that were kept, and the names of those that cannot be read.
+    pub(crate) fn new(kept: Vec<Record>) -> (Self, Vec<String>) {
+        let (good, bad): (Vec<_>, Vec<_>) = kept.into_iter().partition(|record| read(&record.bytes).is_some());
+        let limits = DatabaseLimits {
+            max_plans: PLANS_KEPT,
+            max_plan_bytes: LONGEST_PLAN,
+            max_name_bytes: 60,
+            ..DatabaseLimits::default()
+        };
+        let plans = PlanDatabase::new(limits, good, None);
+        let database = Self { plans, asked: BTreeMap::new(), own_request: 0 };
+        (database, bad.into_iter().map(|record| record.plan_id).collect())
     }
 
     /// A plan by its name.
-    pub(crate) fn plan(&self, id: &str) -> Option<&PlanSpecification> {
-        self.plans.get(id).map(|entry| &entry.plan)
+    pub(crate) fn plan(&self, id: &str) -> Option<PlanSpecification> {
+        self.plans.get(id).and_then(|record| read(&record.bytes))
     }
 
-    /// Answers a request.
+    /// Takes a request.
     pub(crate) fn request(&mut self, bus: &mut Bus, asker: Asker, name: &str, request: &PlanDB) {
         if request.r#type != PlanDBType::Request {
             return;
         }
-        let changes = matches!(request.op, PlanDBOp::Set | PlanDBOp::Del | PlanDBOp::Clear);
-        let mut reply = PlanDB {
-            op: request.op,
-            request_id: request.request_id,
-            plan_id: request.plan_id.clone(),
-            ..PlanDB::default()
+        let origin =
+            Origin { system: asker.system.0, entity: asker.entity, request: request.request_id };
+        let ask = match (request.op, &request.arg) {
+            (PlanDBOp::Set, Some(Message::PlanSpecification(plan))) => set(plan),
+            (PlanDBOp::Set, _) => Err("no plan specification given".to_owned()),
+            (PlanDBOp::Del, _) => Ok(DatabaseAsk::Delete),
+            (PlanDBOp::Get, _) => Ok(DatabaseAsk::Get),
+            (PlanDBOp::GetInfo, _) => Ok(DatabaseAsk::GetInfo),
+            (PlanDBOp::Clear, _) => Ok(DatabaseAsk::Clear),
+            (PlanDBOp::GetState | PlanDBOp::GetDstate, _) => Ok(DatabaseAsk::GetState),
+            (PlanDBOp::Boot | PlanDBOp::Unlisted(_), _) => Err("unknown operation".to_owned()),
         };
-        if matches!(request.op, PlanDBOp::Clear | PlanDBOp::GetState | PlanDBOp::GetDstate) {
-            reply.plan_id = "".into();
-        }
-        if changes {
-            let progress = PlanDB { r#type: PlanDBType::InProgress, info: "in progress".into(), ..reply.clone() };
-            bus.send_to(Entity::PlanDatabase, asker, &progress);
-        }
-        let by = PlanChange { time_s: bus.seconds(), system: asker.system.0, name: name.to_owned() };
-        let outcome = self.carry_out(bus, by, request);
-        let (kind, arg, info) = match outcome {
-            Ok((arg, info)) => (PlanDBType::Success, arg, info),
-            Err(info) => (PlanDBType::Failure, None, info),
-        };
-        let reply = PlanDB { r#type: kind, arg, info: info.into(), ..reply };
-        bus.send_to(Entity::PlanDatabase, asker, &reply);
-    }
-
-    fn carry_out(
-        &mut self,
-        bus: &mut Bus,
-        by: PlanChange,
-        request: &PlanDB,
-    ) -> Result<(Option<Message>, String), String> {
-        let id = request.plan_id.to_str_lossy().into_owned();
-        let found = |database: &Self| database.plans.get(&id).cloned().ok_or("undefined plan".to_owned());
-        match request.op {
-            PlanDBOp::Set => {
-                let Some(Message::PlanSpecification(plan)) = &request.arg else {
-                    return Err("no plan specification given".to_owned());
+        let plan_id = request.plan_id.to_str_lossy().into_owned();
+        match ask {
+            Ok(ask) => {
+                self.asked.insert(origin, request.op);
+                let request = DatabaseRequest { origin, name: name.to_owned(), plan_id, ask };
+                self.plans.handle(bus.utc(), request);
+            }
+            Err(info) => {
+                let reply = PlanDB {
+                    r#type: PlanDBType::Failure,
+                    op: request.op,
+                    request_id: request.request_id,
+                    plan_id: request.plan_id.clone(),
+                    arg: None,
+                    info: info.into(),
                 };
-                if plan.plan_id != request.plan_id {
-                    return Err("the plan has another id than the request".to_owned());
-                }
-                let info = if self.plans.contains_key(&id) { "OK (updated)" } else { "OK (new entry)" };
-                let information = self.set(bus, by, plan)?;
-                Ok((Some(information.into()), info.to_owned()))
+                bus.send_to(Entity::PlanDatabase, asker, &reply);
             }
-            PlanDBOp::Del => {
-                found(self)?;
-                self.plans.remove(&id);
-                bus.put(Output::Keep(Keep::NoPlan(id)));
-                self.change(bus, by);
-                Ok((None, "OK".to_owned()))
-            }
-            PlanDBOp::Clear => {
-                self.plans.clear();
-                bus.put(Output::Keep(Keep::NoPlans));
-                self.change(bus, by);
-                Ok((None, "OK".to_owned()))
-            }
-            PlanDBOp::Get => Ok((Some(found(self)?.plan.into()), "OK".to_owned())),
-            PlanDBOp::GetInfo => Ok((Some(information(&found(self)?).into()), "OK".to_owned())),
-            PlanDBOp::GetState | PlanDBOp::GetDstate => Ok((Some(self.state().into()), "OK".to_owned())),
-            PlanDBOp::Boot | PlanDBOp::Unlisted(_) => Err("unknown operation".to_owned()),
         }
+        self.drain(bus);
     }
 
     /// Keeps a plan that came with a start, and tells everyone.
-    pub(crate) fn keep_started(&mut self, bus: &mut Bus, by: PlanChange, plan: &PlanSpecification) {
-        if self.plan(&plan.plan_id.to_str_lossy()) == Some(plan) {
+    pub(crate) fn keep_started(&mut self, bus: &mut Bus, name: &str, plan: &PlanSpecification) {
+        let plan_id = plan.plan_id.to_str_lossy().into_owned();
+        if self.plan(&plan_id).as_ref() == Some(plan) {
             return;
         }
-        if let Ok(information) = self.set(bus, by, plan) {
-            self.own_request = self.own_request.wrapping_add(1);
-            let told = PlanDB {
-                r#type: PlanDBType::Success,
-                op: PlanDBOp::Set,
-                request_id: self.own_request,
-                plan_id: plan.plan_id.clone(),
-                arg: Some(information.into()),
-                info: "OK".into(),
-            };
-            bus.send(Entity::PlanDatabase, &told);
+        let Ok(ask) = set(plan) else { return };
+        self.own_request = self.own_request.wrapping_add(1);
+        let origin = Origin {
+            system: bus.address().0,
+            entity: Entity::PlanDatabase.number(),
+            request: self.own_request,
+        };
+        self.asked.insert(origin, PlanDBOp::Set);
+        self.plans.handle(bus.utc(), DatabaseRequest { origin, name: name.to_owned(), plan_id, ask });
+        self.drain(bus);
+    }
+
+    /// A change is on the disk, or could not be brought there.
+    pub(crate) fn stored(&mut self, bus: &mut Bus, ticket: Ticket, result: Result<(), String>) {
+        self.plans.stored(ticket, result);
+        self.drain(bus);
+    }
+
+    fn drain(&mut self, bus: &mut Bus) {
+        while let Some(outgoing) = self.plans.poll_outgoing() {
+            match outgoing {
+                Outgoing::Effect(effect) => bus.put(Output::Keep(Keep::Plans(effect))),
+                Outgoing::Reply(reply) => self.reply(bus, reply),
+            }
         }
     }
 
-    fn set(
-        &mut self,
-        bus: &mut Bus,
-        by: PlanChange,
-        plan: &PlanSpecification,
-    ) -> Result<PlanDBInformation, String> {
-        let id = plan.plan_id.as_str().filter(|id| !id.is_empty() && id.len() <= 200);
-        let id = id.ok_or("a plan needs a name of 1 to 200 bytes of text")?.to_owned();
-        if self.plans.len() >= PLANS_KEPT && !self.plans.contains_key(&id) {
-            return Err(format!("the database is full with {PLANS_KEPT} plans"));
-        }
-        let mut packet = Vec::new();
-        imc::encode_into(&mut packet, &Header::default(), plan).map_err(|error| error.to_string())?;
-        if payload(&packet).len() > LONGEST_PLAN {
-            return Err(format!("the plan is longer than {LONGEST_PLAN} bytes"));
-        }
-        let md5 = plan_digest::payload_md5(payload(&packet));
-        let stored = StoredPlan { id: id.clone(), change: by.clone(), packet };
-        bus.put(Output::Keep(Keep::Plan(stored.clone())));
-        let entry = Entry { stored, md5, plan: plan.clone() };
-        let information = information(&entry);
-        self.plans.insert(id, entry);
-        self.change(bus, by);
-        Ok(information)
-    }
-
-    fn change(&mut self, bus: &mut Bus, by: PlanChange) {
-        self.changed = by.clone();
-        bus.put(Output::Keep(Keep::LastChange(by)));
-    }
-
-    /// The state of the whole database.
-    pub(crate) fn state(&self) -> PlanDBState {
-        let digests = self.plans.iter().map(|(id, entry)| (id.as_bytes(), entry.md5));
-        PlanDBState {
-            plan_count: self.plans.len() as u16,
-            plan_size: self.plans.values().map(|entry| payload(&entry.stored.packet).len() as u32).sum(),
-            change_time: self.changed.time_s,
-            change_sid: self.changed.system,
-            change_sname: self.changed.name.as_str().into(),
-            md5: plan_digest::database_md5(digests).to_vec(),
-            plans_info: self.plans.values().map(information).collect(),
-        }
+    fn reply(&mut self, bus: &mut Bus, reply: DatabaseReply) {
+        let DatabaseReply { origin, plan_id, result } = reply;
+        let op = self.asked.get(&origin).copied().unwrap_or_default();
+        let own = origin.system == bus.address().0;
+        let (kind, arg, info) = match result {
+            None if own => return,
+            None => (PlanDBType::InProgress, None, "in progress".to_owned()),
+            Some(result) => {
+                self.asked.remove(&origin);
+                match result {
+                    Ok(answer) => {
+                        let (arg, info) = answered(&answer);
+                        (PlanDBType::Success, arg, info.to_owned())
+                    }
+                    Err(error) => (PlanDBType::Failure, None, error.to_string()),
+                }
+            }
+        };
+        // What was asked about all plans names none.
+        let for_all = matches!(op, PlanDBOp::Clear | PlanDBOp::GetState | PlanDBOp::GetDstate);
+        let plan_id = if for_all { String::new() } else { plan_id };
+        let asker = match own {
+            true => Asker::EVERYONE,
+            false => Asker { system: Address(origin.system), entity: origin.entity },
+        };
+        let message = PlanDB {
+            r#type: kind,
+            op,
+            request_id: origin.request,
+            plan_id: plan_id.into(),
+            arg,
+            info: info.into(),
+        };
+        bus.send_to(Entity::PlanDatabase, asker, &message);
     }
 }
 
-fn information(entry: &Entry) -> PlanDBInformation {
-    let StoredPlan { id, change, packet } = &entry.stored;
-    PlanDBInformation {
-        plan_id: id.as_str().into(),
-        // A payload has at most 65535 bytes.
-        plan_size: payload(packet).len() as u16,
-        change_time: change.time_s,
-        change_sid: change.system,
-        change_sname: change.name.as_str().into(),
-        md5: entry.md5.to_vec(),
+fn set(plan: &PlanSpecification) -> Result<DatabaseAsk, String> {
+    let named = plan.plan_id.as_str().ok_or("the plan's name is no text")?.to_owned();
+    let mut bytes = Vec::new();
+    let header = Header { src_ent: ANY_ENTITY, ..Header::default() };
+    imc::encode_into(&mut bytes, &header, plan).map_err(|error| error.to_string())?;
+    let digest = plan_digest::payload_md5(payload(&bytes));
+    Ok(DatabaseAsk::Set { bytes, digest, named })
+}
+
+fn answered(answer: &Answer) -> (Option<Message>, &'static str) {
+    match answer {
+        Answer::Stored { info, replaced } => {
+            let text = if *replaced { "OK (updated)" } else { "OK (new entry)" };
+            (Some(information(info).into()), text)
+        }
+        Answer::Removed => (None, "OK"),
+        Answer::Plan(record) => (read(&record.bytes).map(Message::from), "OK"),
+        Answer::Info(info) => (Some(information(info).into()), "OK"),
+        Answer::State(state) => (Some(whole(state).into()), "OK"),
     }
+}
+
+fn whole(state: &DatabaseState) -> PlanDBState {
+    let digests = state.plans.iter().map(|info| (info.plan_id.as_bytes(), info.digest));
+    let change = state.last_change.clone().unwrap_or_default();
+    PlanDBState {
+        // Some hundreds of plans of at most 65 kB each.
+        plan_count: state.plans.len() as u16,
+        plan_size: state.plans.iter().map(|info| u32::from(size(info))).sum(),
+        change_time: change.at.seconds(),
+        change_sid: change.system,
+        change_sname: change.name.into(),
+        md5: plan_digest::database_md5(digests).to_vec(),
+        plans_info: state.plans.iter().map(information).collect(),
+    }
+}
+
+fn information(info: &PlanInfo) -> PlanDBInformation {
+    PlanDBInformation {
+        plan_id: info.plan_id.as_str().into(),
+        plan_size: size(info),
+        change_time: info.change.at.seconds(),
+        change_sid: info.change.system,
+        change_sname: info.change.name.as_str().into(),
+        md5: info.digest.to_vec(),
+    }
+}
+
+/// Size of a plan's payload, which has at most 65535 bytes.
+fn size(info: &PlanInfo) -> u16 {
+    info.bytes.saturating_sub(AROUND) as u16
 }
 
 /// A plan from its packet.
@@ -210,6 +220,5 @@ fn read(packet: &[u8]) -> Option<PlanSpecification> {
 
 /// What is between header and checksum; nothing of what is too short for a packet.
 fn payload(packet: &[u8]) -> &[u8] {
-    let end = packet.len().saturating_sub(FOOTER_BYTES);
-    packet.get(HEADER_BYTES..end).unwrap_or_default()
+    packet.get(HEADER_BYTES..packet.len().saturating_sub(FOOTER_BYTES)).unwrap_or_default()
 }

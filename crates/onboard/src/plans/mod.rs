@@ -11,7 +11,7 @@ mod wire;
 
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
-use crate::output::{Level, Output, StoredPlan};
+use crate::output::{Level, Output};
 use crate::pilot::{Pilot, PilotEvent};
 use crate::settings::Settings;
 use control::{Loiter, PathCommand, PathEnd};
@@ -24,7 +24,7 @@ use imc::messages::{
 };
 use mission::{
     ActionPoint, Command, Engine, Event, ManeuverEnd, NoteLevel, Operation, Operator, PathProgress, PathStart,
-    PlanLimits, PlanState, Reply, RunId, Success, Turn,
+    PlanLimits, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -59,7 +59,7 @@ pub(crate) struct Plans {
 
 impl Plans {
     /// The engine with the plans that were kept.
-    pub(crate) fn new(settings: &Settings, engine: Engine, bus: &mut Bus, kept: Vec<StoredPlan>) -> Self {
+    pub(crate) fn new(settings: &Settings, engine: Engine, bus: &mut Bus, kept: Vec<Record>) -> Self {
         let (database, unreadable) = Database::new(kept);
         for id in unreadable {
             bus.entry(Entity::PlanDatabase, Level::Error, format!("the plan kept as '{id}' cannot be read"));
@@ -99,6 +99,11 @@ impl Plans {
     /// Whether a plan of this name is kept.
     pub(crate) fn has(&self, id: &str) -> bool {
         self.database.plan(id).is_some()
+    }
+
+    /// A change of the plans is on the disk, or not.
+    pub(crate) fn stored(&mut self, bus: &mut Bus, ticket: Ticket, outcome: Result<(), String>) {
+        self.database.stored(bus, ticket, outcome);
     }
 
     /// The next message of a plan to be acted upon.

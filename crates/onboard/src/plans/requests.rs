@@ -4,7 +4,7 @@ use super::Plans;
 use super::translate;
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
-use crate::output::{Level, PlanChange};
+use crate::output::Level;
 use crate::pilot::Pilot;
 use imc::messages::{
     Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanSpecification, Reference,
@@ -32,7 +32,7 @@ impl Plans {
         let plan_id = request.plan_id.to_str_lossy().into_owned();
         let (verb, ask) = match request.op {
             PlanControlOp::Start => {
-                let plan = self.plan(bus, asker, name, &plan_id, request.arg.as_ref());
+                let plan = self.plan(bus, name, &plan_id, request.arg.as_ref());
                 let options = StartOptions {
                     calibrate: request.flags.contains(PlanControlFlags::CALIBRATE),
                     ignore_errors: request.flags.contains(PlanControlFlags::IGNORE_ERRORS),
@@ -40,7 +40,7 @@ impl Plans {
                 ("start", Ask::Start { plan, options })
             }
             PlanControlOp::Load => {
-                let plan = self.plan(bus, asker, name, &plan_id, request.arg.as_ref());
+                let plan = self.plan(bus, name, &plan_id, request.arg.as_ref());
                 ("load", Ask::Load { plan })
             }
             PlanControlOp::Stop => ("stop", Ask::Stop),
@@ -90,18 +90,15 @@ impl Plans {
     fn plan(
         &mut self,
         bus: &mut Bus,
-        asker: Asker,
         name: &str,
         plan_id: &str,
         arg: Option<&Message>,
     ) -> Result<Box<Plan>, NoPlan> {
         let specification: PlanSpecification = match arg {
-            None => self.database.plan(plan_id).cloned().ok_or(NoPlan::Undefined)?,
+            None => self.database.plan(plan_id).ok_or(NoPlan::Undefined)?,
             Some(Message::PlanSpecification(plan)) => {
                 if plan.plan_id == *plan_id {
-                    let by =
-                        PlanChange { time_s: bus.seconds(), system: asker.system.0, name: name.to_owned() };
-                    self.database.keep_started(bus, by, plan);
+                    self.database.keep_started(bus, name, plan);
                 }
                 (**plan).clone()
             }

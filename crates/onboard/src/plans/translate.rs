@@ -275,7 +275,7 @@ pub(crate) fn number(kind: ManeuverKind) -> u16 {
         ManeuverKind::Teleoperation => 452,
         ManeuverKind::Loiter => 453,
         ManeuverKind::Idle => 454,
-        ManeuverKind::Launch => 455,
+        ManeuverKind::Launch => 485,
         ManeuverKind::Rows => 456,
         ManeuverKind::FollowPath => 457,
         ManeuverKind::StationKeeping => 461,

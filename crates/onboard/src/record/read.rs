@@ -4,6 +4,7 @@ use crate::input::{
     BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
     TagReading, WaterReading,
 };
+use mission::Ticket;
 use std::net::SocketAddrV4;
 use units::{MonoTime, UtcTime};
 
@@ -146,6 +147,12 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
         11 => Input::LogOpened(if take.flag()? { Ok(take.text()?) } else { Err(take.text()?) }),
         12 => Input::NotKept(take.text()?),
         13 => Input::Shutdown,
+        14 => {
+            let ticket = Ticket(take.array().map(u64::from_le_bytes)?);
+            let ok = take.flag()?;
+            let text = take.text()?;
+            Input::Stored(ticket, if ok { Ok(()) } else { Err(text) })
+        }
         _ => return Err(Garbled),
     })
 }
@@ -196,6 +203,8 @@ mod tests {
             Input::LogOpened(Ok("20261121/074327".into())),
             Input::LogOpened(Err("disk full".into())),
             Input::NotKept("plan".into()),
+            Input::Stored(Ticket(3), Ok(())),
+            Input::Stored(Ticket(4), Err("disk full".into())),
             Input::Shutdown,
         ]
     }

@@ -4,7 +4,8 @@ use crate::input::{
     BatteryReading, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side, TagReading,
     WaterReading,
 };
-use crate::output::{Keep, Level, Output, PlanChange};
+use crate::output::{Keep, Level, Output};
+use mission::{Change, Effect};
 use std::net::SocketAddrV4;
 use units::UtcTime;
 
@@ -138,6 +139,12 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             let (Ok(text) | Err(text)) = outcome;
             put.bytes(text.as_bytes());
         }
+        Input::Stored(ticket, outcome) => {
+            put.u8(14);
+            put.u64(ticket.0);
+            put.u8(u8::from(outcome.is_ok()));
+            put.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
+        }
         Input::NotKept(what) => {
             put.u8(12);
             put.bytes(what.as_bytes());
@@ -227,23 +234,28 @@ pub fn write_output(out: &mut Vec<u8>, output: &Output) {
 
 fn keep(put: &mut Put<'_>, keep: &Keep) {
     match keep {
-        Keep::Plan(plan) => {
-            put.u8(0);
-            put.bytes(plan.id.as_bytes());
-            change(put, &plan.change);
-            put.bytes(&plan.packet);
-        }
-        Keep::NoPlan(id) => {
-            put.u8(1);
-            put.bytes(id.as_bytes());
-        }
-        Keep::NoPlans => put.u8(2),
-        Keep::LastChange(last) => {
-            put.u8(3);
-            change(put, last);
+        Keep::Plans(effect) => {
+            put.u64(effect.ticket().0);
+            match effect {
+                Effect::Store { record, .. } => {
+                    put.u8(0);
+                    put.bytes(record.plan_id.as_bytes());
+                    put.bytes(&record.bytes);
+                    change(put, &record.change);
+                }
+                Effect::Remove { plan_id, change: by, .. } => {
+                    put.u8(1);
+                    put.bytes(plan_id.as_bytes());
+                    change(put, by);
+                }
+                Effect::RemoveAll { change: by, .. } => {
+                    put.u8(2);
+                    change(put, by);
+                }
+            }
         }
         Keep::Parameters(label, values) => {
-            put.u8(4);
+            put.u8(3);
             put.bytes(label.as_bytes());
             put.u32(values.len() as u32);
             for (name, value) in values {
@@ -254,8 +266,8 @@ fn keep(put: &mut Put<'_>, keep: &Keep) {
     }
 }
 
-fn change(put: &mut Put<'_>, change: &PlanChange) {
-    put.f64(change.time_s);
+fn change(put: &mut Put<'_>, change: &Change) {
+    put.utc(change.at);
     put.u16(change.system);
     put.bytes(change.name.as_bytes());
 }
