@@ -10,7 +10,9 @@
 
 mod answer;
 
-pub use answer::{Answer, DatabaseError, DatabaseReply, DatabaseState, Effect, Outgoing, PlanInfo};
+pub use answer::{
+    Answer, DatabaseError, DatabaseOperation, DatabaseReply, DatabaseState, Effect, Outgoing, PlanInfo,
+};
 
 use crate::engine::Origin;
 use crate::plan::PlanLimits;
@@ -66,6 +68,19 @@ pub enum DatabaseAsk {
     Clear,
     /// Tell about all plans.
     GetState,
+}
+
+impl DatabaseAsk {
+    fn operation(&self) -> DatabaseOperation {
+        match self {
+            Self::Set { .. } => DatabaseOperation::Set,
+            Self::Delete => DatabaseOperation::Delete,
+            Self::Get => DatabaseOperation::Get,
+            Self::GetInfo => DatabaseOperation::GetInfo,
+            Self::Clear => DatabaseOperation::Clear,
+            Self::GetState => DatabaseOperation::GetState,
+        }
+    }
 }
 
 /// A request to the database.
@@ -128,9 +143,16 @@ pub struct PlanDatabase {
 /// A change that the shell is carrying out.
 #[derive(Debug, Clone)]
 struct UnderWay {
-    origin: Origin,
-    plan_id: String,
+    asked: Asked,
     effect: Effect,
+}
+
+/// What to answer to.
+#[derive(Debug, Clone)]
+struct Asked {
+    origin: Origin,
+    operation: DatabaseOperation,
+    plan_id: String,
 }
 
 impl PlanDatabase {
@@ -165,6 +187,10 @@ impl PlanDatabase {
     /// Takes a request at `now`.
     pub fn handle(&mut self, now: UtcTime, request: DatabaseRequest) {
         let DatabaseRequest { origin, name, plan_id, ask } = request;
+        let operation = ask.operation();
+        let of_all = matches!(operation, DatabaseOperation::Clear | DatabaseOperation::GetState);
+        let named = if of_all { String::new() } else { plan_id.clone() };
+        let asked = Asked { origin, operation, plan_id: named };
         let change = Change { at: now, system: origin.system, name };
         let effect = match ask {
             DatabaseAsk::Set { bytes, digest, named } => {
@@ -187,23 +213,23 @@ impl PlanDatabase {
             }
             DatabaseAsk::Get => {
                 let found = self.found(&plan_id).map(|record| Answer::Plan(record.clone()));
-                return self.answer(origin, plan_id, found);
+                return self.answer(asked, found);
             }
             DatabaseAsk::GetInfo => {
                 let found = self.found(&plan_id).map(|record| Answer::Info(record.into()));
-                return self.answer(origin, plan_id, found);
+                return self.answer(asked, found);
             }
             DatabaseAsk::GetState => {
                 let state = Answer::State(self.state());
-                return self.answer(origin, String::new(), Ok(state));
+                return self.answer(asked, Ok(state));
             }
         };
-        self.begin(origin, plan_id, effect);
+        self.begin(asked, effect);
     }
 
     /// The shell has carried out the effect of `ticket`, or failed with a text for people.
     pub fn stored(&mut self, ticket: Ticket, result: Result<(), String>) {
-        let Some(UnderWay { origin, plan_id, effect }) = self.under_way.remove(&ticket) else { return };
+        let Some(UnderWay { asked, effect }) = self.under_way.remove(&ticket) else { return };
         let result = match (result, effect) {
             (Err(text), _) => Err(DatabaseError::Storage(text)),
             (Ok(()), Effect::Store { record, .. }) => {
@@ -223,7 +249,7 @@ impl PlanDatabase {
                 Ok(Answer::Removed)
             }
         };
-        self.answer(origin, plan_id, result);
+        self.answer(asked, result);
     }
 
     /// About all plans.
@@ -235,20 +261,24 @@ impl PlanDatabase {
         }
     }
 
-    fn begin(&mut self, origin: Origin, plan_id: String, effect: Result<Effect, DatabaseError>) {
-        let reply = DatabaseReply { origin, plan_id: plan_id.clone(), result: None };
-        self.outgoing.push_back(Outgoing::Reply(reply));
+    fn begin(&mut self, asked: Asked, effect: Result<Effect, DatabaseError>) {
+        self.reply(asked.clone(), None);
         match effect {
             Ok(effect) => {
                 self.outgoing.push_back(Outgoing::Effect(effect.clone()));
-                self.under_way.insert(effect.ticket(), UnderWay { origin, plan_id, effect });
+                self.under_way.insert(effect.ticket(), UnderWay { asked, effect });
             }
-            Err(error) => self.answer(origin, plan_id, Err(error)),
+            Err(error) => self.answer(asked, Err(error)),
         }
     }
 
-    fn answer(&mut self, origin: Origin, plan_id: String, result: Result<Answer, DatabaseError>) {
-        let reply = DatabaseReply { origin, plan_id, result: Some(result) };
+    fn answer(&mut self, asked: Asked, result: Result<Answer, DatabaseError>) {
+        self.reply(asked, Some(result));
+    }
+
+    fn reply(&mut self, asked: Asked, result: Option<Result<Answer, DatabaseError>>) {
+        let Asked { origin, operation, plan_id } = asked;
+        let reply = DatabaseReply { origin, operation, plan_id, result };
         self.outgoing.push_back(Outgoing::Reply(reply));
     }
 

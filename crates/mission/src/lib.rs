@@ -17,8 +17,8 @@ mod supervisor;
 
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
 pub use database::{
-    Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseReply, DatabaseRequest,
-    DatabaseState, Digest, Effect, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
+    Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseReply,
+    DatabaseRequest, DatabaseState, Digest, Effect, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
 };
 pub use engine::{
     ActionPoint, Ask, EndReason, Engine, EngineConfig, EntityCondition, ExternalLoops, Failure, Input,
@@ -38,4 +38,8 @@ pub use plan::{
 };
 pub use speed::{Speed, SpeedLimits};
 pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};
-pub use supervisor::{Area, AreaError};
+pub use supervisor::{
+    Activity, Area, AreaError, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig,
+    LimitsOutput, LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook,
+    Remedy, Step, Violation,
+};

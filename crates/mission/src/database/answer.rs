@@ -57,10 +57,29 @@ impl Effect {
 pub struct DatabaseReply {
     /// Whom it is for.
     pub origin: Origin,
+    /// What was asked.
+    pub operation: DatabaseOperation,
     /// Which plan; empty where all are meant.
     pub plan_id: String,
     /// `None` while in progress.
     pub result: Option<Result<Answer, DatabaseError>>,
+}
+
+/// What was asked, for the reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DatabaseOperation {
+    /// [`DatabaseAsk::Set`](super::DatabaseAsk::Set).
+    Set,
+    /// [`DatabaseAsk::Delete`](super::DatabaseAsk::Delete).
+    Delete,
+    /// [`DatabaseAsk::Get`](super::DatabaseAsk::Get).
+    Get,
+    /// [`DatabaseAsk::GetInfo`](super::DatabaseAsk::GetInfo).
+    GetInfo,
+    /// [`DatabaseAsk::Clear`](super::DatabaseAsk::Clear).
+    Clear,
+    /// [`DatabaseAsk::GetState`](super::DatabaseAsk::GetState).
+    GetState,
 }
 
 /// What went well.
