@@ -5,7 +5,7 @@
 //! [`Input::Timer`] if nothing else happens before. Nothing here reads a clock, waits, or draws lots: equal
 //! inputs give equal outputs.
 
-use crate::bus::Bus;
+use crate::bus::{Asker, Bus};
 use crate::detections::Detections;
 use crate::discovery::Discovery;
 use crate::entity::Entity;
@@ -13,18 +13,22 @@ use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
 use crate::navigation::{Estimate, Navigation};
 use crate::output::{Level, Output};
-use crate::pilot::Pilot;
+use crate::pilot::{Drive, Pilot};
 use crate::plans::Plans;
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::states::{Condition, States};
-use mission::{Engine, EngineConfig, EntityCondition, Event, Record};
+use crate::supervise::{Desk, Supervise};
+use imc::messages::Message;
+use mission::{EntityCondition, Event, Record};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
 
 /// Slower watching happens once in this time.
 const WATCH: Duration = Duration::from_millis(500);
+/// Actions of a plan carried out at once.
+const MOST_ACTIONS: usize = 100;
 const SECOND: Duration = Duration::from_secs(1);
 
 /// The brain of a vessel.
@@ -38,6 +42,7 @@ pub struct Brain {
     pub(crate) plans: Plans,
     pub(crate) sensors: Sensors,
     pub(crate) discovery: Discovery,
+    pub(crate) supervise: Supervise,
     detections: Detections,
     clock: Clock,
     host: Host,
@@ -64,8 +69,7 @@ impl Brain {
         let pilot = Pilot::new(&settings)?;
         bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
         bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
-        let engine = Engine::new(engine_config(&settings));
-        let plans = Plans::new(&settings, engine, &mut bus, kept);
+        let plans = Plans::new(&settings, &mut bus, kept);
         let mut brain = Self {
             navigation: Navigation::new(settings.navigation),
             states,
@@ -74,6 +78,7 @@ impl Brain {
             conditions: BTreeMap::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
+            supervise: Supervise::new(&settings, now.mono),
             detections: Detections::default(),
             clock: Clock::default(),
             host: Host::default(),
@@ -125,6 +130,7 @@ impl Brain {
         [self.next_step, self.next_watch, self.next_second, self.states.poll_timeout()]
             .into_iter()
             .chain([self.discovery.poll_timeout(), self.plans.poll_timeout(), pilot])
+            .chain(self.supervise.poll_timeout())
             .min()
     }
 
@@ -203,6 +209,8 @@ impl Brain {
         }
         self.tell_conditions();
         self.plans.tick(&mut self.bus, &mut self.pilot);
+        self.with_desk(|supervise, desk, _| supervise.tick(desk));
+        self.act_for_plan();
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
         let place = self.estimate.map(|estimate| (estimate.place, estimate.height_m));
         self.discovery.tick(&mut self.bus, &self.settings, place);
@@ -216,17 +224,27 @@ impl Brain {
             self.detections.at(self.bus.utc(), estimate.place);
         }
         if let Some(estimate) = &self.estimate {
-            let fix = mission::Fix {
-                place: estimate.place,
-                heading_rad: estimate.motion.heading_rad,
-                speed_mps: estimate.motion.speed_over_ground_mps(),
-                water_below_m: None,
-            };
+            let fix = estimate.fix();
             self.pilot.see(estimate);
             self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(Event::Fix(fix)));
         }
         self.pilot.steer(&mut self.bus, self.estimate.as_ref());
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
+    }
+
+    /// Acts upon the messages that a plan carries for its course.
+    fn act_for_plan(&mut self) {
+        for _ in 0..MOST_ACTIONS {
+            let Some(message) = self.plans.poll_action() else { break };
+            // Parameters are what plans switch; anything else could turn a plan on itself.
+            if let Message::SetEntityParameters(set) = message {
+                let own = Asker { system: self.bus.address(), entity: Entity::PlanEngine.number() };
+                self.set_parameters(own, &set);
+            } else {
+                let text = format!("an action of the plan is left out: {}", message.abbrev());
+                self.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            }
+        }
     }
 
     /// Tells the engine how the watched parts are doing, when that changed.
@@ -258,12 +276,33 @@ impl Brain {
             None => (Condition::Normal, "active".to_owned()),
         };
         self.states.set(&mut self.bus, Entity::Path, condition, text);
+        let (contacts, clients) = self.bus.node.counts(self.bus.mono());
+        let set = |states: &mut States, bus: &mut Bus, entity, text| states.set(bus, entity, Condition::Normal, text);
+        set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
+        set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
+        let text = match (self.pilot.drive(), self.pilot.is_connected()) {
+            (Drive::Remote(_), true) => "an operator steers; motors stop when the messages do",
+            (Drive::Remote(_), false) => "waiting for the operator; motors stopped",
+            (Drive::Off | Drive::Path, _) => "inactive",
+        };
+        set(&mut self.states, &mut self.bus, Entity::Remote, text.to_owned());
+        self.with_desk(Supervise::watch);
     }
-}
 
-fn engine_config(settings: &Settings) -> EngineConfig {
-    let vital = settings.watch.vital.iter().map(|entity| settings.labels.of(*entity).to_owned()).collect();
-    EngineConfig { vital, ..settings.mission.engine.clone() }
+    fn with_desk(&mut self, act: impl FnOnce(&mut Supervise, &mut Desk<'_>, &Sensors)) {
+        let mission = &self.settings.mission;
+        let mut desk = Desk {
+            bus: &mut self.bus,
+            states: &mut self.states,
+            plans: &mut self.plans,
+            pilot: &mut self.pilot,
+            estimate: self.estimate.as_ref(),
+            hold_radius_m: mission.hold_radius_m,
+            hold_speed_mps: mission.hold_speed_mps,
+            capacity_wh: mission.capacity_wh,
+        };
+        act(&mut self.supervise, &mut desk, &self.sensors);
+    }
 }
 
 /// Steps back in time, stopping at zero.

@@ -33,6 +33,9 @@ impl Brain {
         if let Contact::New(name) = contact {
             self.bus.entry(Entity::Udp, Level::Info, format!("{name} ({}) is in contact", header.src));
         }
+        if header.src.is_ccu() {
+            self.supervise.contact(now);
+        }
         // What others say is logged; announcements also reach those who only listen by TCP.
         let passed = match message {
             Message::Announce(_) => self.bus.node.tcp_but(from),
@@ -49,7 +52,7 @@ impl Brain {
         self.bus.node.name_of(system).or_else(configured).unwrap_or_default().to_owned()
     }
 
-    fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
+    pub(crate) fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
         let for_us = to == self.bus.address();
         let for_all = to.is_everyone();
         // What changes the vessel's ways must name it, or broadcast on purpose.
@@ -79,6 +82,12 @@ impl Brain {
                     actions: control::REMOTE_ACTIONS.into(),
                 };
                 self.bus.send(Entity::Remote, &report);
+            }
+            Message::QueryEntityParameters(query) => self.query_parameters(asker, query),
+            Message::SetEntityParameters(set) if commands => self.set_parameters(asker, set),
+            Message::SaveEntityParameters(save) if commands => {
+                let label = save.name.to_str_lossy().into_owned();
+                self.save_parameters(&label);
             }
             Message::PlanDB(request) if commands => {
                 let name = self.name_of(asker.system);

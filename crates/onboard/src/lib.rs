@@ -9,6 +9,7 @@
 //! Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
 //! states, discovery, contacts, parameters, the log book.
 
+mod adjust;
 mod authority;
 mod brain;
 mod bus;
@@ -21,12 +22,14 @@ mod input;
 mod navigation;
 mod node;
 mod output;
+pub mod parameters;
 mod pilot;
 mod plans;
 pub mod record;
 mod sensors;
 mod settings;
 mod states;
+mod supervise;
 
 pub use authority::{Authority, COMMAND_LIFE, Owner, Refusal};
 pub use brain::Brain;
@@ -37,7 +40,5 @@ pub use input::{
 };
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
-pub use settings::{
-    Area, Fallback, MissionSettings, NodeSettings, Settings, TransportSettings, WatchSettings,
-};
+pub use settings::{MissionSettings, NodeSettings, Settings, TransportSettings, WatchSettings};
 pub use states::Condition;

@@ -113,6 +113,18 @@ pub struct Estimate {
     pub age: Duration,
 }
 
+impl Estimate {
+    /// The same for the mission.
+    pub(crate) fn fix(&self) -> mission::Fix {
+        mission::Fix {
+            place: self.place,
+            heading_rad: self.motion.heading_rad,
+            speed_mps: self.motion.speed_over_ground_mps(),
+            water_below_m: None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Position {
     /// When it was true.

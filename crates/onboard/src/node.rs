@@ -54,6 +54,10 @@ impl Node {
         Self { settings, systems: BTreeMap::new(), tcp: BTreeSet::new(), next: BTreeMap::new() }
     }
 
+    pub(crate) fn reconfigure(&mut self, settings: NodeSettings) {
+        self.settings = settings;
+    }
+
     pub(crate) fn connected(&mut self, peer: Peer) {
         if let Peer::Tcp(number) = peer {
             self.tcp.insert(number);

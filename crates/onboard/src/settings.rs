@@ -4,7 +4,7 @@ use crate::entity::{Entity, Labels};
 use crate::navigation::NavigationSettings;
 use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig, SpeedTable};
 use imc::Address;
-use mission::{EngineConfig, PlanLimits};
+use mission::{BatteryConfig, EngineConfig, LimitsConfig, LostCommsConfig, PlanLimits};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddrV4;
 use std::time::Duration;
@@ -79,20 +79,12 @@ pub struct WatchSettings {
     pub motor_timeout: Duration,
     /// Silence of the batteries that is a fault.
     pub battery_timeout: Duration,
-    /// Charge (%) below which a warning is given.
-    pub battery_warn_percent: f64,
-    /// Charge (%) below which the vessel acts.
-    pub battery_act_percent: f64,
-    /// What it does then.
-    pub battery_action: Fallback,
-    /// Silence of all consoles after which the vessel acts; `None` = never.
-    pub lost_comms_after: Option<Duration>,
-    /// What it does then.
-    pub lost_comms_action: Fallback,
-    /// Centre (degrees), half length north and half width east (m) of the area of operation.
-    pub area: Option<Area>,
-    /// Largest speed over ground (m/s).
-    pub max_speed_mps: Option<f64>,
+    /// Battery reserve.
+    pub battery: BatteryConfig,
+    /// Lost communications.
+    pub lost_comms: LostCommsConfig,
+    /// Operational limits.
+    pub limits: LimitsConfig,
     /// Processor load (%) that is an error when held for ten seconds.
     pub cpu_percent: f64,
     /// Free disk (%) below which a fault is told.
@@ -101,28 +93,6 @@ pub struct WatchSettings {
     pub memory_mib: f64,
     /// Difference between the computer's clock and the satellites' that is a fault (s).
     pub clock_offset_s: f64,
-}
-
-/// A rectangle around a place, along the meridian.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Area {
-    /// Its centre.
-    pub centre: units::LatLon,
-    /// From the centre to the northern and southern edge (m).
-    pub half_north_m: f64,
-    /// From the centre to the eastern and western edge (m).
-    pub half_east_m: f64,
-}
-
-/// What to do when something is lost.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Fallback {
-    /// Go on.
-    Continue,
-    /// Stop and keep the position.
-    Hold,
-    /// Run a plan of the database; hold when there is none of that name.
-    Plan(String),
 }
 
 /// Plans and maneuvers.
@@ -180,13 +150,9 @@ impl Default for WatchSettings {
             vital: vec![Navigation],
             motor_timeout: Duration::from_secs(2),
             battery_timeout: Duration::from_secs(10),
-            battery_warn_percent: 30.0,
-            battery_act_percent: 15.0,
-            battery_action: Fallback::Hold,
-            lost_comms_after: Some(Duration::from_secs(60)),
-            lost_comms_action: Fallback::Plan("lost_comms".to_owned()),
-            area: None,
-            max_speed_mps: None,
+            battery: BatteryConfig::default(),
+            lost_comms: LostCommsConfig::default(),
+            limits: LimitsConfig::default(),
             cpu_percent: 90.0,
             disk_free_percent: 5.0,
             memory_mib: 200.0,

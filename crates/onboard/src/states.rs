@@ -82,10 +82,6 @@ impl States {
         self.all[usize::from(entity.number())].0
     }
 
-    pub(crate) fn text(&self, entity: Entity) -> &str {
-        &self.all[usize::from(entity.number())].1
-    }
-
     /// Watched parts that are not well; only the vital ones when the plan ignores errors.
     pub(crate) fn bad(&self, only_vital: bool) -> Vec<Entity> {
         let list = if only_vital { &self.vital } else { &self.monitored };
@@ -96,11 +92,6 @@ impl States {
     pub(crate) fn booting(&self) -> Vec<Entity> {
         let all = self.monitored.iter().copied();
         all.filter(|entity| self.condition(*entity) == Condition::Boot).collect()
-    }
-
-    /// What went wrong last, and when (s since 1970; -1 when nothing did).
-    pub(crate) fn last_error(&self) -> (&str, f64) {
-        (&self.last_error.0, self.last_error.1)
     }
 
     pub(crate) fn poll_timeout(&self) -> MonoTime {

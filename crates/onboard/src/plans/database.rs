@@ -124,7 +124,7 @@ impl Database {
     }
 
     fn reply(&mut self, bus: &mut Bus, reply: DatabaseReply) {
-        let DatabaseReply { origin, plan_id, result } = reply;
+        let DatabaseReply { origin, plan_id, result, operation: _ } = reply;
         let op = self.asked.get(&origin).copied().unwrap_or_default();
         let own = origin.system == bus.address().0;
         let (kind, arg, info) = match result {

@@ -23,7 +23,7 @@ use imc::messages::{
     VehicleCommand, VehicleCommandCommand, VehicleCommandType,
 };
 use mission::{
-    ActionPoint, Command, Engine, Event, ManeuverEnd, NoteLevel, Operation, Operator, PathProgress, PathStart,
+    ActionPoint, Command, Engine, EngineConfig, Event, ManeuverEnd, NoteLevel, Operation, Operator, PathProgress, PathStart,
     PlanLimits, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
@@ -59,7 +59,7 @@ pub(crate) struct Plans {
 
 impl Plans {
     /// The engine with the plans that were kept.
-    pub(crate) fn new(settings: &Settings, engine: Engine, bus: &mut Bus, kept: Vec<Record>) -> Self {
+    pub(crate) fn new(settings: &Settings, bus: &mut Bus, kept: Vec<Record>) -> Self {
         let (database, unreadable) = Database::new(kept);
         for id in unreadable {
             bus.entry(Entity::PlanDatabase, Level::Error, format!("the plan kept as '{id}' cannot be read"));
@@ -67,7 +67,7 @@ impl Plans {
         let period = |hz: f64| Duration::from_secs_f64(1.0 / hz.clamp(0.1, 10.0));
         let now = bus.mono();
         Self {
-            engine,
+            engine: Engine::new(engine_config(settings)),
             database,
             limits: settings.mission.limits.clone(),
             capacity_wh: settings.mission.capacity_wh,
@@ -86,14 +86,15 @@ impl Plans {
         }
     }
 
+    /// Other parameters, from here on.
+    pub(crate) fn reconfigure(&mut self, settings: &Settings) {
+        self.limits = settings.mission.limits.clone();
+        self.engine.reconfigure(engine_config(settings));
+    }
+
     /// What plans can do, and which one runs.
     pub(crate) fn plan_state(&self) -> &PlanState {
         &self.plan_state
-    }
-
-    /// What the vehicle does.
-    pub(crate) fn vehicle_state(&self) -> &mission::VehicleState {
-        &self.vehicle_state
     }
 
     /// Whether a plan of this name is kept.
@@ -344,6 +345,12 @@ impl Plans {
         let asker = Asker { system: Address(origin.system), entity: origin.entity };
         bus.send_to(Entity::PlanEngine, asker, &message);
     }
+}
+
+/// The engine's parameters, with the labels of vital entities.
+fn engine_config(settings: &Settings) -> EngineConfig {
+    let vital = settings.watch.vital.iter().map(|entity| settings.labels.of(*entity).to_owned()).collect();
+    EngineConfig { vital, ..settings.mission.engine.clone() }
 }
 
 /// Asks for a new log as DUNE's engine does, and has it opened.
