@@ -13,7 +13,7 @@ use units::{MonoTime, UtcTime};
 
 /// Something the brain put out, or was told, and when.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Happening {
+pub(crate) enum Happening {
     /// It was told this.
     Told(Input),
     /// It wants this.
@@ -22,35 +22,37 @@ pub enum Happening {
 
 /// Vessel, brain and clock.
 #[derive(Debug)]
-pub struct World {
+pub(crate) struct World {
     /// The vessel.
-    pub vessel: Vessel,
+    pub(crate) vessel: Vessel,
     /// Its brain.
-    pub brain: Brain,
+    pub(crate) brain: Brain,
+    /// Whether plans are kept by pretending; otherwise the caller tells what became of them.
+    pub(crate) virtual_disk: bool,
     /// How much the computer's clock is ahead of the true time (µs).
-    pub clock_error_us: i64,
+    pub(crate) clock_error_us: i64,
 }
 
 impl World {
     /// A vessel and its brain at the vessel's time.
-    pub fn new(vessel: Vessel, brain: Brain) -> Self {
-        Self { vessel, brain, clock_error_us: 0 }
+    pub(crate) fn new(vessel: Vessel, brain: Brain) -> Self {
+        Self { vessel, brain, virtual_disk: true, clock_error_us: 0 }
     }
 
     /// The moment.
-    pub fn now(&self) -> Now {
+    pub(crate) fn now(&self) -> Now {
         let utc = UtcTime::from_micros(self.vessel.utc().micros() + self.clock_error_us);
         Now { mono: self.vessel.now(), utc }
     }
 
     /// Tells the brain something at this moment.
-    pub fn tell(&mut self, input: Input, sink: &mut impl FnMut(Now, Happening)) {
+    pub(crate) fn tell(&mut self, input: Input, sink: &mut impl FnMut(Now, Happening)) {
         let now = self.now();
         sink(now, Happening::Told(input.clone()));
         self.brain.handle(now, input);
         let mut stored = Vec::new();
         while let Some(output) = self.brain.poll_output() {
-            if let Output::Keep(Keep::Plans(effect)) = &output {
+            if let (Output::Keep(Keep::Plans(effect)), true) = (&output, self.virtual_disk) {
                 stored.push(effect.ticket());
             }
             if let Output::Motors(motors) = &output {
@@ -59,14 +61,14 @@ impl World {
             }
             sink(now, Happening::Wanted(output));
         }
-        // The virtual disk never fails and takes no time.
+        // A virtual disk never fails and takes no time.
         for ticket in stored {
             self.tell(Input::Stored(ticket, Ok(())), sink);
         }
     }
 
     /// Lets time pass to the next event, but not beyond `until`.
-    pub fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
+    pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
         let before = self.vessel.now();
         let due = self.brain.poll_timeout().unwrap_or(until);
         // At least a microsecond, so that a deadline that is not met cannot stop the clock.
@@ -83,7 +85,7 @@ impl World {
     }
 
     /// Lets time pass until `until`.
-    pub fn run(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
+    pub(crate) fn run(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
         while self.vessel.now() < until {
             self.advance(until, sink);
         }
@@ -91,7 +93,7 @@ impl World {
 }
 
 /// What a sensor's value is to the brain; bytes are for the drivers.
-pub fn input_of(output: &sim::Output) -> Option<Input> {
+pub(crate) fn input_of(output: &sim::Output) -> Option<Input> {
     Some(match output {
         sim::Output::Serial(..) | sim::Output::Can(_) => return None,
         sim::Output::Gnss(reading) => Input::Gnss(GnssReading {

@@ -29,7 +29,7 @@ enum Place {
     Span(fn(&mut Settings) -> Option<&mut Duration>, RangeInclusive<f64>),
     /// Proportional, integral and derivative gain.
     Gains(fn(&mut Settings) -> Option<&mut PidConfig>),
-    /// A limit that a value below 0 switches off.
+    /// A limit that 0 or a value below switches off.
     Limit(fn(&mut Settings) -> Option<&mut Option<f64>>, RangeInclusive<f64>),
 }
 
@@ -229,7 +229,7 @@ impl Parameter {
             }
             Place::Limit(at, range) => {
                 let value = number(text)?;
-                let limit = if value < 0.0 { None } else { Some(within(value, range)?) };
+                let limit = if value <= 0.0 { None } else { Some(within(value, range)?) };
                 *at(settings).ok_or_else(missing)? = limit;
             }
         }

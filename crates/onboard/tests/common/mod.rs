@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 #[path = "../../../../vehicle-agent/src/world.rs"]
-pub mod world;
+pub(crate) mod world;
 
 use imc::messages::*;
 use imc::{Address, Header, Packet, Payload};
@@ -13,40 +13,40 @@ use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime};
 use world::{Happening, World};
 
-pub const OTTER: Address = Address(0x2810);
-pub const CONSOLE: Address = Address(0x4001);
-pub const PEER: Peer = Peer::Tcp(1);
+pub(crate) const OTTER: Address = Address(0x2810);
+pub(crate) const CONSOLE: Address = Address(0x4001);
+pub(crate) const PEER: Peer = Peer::Tcp(1);
 
-pub fn start() -> UtcTime {
+pub(crate) fn start() -> UtcTime {
     UtcTime::from_seconds(1_790_000_000.0).unwrap()
 }
 
-pub fn frame() -> LocalFrame {
+pub(crate) fn frame() -> LocalFrame {
     LocalFrame::new(LatLon::from_deg(63.33, 10.0833).unwrap())
 }
 
 /// Vessel, console, and everything that was said.
-pub struct Sea {
-    pub world: World,
-    pub said: Vec<(Now, Packet)>,
-    pub outputs: Vec<(Now, Output)>,
-    pub motors: Vec<(Now, control::MotorPair)>,
+pub(crate) struct Sea {
+    pub(crate) world: World,
+    pub(crate) said: Vec<(Now, Packet)>,
+    pub(crate) outputs: Vec<(Now, Output)>,
+    pub(crate) motors: Vec<(Now, control::MotorPair)>,
     /// Whether the console sends heartbeats.
-    pub heartbeats: bool,
+    pub(crate) heartbeats: bool,
     next_heartbeat: MonoTime,
     request: u16,
 }
 
-pub fn settings() -> Settings {
+pub(crate) fn settings() -> Settings {
     Settings::otter("ntnu-otter-01", OTTER)
 }
 
 impl Sea {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::with(settings(), |_| {})
     }
 
-    pub fn with(settings: Settings, change: impl FnOnce(&mut VesselConfig)) -> Self {
+    pub(crate) fn with(settings: Settings, change: impl FnOnce(&mut VesselConfig)) -> Self {
         let mut config = VesselConfig::at(frame().origin(), start(), 7);
         config.form = OutputForm::Values;
         config.gnss = GnssConfig { rate_hz: 5, ..GnssConfig::default() }.perfect();
@@ -68,17 +68,17 @@ impl Sea {
         sea
     }
 
-    pub fn tell(&mut self, input: Input) {
+    pub(crate) fn tell(&mut self, input: Input) {
         let (said, outputs, motors) = (&mut self.said, &mut self.outputs, &mut self.motors);
         self.world.tell(input, &mut |now, happening| note(said, outputs, motors, now, happening));
     }
 
     /// Sends a message as the console.
-    pub fn send(&mut self, message: impl Into<Message>) {
+    pub(crate) fn send(&mut self, message: impl Into<Message>) {
         self.send_as(CONSOLE, OTTER, message);
     }
 
-    pub fn send_as(&mut self, src: Address, dst: Address, message: impl Into<Message>) {
+    pub(crate) fn send_as(&mut self, src: Address, dst: Address, message: impl Into<Message>) {
         let header =
             Header { timestamp: self.world.now().utc.seconds(), src, dst, ..Header::default() };
         let bytes = Packet::new(header, message).encode().unwrap();
@@ -86,7 +86,7 @@ impl Sea {
     }
 
     /// Lets `seconds` pass.
-    pub fn run(&mut self, seconds: f64) {
+    pub(crate) fn run(&mut self, seconds: f64) {
         let until = self.world.vessel.now() + Duration::from_secs_f64(seconds);
         while self.world.vessel.now() < until {
             self.advance(until);
@@ -94,7 +94,7 @@ impl Sea {
     }
 
     /// Lets time pass until a condition holds; answers whether it did within `seconds`.
-    pub fn run_until(&mut self, seconds: f64, mut done: impl FnMut(&Self) -> bool) -> bool {
+    pub(crate) fn run_until(&mut self, seconds: f64, mut done: impl FnMut(&Self) -> bool) -> bool {
         let until = self.world.vessel.now() + Duration::from_secs_f64(seconds);
         while self.world.vessel.now() < until {
             if done(self) {
@@ -115,39 +115,39 @@ impl Sea {
     }
 
     /// All messages of a type that the vessel sent.
-    pub fn all<T: Payload + Clone>(&self) -> Vec<(Now, T)> {
+    pub(crate) fn all<T: Payload + Clone>(&self) -> Vec<(Now, T)> {
         let own = self.said.iter().filter(|(_, packet)| packet.header.src == OTTER);
         own.filter_map(|(now, packet)| packet.get::<T>().map(|message| (*now, message.clone()))).collect()
     }
 
-    pub fn last<T: Payload + Clone>(&self) -> Option<T> {
+    pub(crate) fn last<T: Payload + Clone>(&self) -> Option<T> {
         let mut own = self.said.iter().rev().filter(|(_, packet)| packet.header.src == OTTER);
         own.find_map(|(_, packet)| packet.get::<T>().cloned())
     }
 
-    pub fn plan_state(&self) -> PlanControlState {
+    pub(crate) fn plan_state(&self) -> PlanControlState {
         self.last().unwrap_or_default()
     }
 
-    pub fn mode(&self) -> VehicleStateOpMode {
+    pub(crate) fn mode(&self) -> VehicleStateOpMode {
         self.last::<VehicleState>().unwrap_or_default().op_mode
     }
 
     /// Forgets what was said so far.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.said.clear();
         self.outputs.clear();
         self.motors.clear();
     }
 
     /// A boat that is ready.
-    pub fn ready(mut self) -> Self {
+    pub(crate) fn ready(mut self) -> Self {
         assert!(self.run_until(20.0, |sea| sea.mode() == VehicleStateOpMode::Service), "{:?}", self.mode());
         self
     }
 
     /// Asks the plan engine; answers the request's number.
-    pub fn ask(&mut self, op: PlanControlOp, plan_id: &str, arg: Option<Message>) -> u16 {
+    pub(crate) fn ask(&mut self, op: PlanControlOp, plan_id: &str, arg: Option<Message>) -> u16 {
         self.request += 1;
         let request = PlanControl {
             r#type: PlanControlType::Request,
@@ -162,7 +162,7 @@ impl Sea {
     }
 
     /// Replies of the plan engine to a request.
-    pub fn replies(&self, request: u16) -> Vec<PlanControl> {
+    pub(crate) fn replies(&self, request: u16) -> Vec<PlanControl> {
         self.all::<PlanControl>()
             .into_iter()
             .map(|(_, reply)| reply)
@@ -171,7 +171,7 @@ impl Sea {
     }
 
     /// Puts a plan into the database.
-    pub fn upload(&mut self, plan: &PlanSpecification) {
+    pub(crate) fn upload(&mut self, plan: &PlanSpecification) {
         self.request += 1;
         let request = PlanDB {
             r#type: PlanDBType::Request,
@@ -184,7 +184,7 @@ impl Sea {
         self.send(request);
     }
 
-    pub fn position(&self) -> LocalPoint {
+    pub(crate) fn position(&self) -> LocalPoint {
         self.world.vessel.truth().state.position
     }
 }
@@ -206,11 +206,11 @@ fn note(
 }
 
 /// A place north and east of the start.
-pub fn place(north_m: f64, east_m: f64) -> LatLon {
+pub(crate) fn place(north_m: f64, east_m: f64) -> LatLon {
     frame().to_place(LocalPoint { north_m, east_m })
 }
 
-pub fn goto(north_m: f64, east_m: f64, speed: f32) -> Goto {
+pub(crate) fn goto(north_m: f64, east_m: f64, speed: f32) -> Goto {
     let target = place(north_m, east_m);
     Goto {
         lat: target.lat_rad(),
@@ -222,7 +222,7 @@ pub fn goto(north_m: f64, east_m: f64, speed: f32) -> Goto {
 }
 
 /// A plan of maneuvers one after the other.
-pub fn plan(id: &str, maneuvers: Vec<(String, Message)>) -> PlanSpecification {
+pub(crate) fn plan(id: &str, maneuvers: Vec<(String, Message)>) -> PlanSpecification {
     let ids: Vec<String> = maneuvers.iter().map(|(id, _)| id.clone()).collect();
     PlanSpecification {
         plan_id: id.into(),
@@ -249,7 +249,7 @@ pub fn plan(id: &str, maneuvers: Vec<(String, Message)>) -> PlanSpecification {
 }
 
 /// Three waypoints around the start.
-pub fn triangle() -> PlanSpecification {
+pub(crate) fn triangle() -> PlanSpecification {
     let points = [(0.0, 60.0), (50.0, 60.0), (50.0, 0.0)];
     let goto = |(n, (north_m, east_m)): (usize, (f64, f64))| {
         (format!("wp{}", n + 1), Message::from(goto(north_m, east_m, 1.5)))
