@@ -108,15 +108,17 @@ fn garbage_packets_change_nothing() {
 }
 
 #[test]
-fn after_a_hang_the_loops_begin_with_stopped_motors() {
+fn after_a_hang_the_motors_stop_and_the_plan_is_over() {
     let mut sea = under_way();
-    // The computer hangs for three seconds; what the compass sent meanwhile waits.
+    // The computer hangs for three seconds, longer than motors and compass may be silent.
     sea.world.vessel.step(std::time::Duration::from_secs(3));
     sea.forget();
     sea.tell(Input::Timer);
     assert_eq!(sea.motors.first().unwrap().1, MotorPair::STOPPED);
     sea.run(5.0);
-    assert!(!stopped(&sea), "and go on");
+    assert!(stopped(&sea));
+    assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Failure);
+    assert_eq!(sea.mode(), VehicleStateOpMode::Service, "ready for orders");
 }
 
 #[test]
