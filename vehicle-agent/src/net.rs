@@ -73,8 +73,9 @@ impl Net {
     pub(crate) fn open(ports: &Ports) -> anyhow::Result<Self> {
         let (sender, events) = sync_channel(EVENTS);
         let dropped = Arc::new(AtomicU64::new(0));
-        let udp = first_free(ports.bind, ports.udp..=ports.udp.saturating_add(if ports.udp == 0 { 0 } else { 5 }))
-            .with_context(|| format!("no free UDP port from {}", ports.udp))?;
+        let udp =
+            first_free(ports.bind, ports.udp..=ports.udp.saturating_add(if ports.udp == 0 { 0 } else { 5 }))
+                .with_context(|| format!("no free UDP port from {}", ports.udp))?;
         udp.set_broadcast(true).ok();
         let udp = Arc::new(udp);
         let udp_port = udp.local_addr()?.port();
@@ -86,8 +87,8 @@ impl Net {
             socket.join_multicast_v4(&GROUP, &Ipv4Addr::UNSPECIFIED).ok();
             listen_udp("announce", Arc::new(socket), sender.clone(), Arc::clone(&dropped))?;
         }
-        let listener = TcpListener::bind((ports.bind, ports.tcp))
-            .with_context(|| format!("TCP port {}", ports.tcp))?;
+        let listener =
+            TcpListener::bind((ports.bind, ports.tcp)).with_context(|| format!("TCP port {}", ports.tcp))?;
         let tcp_port = listener.local_addr()?.port();
         listen_tcp(listener, sender)?;
         let addresses = addresses(ports.bind);
@@ -220,7 +221,12 @@ fn listen_tcp(listener: TcpListener, events: SyncSender<Event>) -> anyhow::Resul
 }
 
 /// One thread that writes to a client and one that reads from it.
-fn serve(number: u32, stream: TcpStream, events: SyncSender<Event>, alive: Arc<AtomicU64>) -> anyhow::Result<()> {
+fn serve(
+    number: u32,
+    stream: TcpStream,
+    events: SyncSender<Event>,
+    alive: Arc<AtomicU64>,
+) -> anyhow::Result<()> {
     stream.set_nodelay(true).ok();
     stream.set_write_timeout(Some(WRITE_TIMEOUT)).ok();
     let (packets, queue) = sync_channel::<Arc<[u8]>>(CLIENT_PACKETS);

@@ -8,7 +8,8 @@ use std::io::{self, BufWriter, Write};
 
 /// Writes the states once a second, from rest.
 pub(crate) fn run(arguments: &SimulateArguments, until_s: f64) -> anyhow::Result<()> {
-    let (port, starboard) = pair(arguments.open_loop.as_deref().unwrap_or_default()).context("--open-loop")?;
+    let (port, starboard) =
+        pair(arguments.open_loop.as_deref().unwrap_or_default()).context("--open-loop")?;
     let command = Pair::new(port, starboard);
     let otter = Otter::new(arguments.payload.unwrap_or(25.0))?;
     let mut load = Load::default();

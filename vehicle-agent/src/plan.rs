@@ -187,7 +187,8 @@ fn gpx_route(text: &str) -> anyhow::Result<Vec<LatLon>> {
     for tag in text.split('<').filter(|tag| tag.starts_with("rtept") || tag.starts_with("wpt")) {
         let number = |name: &str| -> anyhow::Result<f64> {
             let (_, rest) = tag.split_once(&format!("{name}=")).with_context(|| format!("no {name}"))?;
-            let quote = rest.chars().next().filter(|quote| matches!(quote, '"' | '\'')).context("no quote")?;
+            let quote =
+                rest.chars().next().filter(|quote| matches!(quote, '"' | '\'')).context("no quote")?;
             let value = rest[1..].split(quote).next().unwrap_or_default();
             Ok(value.parse()?)
         };
@@ -207,7 +208,8 @@ mod tests {
     fn lines_and_routes_become_waypoints() {
         let line = json!({"type": "LineString", "coordinates": [[10.0, 63.0], [10.1, 63.1]]});
         let places = geojson_line(&line).unwrap();
-        let gpx = "<gpx><rte><rtept lat=\"63.0\" lon=\"10.0\"/><rtept lon='10.1' lat='63.1'></rtept></rte></gpx>";
+        let gpx =
+            "<gpx><rte><rtept lat=\"63.0\" lon=\"10.0\"/><rtept lon='10.1' lat='63.1'></rtept></rte></gpx>";
         assert_eq!(gpx_route(gpx).unwrap(), places);
         let plan = sequence("x", places.iter().map(|place| goto(*place, 1.0).into()).collect());
         assert_eq!(waypoints(&plan), places);

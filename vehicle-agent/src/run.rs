@@ -292,7 +292,8 @@ impl Agent {
 
     /// Writes changed parameters beside the main file, to be read after all others at the next start.
     fn save(&mut self, label: &str, values: &[(String, String)]) -> anyhow::Result<()> {
-        let section = setup::section_of(&self.config, label).with_context(|| format!("no section for {label}"))?;
+        let section =
+            setup::section_of(&self.config, label).with_context(|| format!("no section for {label}"))?;
         let path = self.config.saved_path().context("the vehicle has no name for a file")?;
         let (ini, _) = config::Ini::read(&config::Disk, &path);
         let mut saved = config::Saved::from_ini(&ini);
@@ -306,7 +307,8 @@ impl Agent {
 
 fn ports(arguments: &RunArguments, config: &Config) -> Ports {
     let port = |number: i64| u16::try_from(number).unwrap_or(0);
-    let udp = config.running(&transport::udp::UDP).next().map_or(6002, |s| port(s.get(&transport::udp::PORT)));
+    let udp =
+        config.running(&transport::udp::UDP).next().map_or(6002, |s| port(s.get(&transport::udp::PORT)));
     let tcp = config.running(&transport::tcp::SERVER).next();
     let tcp = tcp.map_or(7001, |section| port(section.get(&transport::tcp::PORT)));
     let announce = config.running(&transport::announce::ANNOUNCE).next();

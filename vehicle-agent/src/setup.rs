@@ -3,11 +3,11 @@
 use anyhow::{Context as _, bail};
 use config::schema::{control as loops, general, mission as plans, path, simulate, transport, watch};
 use config::{Config, Section, SectionSpec};
-use control::{CourseSpeedConfig, FeedForward, GuidanceConfig, Law, PathConfig, Sharing, SpeedTable, VectorFieldConfig};
-use imc::Address;
-use mission::{
-    BatteryConfig, LimitsConfig, LostCommsConfig, Remedy, Step, TrajectoryConfig,
+use control::{
+    CourseSpeedConfig, FeedForward, GuidanceConfig, Law, PathConfig, Sharing, SpeedTable, VectorFieldConfig,
 };
+use imc::Address;
+use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, Remedy, Step, TrajectoryConfig};
 use onboard::{Entity, Settings, parameters};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -54,9 +54,9 @@ pub(crate) fn section_of<'a>(config: &'a Config, label: &str) -> Option<&'a Sect
 
 /// The brain's settings, and what of the files could not be followed.
 pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, Vec<String>)> {
-    let address = config.address().with_context(|| {
-        format!("[IMC Addresses] has no address for the vehicle `{}`", config.vehicle())
-    })?;
+    let address = config
+        .address()
+        .with_context(|| format!("[IMC Addresses] has no address for the vehicle `{}`", config.vehicle()))?;
     let mut settings = Settings::otter(config.vehicle(), Address(address));
     let mut doubts = Vec::new();
     settings.uid = uid;
@@ -145,8 +145,12 @@ fn monitored(config: &Config, settings: &mut Settings) {
 }
 
 fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
-    settings.watch.lost_comms =
-        LostCommsConfig { idle: Vec::new(), plan: Vec::new(), teleoperation: Vec::new(), before_first_contact: false };
+    settings.watch.lost_comms = LostCommsConfig {
+        idle: Vec::new(),
+        plan: Vec::new(),
+        teleoperation: Vec::new(),
+        before_first_contact: false,
+    };
     let mut home = "lost_comms".to_owned();
     for section in config.running(&watch::lost_comms::LOST_COMMS) {
         home = section.get(&watch::lost_comms::PLAN);

@@ -264,7 +264,10 @@ impl Run {
         );
         if count > 0 {
             let rms_m = (sum / count as f64).sqrt();
-            println!("cross-track error as the vessel sees it: RMS {rms_m:.2} m, largest {:.2} m", self.watch.worst_m);
+            println!(
+                "cross-track error as the vessel sees it: RMS {rms_m:.2} m, largest {:.2} m",
+                self.watch.worst_m
+            );
         }
         match self.watch.plan.last_outcome {
             PlanControlStateLastOutcome::Success => println!("plan '{}' completed", self.watch.plan.plan_id),

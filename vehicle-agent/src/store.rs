@@ -24,7 +24,8 @@ impl Store {
         fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let (mut records, mut unreadable) = (Vec::new(), Vec::new());
         let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
-        let mut paths: Vec<PathBuf> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
+        let mut paths: Vec<PathBuf> =
+            entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
         paths.sort();
         for path in paths {
             match path.extension().and_then(|extension| extension.to_str()) {

@@ -95,7 +95,11 @@ impl Brain {
         for entity in Entity::ALL {
             if !matches!(
                 entity,
-                Entity::Gps | Entity::Navigation | Entity::MotorPort | Entity::MotorStarboard | Entity::Hydrophone
+                Entity::Gps
+                    | Entity::Navigation
+                    | Entity::MotorPort
+                    | Entity::MotorStarboard
+                    | Entity::Hydrophone
             ) {
                 brain.states.set(&mut brain.bus, entity, Condition::Normal, "active");
             }
@@ -277,7 +281,9 @@ impl Brain {
         };
         self.states.set(&mut self.bus, Entity::Path, condition, text);
         let (contacts, clients) = self.bus.node.counts(self.bus.mono());
-        let set = |states: &mut States, bus: &mut Bus, entity, text| states.set(bus, entity, Condition::Normal, text);
+        let set = |states: &mut States, bus: &mut Bus, entity, text| {
+            states.set(bus, entity, Condition::Normal, text)
+        };
         set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
         set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
         let text = match (self.pilot.drive(), self.pilot.is_connected()) {

@@ -120,7 +120,11 @@ impl Detections {
             // A larger step is a receiver that started anew.
             if (1..1000).contains(&missing) {
                 self.lost_lines += u64::from(missing);
-                bus.entry(Entity::Hydrophone, Level::Warning, format!("{missing} lines of the receiver lost"));
+                bus.entry(
+                    Entity::Hydrophone,
+                    Level::Warning,
+                    format!("{missing} lines of the receiver lost"),
+                );
             }
         }
         self.last_counter = Some(counter);

@@ -113,7 +113,9 @@ pub(crate) fn log_book(bus: &mut Bus, to: Asker, request: &LogBookControl) {
         LogBookControlCommand::GetErr => {
             matches!(entry.r#type, LogBookEntryType::Error | LogBookEntryType::Critical)
         }
-        LogBookControlCommand::Clear | LogBookControlCommand::Reply | LogBookControlCommand::Unlisted(_) => false,
+        LogBookControlCommand::Clear | LogBookControlCommand::Reply | LogBookControlCommand::Unlisted(_) => {
+            false
+        }
     };
     match request.command {
         LogBookControlCommand::Clear => bus.forget_entries(),

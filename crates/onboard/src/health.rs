@@ -60,11 +60,17 @@ impl Clock {
         match self.offset_s {
             None => states.set(bus, Entity::Clock, Condition::Normal, "not compared with satellites"),
             Some(offset_s) if offset_s.abs() > settings.clock_offset_s => {
-                let text = format!("{offset_s:+.1} s off the satellites; records carry wrong times until it is set");
+                let text =
+                    format!("{offset_s:+.1} s off the satellites; records carry wrong times until it is set");
                 states.set(bus, Entity::Clock, Condition::Fault, text);
             }
             Some(offset_s) => {
-                states.set(bus, Entity::Clock, Condition::Normal, format!("{offset_s:+.1} s to the satellites"));
+                states.set(
+                    bus,
+                    Entity::Clock,
+                    Condition::Normal,
+                    format!("{offset_s:+.1} s to the satellites"),
+                );
             }
         }
     }
@@ -79,9 +85,10 @@ pub(crate) struct Host {
 
 impl Host {
     pub(crate) fn read(&mut self, bus: &mut Bus, reading: &HostReading) {
-        let sane = [reading.cpu_percent, reading.disk_free_mib, reading.disk_free_percent, reading.memory_mib]
-            .iter()
-            .all(|value| value.is_finite());
+        let sane =
+            [reading.cpu_percent, reading.disk_free_mib, reading.disk_free_percent, reading.memory_mib]
+                .iter()
+                .all(|value| value.is_finite());
         if !sane {
             return;
         }

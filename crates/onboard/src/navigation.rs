@@ -299,7 +299,9 @@ impl Navigation {
     pub fn estimate(&self, now: MonoTime) -> Option<Estimate> {
         match self.health(now) {
             NavigationHealth::Good | NavigationHealth::Reckoning => {}
-            NavigationHealth::Waiting | NavigationHealth::NoPosition | NavigationHealth::NoHeading => return None,
+            NavigationHealth::Waiting | NavigationHealth::NoPosition | NavigationHealth::NoHeading => {
+                return None;
+            }
         }
         let (frame, position, (heading_at, heading_rad)) = (self.frame?, self.position?, self.heading?);
         let fresh = |at: MonoTime| now.since(at).as_secs_f64() <= self.settings.reckoning_s;

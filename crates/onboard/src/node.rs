@@ -80,7 +80,8 @@ impl Node {
     ) -> Contact {
         let services = announce.services.to_str_lossy();
         let all = imc::services::parse(&services).filter(|service| service.scheme == "imc+udp");
-        let sockets: Vec<SocketAddrV4> = all.filter_map(|service| service.socket()).take(SOCKETS_READ).collect();
+        let sockets: Vec<SocketAddrV4> =
+            all.filter_map(|service| service.socket()).take(SOCKETS_READ).collect();
         if !self.systems.contains_key(&id) && self.systems.len() >= SYSTEMS_KEPT {
             let oldest = self.systems.iter().min_by_key(|(_, system)| system.heard).map(|(id, _)| *id);
             oldest.map(|id| self.systems.remove(&id));

@@ -64,11 +64,8 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// All parameters.
 pub fn all() -> Vec<Parameter> {
-    let number = |entity, name, at, factor, range| Parameter {
-        entity,
-        name,
-        place: Place::Number(at, factor, range),
-    };
+    let number =
+        |entity, name, at, factor, range| Parameter { entity, name, place: Place::Number(at, factor, range) };
     let span = |entity, name, at, range| Parameter { entity, name, place: Place::Span(at, range) };
     let gains = |entity, name, at| Parameter { entity, name, place: Place::Gains(at) };
     let limit = |entity, name, at, range| Parameter { entity, name, place: Place::Limit(at, range) };
@@ -78,7 +75,12 @@ pub fn all() -> Vec<Parameter> {
         gains(control, "Yaw PID Gains", |s| Some(&mut s.control.yaw.pid)),
         gains(control, "MPS PID Gains", |s| rpm(s).then_some(&mut s.control.speed.pid)),
         gains(control, "MPS Force PID Gains", |s| (!rpm(s)).then_some(&mut s.control.speed.pid)),
-        limit(control, "MPS Integral Limit", |s| rpm(s).then_some(&mut s.control.speed.pid.integral_limit), 0.0..=2000.0),
+        limit(
+            control,
+            "MPS Integral Limit",
+            |s| rpm(s).then_some(&mut s.control.speed.pid.integral_limit),
+            0.0..=2000.0,
+        ),
         limit(
             control,
             "MPS Force Integral Limit",
@@ -95,11 +97,35 @@ pub fn all() -> Vec<Parameter> {
             DEGREE,
             5.0..=180.0,
         ),
-        number(control, "Maximum Thrust Actuation", |s| Some(&mut s.control.output.max_actuation), 1.0, 0.01..=1.0),
+        number(
+            control,
+            "Maximum Thrust Actuation",
+            |s| Some(&mut s.control.output.max_actuation),
+            1.0,
+            0.01..=1.0,
+        ),
         number(control, "Minimum speed to use course", course_speed, 1.0, 0.0..=5.0),
-        number(path, "ILOS Lookahead Distance", |s| ilos(s).map(|ilos| &mut ilos.lookahead_m), 1.0, 1.0..=50.0),
-        number(path, "ILOS Integrator Gain", |s| ilos(s).map(|ilos| &mut ilos.integrator_gain), 1.0, 0.0..=4.0),
-        number(path, "Corridor -- Width", |s| ilos(s).map(|ilos| &mut ilos.corridor.width_m), 1.0, 1.0..=50.0),
+        number(
+            path,
+            "ILOS Lookahead Distance",
+            |s| ilos(s).map(|ilos| &mut ilos.lookahead_m),
+            1.0,
+            1.0..=50.0,
+        ),
+        number(
+            path,
+            "ILOS Integrator Gain",
+            |s| ilos(s).map(|ilos| &mut ilos.integrator_gain),
+            1.0,
+            0.0..=4.0,
+        ),
+        number(
+            path,
+            "Corridor -- Width",
+            |s| ilos(s).map(|ilos| &mut ilos.corridor.width_m),
+            1.0,
+            1.0..=50.0,
+        ),
         number(
             path,
             "Corridor -- Entry Angle",
@@ -107,7 +133,13 @@ pub fn all() -> Vec<Parameter> {
             DEGREE,
             2.0..=45.0,
         ),
-        number(path, "Time Of Arrival Factor", |s| Some(&mut s.path.time_of_arrival_factor_s), 1.0, 0.0..=30.0),
+        number(
+            path,
+            "Time Of Arrival Factor",
+            |s| Some(&mut s.path.time_of_arrival_factor_s),
+            1.0,
+            0.0..=30.0,
+        ),
         number(path, "ETA Minimum Speed", |s| Some(&mut s.path.eta_min_speed_mps), 1.0, 0.01..=5.0),
         number(path, "New Reference Timeout", |s| Some(&mut s.path.new_path_timeout_s), 1.0, 3.0..=10.0),
         number(path, "Position Jump Threshold", |s| Some(&mut s.path.jump.threshold_m), 1.0, 1.0..=100.0),
@@ -122,7 +154,13 @@ pub fn all() -> Vec<Parameter> {
             1.0,
             500.0..=100_000.0,
         ),
-        number(navigation, "Position Jump Speed", |s| Some(&mut s.navigation.jump_speed_mps), 1.0, 1.0..=100.0),
+        number(
+            navigation,
+            "Position Jump Speed",
+            |s| Some(&mut s.navigation.jump_speed_mps),
+            1.0,
+            1.0..=100.0,
+        ),
         number(watch, "Warning Level", |s| Some(&mut s.watch.battery.low), 0.01, 0.0..=100.0),
         number(watch, "Reserve Level", |s| Some(&mut s.watch.battery.reserve), 0.01, 0.0..=100.0),
         number(watch, "Error Level", |s| Some(&mut s.watch.battery.critical), 0.01, 0.0..=100.0),
@@ -134,7 +172,13 @@ pub fn all() -> Vec<Parameter> {
             1.0,
             0.0..=86_400.0,
         ),
-        number(Entity::Host, "Storage Warning Level", |s| Some(&mut s.watch.disk_free_percent), 1.0, 0.0..=100.0),
+        number(
+            Entity::Host,
+            "Storage Warning Level",
+            |s| Some(&mut s.watch.disk_free_percent),
+            1.0,
+            0.0..=100.0,
+        ),
         number(
             mission,
             "Loiter -- Minimum Radius",
@@ -158,7 +202,12 @@ pub fn all() -> Vec<Parameter> {
         ),
         number(mission, "Hold Radius", |s| Some(&mut s.mission.hold_radius_m), 1.0, 1.0..=1000.0),
         span(Entity::Udp, "Contact Timeout", |s| Some(&mut s.node.contact_timeout), 1.0..=3600.0),
-        span(Entity::Announcer, "Announcement Periodicity", |s| Some(&mut s.node.announce_period), 1.0..=600.0),
+        span(
+            Entity::Announcer,
+            "Announcement Periodicity",
+            |s| Some(&mut s.node.announce_period),
+            1.0..=600.0,
+        ),
     ]
 }
 

@@ -12,12 +12,14 @@ use crate::navigation::Estimate;
 use crate::output::{Level, Output};
 use crate::settings::Settings;
 use control::{
-    CourseSpeed, Fix, Geometry, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStart, PathStatus,
-    PathTracker, Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, Turn, YawTarget,
+    CourseSpeed, Fix, Geometry, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStart,
+    PathStatus, PathTracker, Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, Turn,
+    YawTarget,
 };
 use imc::messages::{
-    CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredPath, DesiredPathFlags, DesiredSpeed,
-    DesiredZ, PathControlState, PathControlStateFlags, SetThrusterActuation, SpeedUnits, ZUnits,
+    CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredPath, DesiredPathFlags,
+    DesiredSpeed, DesiredZ, PathControlState, PathControlStateFlags, SetThrusterActuation, SpeedUnits,
+    ZUnits,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -284,10 +286,8 @@ impl Pilot {
             following.heading_sent = Some(steering.course_rad);
             bus.send(Entity::Path, &DesiredHeading { value: steering.course_rad });
         }
-        let yaw = YawTarget::Course {
-            course_rad: steering.course_rad,
-            turn_rate_rad_s: steering.turn_rate_rad_s,
-        };
+        let yaw =
+            YawTarget::Course { course_rad: steering.course_rad, turn_rate_rad_s: steering.turn_rate_rad_s };
         let setpoint = Setpoint { yaw: Some(yaw), speed: self.speed };
         self.hold(bus, estimate, &setpoint, Owner::Autopilot);
         self.fault = status.fault;

@@ -58,7 +58,11 @@ impl Sensors {
             bus.entry(Entity::Navigation, Level::Warning, "position jumps; it is not used unless it stays");
         }
         if navigation.jumps() > jumps {
-            bus.entry(Entity::Navigation, Level::Warning, "position jumped and stayed; it is used from here on");
+            bus.entry(
+                Entity::Navigation,
+                Level::Warning,
+                "position jumped and stayed; it is used from here on",
+            );
         }
         self.rejection = rejection;
     }
@@ -90,17 +94,15 @@ impl Sensors {
         bus.send(entity, &Voltage { value: reading.voltage_v as f32 });
         bus.send(entity, &Current { value: reading.current_a as f32 });
         bus.send(entity, &Temperature { value: reading.temperature_c as f32 });
-        let level = FuelLevel {
-            value: reading.charge_percent as f32,
-            confidence: 100.0,
-            ..FuelLevel::default()
-        };
+        let level =
+            FuelLevel { value: reading.charge_percent as f32, confidence: 100.0, ..FuelLevel::default() };
         bus.send(entity, &level);
     }
 
     /// Mean charge of the batteries that report (%).
     pub(crate) fn charge_percent(&self) -> Option<f64> {
-        let known: Vec<f64> = self.batteries.iter().flatten().map(|(_, reading)| reading.charge_percent).collect();
+        let known: Vec<f64> =
+            self.batteries.iter().flatten().map(|(_, reading)| reading.charge_percent).collect();
         (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
     }
 
@@ -132,7 +134,9 @@ impl Sensors {
             NavigationHealth::Waiting => (Condition::Boot, "waiting for GPS fix"),
             NavigationHealth::Good => (Condition::Normal, "active"),
             NavigationHealth::Reckoning => (Condition::Normal, "no position; reckoning on"),
-            NavigationHealth::NoPosition => (Condition::Error, "waiting for GPS fix; nobody steers until then"),
+            NavigationHealth::NoPosition => {
+                (Condition::Error, "waiting for GPS fix; nobody steers until then")
+            }
             NavigationHealth::NoHeading => (Condition::Error, "no heading; nobody steers until there is one"),
         };
         if self.navigation.replace(health) != Some(health) && condition == Condition::Error {

@@ -65,7 +65,13 @@ impl States {
     }
 
     /// A part's state and what it says of itself; a change of state goes out at once.
-    pub(crate) fn set(&mut self, bus: &mut Bus, entity: Entity, condition: Condition, text: impl Into<String>) {
+    pub(crate) fn set(
+        &mut self,
+        bus: &mut Bus,
+        entity: Entity,
+        condition: Condition,
+        text: impl Into<String>,
+    ) {
         let slot = &mut self.all[usize::from(entity.number())];
         let changed = slot.0 != condition;
         *slot = (condition, text.into());
@@ -137,7 +143,6 @@ impl States {
 }
 
 fn send(bus: &mut Bus, entity: Entity, condition: Condition, text: &str) {
-    let message =
-        EntityState { state: condition.wire(), description: text.into(), ..EntityState::default() };
+    let message = EntityState { state: condition.wire(), description: text.into(), ..EntityState::default() };
     bus.send(entity, &message);
 }

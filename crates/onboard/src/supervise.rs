@@ -203,7 +203,9 @@ impl Supervise {
         let outlook = next(desk.bus, self.lost_comms.outlook());
         let (condition, text) = match (self.lost_comms.is_lost(), self.heard, outlook) {
             (true, _, Some(next)) => (Condition::Fault, format!("no console is heard; next: {next}")),
-            (true, _, None) => (Condition::Fault, "no console is heard; nothing further is planned".to_owned()),
+            (true, _, None) => {
+                (Condition::Fault, "no console is heard; nothing further is planned".to_owned())
+            }
             (false, false, _) => (Condition::Normal, "no console was ever heard".to_owned()),
             (false, true, Some(next)) => (Condition::Normal, format!("in contact; without: {next}")),
             (false, true, None) => (Condition::Normal, "in contact; without: carry on".to_owned()),
@@ -229,9 +231,10 @@ impl Supervise {
         let (power_w, used_wh) = sensors.power_w();
         let left_wh = desk.capacity_wh * percent / 100.0;
         let hours = (power_w > 1.0).then(|| left_wh / power_w);
-        let next = self.battery.outlook().map_or("nothing further".to_owned(), |outlook| {
-            outlook_text(desk.bus, &outlook)
-        });
+        let next = self
+            .battery
+            .outlook()
+            .map_or("nothing further".to_owned(), |outlook| outlook_text(desk.bus, &outlook));
         let text = format!("{percent:.0} %, {power_w:.0} W, {used_wh:.0} Wh used; next: {next}");
         let condition = match self.battery.stage() {
             BatteryStage::Normal => Condition::Normal,

@@ -13,7 +13,9 @@ type Recorded = Vec<(bool, Vec<u8>)>;
 
 /// An hour of plans with noise, recorded: inputs (true) and outputs (false).
 fn hour() -> (Recorded, Now) {
-    let mut sea = Sea::with(settings(), |vessel| vessel.gnss = sim::GnssConfig { baud: 115_200, ..sim::GnssConfig::default() });
+    let mut sea = Sea::with(settings(), |vessel| {
+        vessel.gnss = sim::GnssConfig { baud: 115_200, ..sim::GnssConfig::default() }
+    });
     let begun = Now { mono: MonoTime::default(), utc: start() };
     let mut all = Vec::new();
     let mut sink = |now: Now, happening: Happening| {

@@ -42,8 +42,7 @@ fn a_silent_compass_is_bridged_for_seconds_and_then_stops_the_vessel() {
 fn a_jump_is_refused_while_it_is_short_and_believed_when_it_stays() {
     let mut sea = under_way();
     let place = sea.world.brain.estimate().unwrap().place;
-    sea.world.vessel.faults_mut().position_jump =
-        Some(units::LocalPoint { north_m: 0.0, east_m: 400.0 });
+    sea.world.vessel.faults_mut().position_jump = Some(units::LocalPoint { north_m: 0.0, east_m: 400.0 });
     sea.run(0.3);
     let after = sea.world.brain.estimate().unwrap().place;
     let frame = units::LocalFrame::new(place);
@@ -51,7 +50,9 @@ fn a_jump_is_refused_while_it_is_short_and_believed_when_it_stays() {
     sea.run(5.0);
     let after = sea.world.brain.estimate().unwrap().place;
     assert!((frame.to_local(after).east_m - 400.0).abs() < 20.0, "{:?}", frame.to_local(after));
-    assert!(sea.all::<GpsFixRejection>().iter().any(|(_, r)| r.reason == GpsFixRejectionReason::AboveThreshold));
+    assert!(
+        sea.all::<GpsFixRejection>().iter().any(|(_, r)| r.reason == GpsFixRejectionReason::AboveThreshold)
+    );
 }
 
 #[test]
@@ -89,7 +90,10 @@ fn a_clock_stepped_by_an_hour_changes_records_only() {
     assert!((before as f64 * 0.9..before as f64 * 1.1).contains(&(sea.said.len() as f64)));
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
     assert!(!stopped(&sea));
-    let told = sea.all::<LogBookEntry>().into_iter().any(|(_, entry)| entry.text.to_str_lossy().contains("+3600.0 s"));
+    let told = sea
+        .all::<LogBookEntry>()
+        .into_iter()
+        .any(|(_, entry)| entry.text.to_str_lossy().contains("+3600.0 s"));
     assert!(told);
     sea.world.clock_error_us = -3_600_000_000;
     sea.run(10.0);

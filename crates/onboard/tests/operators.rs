@@ -109,7 +109,8 @@ fn parameters_are_told_changed_refused_and_saved() {
     };
     sea.send(query("Path Control", "global"));
     let told = sea.last::<EntityParameters>().unwrap();
-    let lookahead = told.params.of::<EntityParameter>().find(|p| p.name == "ILOS Lookahead Distance").unwrap();
+    let lookahead =
+        told.params.of::<EntityParameter>().find(|p| p.name == "ILOS Lookahead Distance").unwrap();
     assert!(lookahead.value.to_str_lossy().parse::<f64>().is_ok());
     let count = sea.all::<EntityParameters>().len();
     sea.send(query("Path Control", "anything"));
@@ -123,7 +124,9 @@ fn parameters_are_told_changed_refused_and_saved() {
     let taken = sea.last::<EntityParameters>().unwrap();
     assert_eq!(taken.params.of::<EntityParameter>().next().unwrap().value, "12");
     let count = sea.all::<EntityParameters>().len();
-    for (name, value) in [("ILOS Lookahead Distance", "1200"), ("ILOS Lookahead Distance", "x"), ("Nothing", "1")] {
+    for (name, value) in
+        [("ILOS Lookahead Distance", "1200"), ("ILOS Lookahead Distance", "x"), ("Nothing", "1")]
+    {
         sea.send(set(name, value));
     }
     assert_eq!(sea.all::<EntityParameters>().len(), count, "what is refused is not echoed");
@@ -153,7 +156,11 @@ fn lost_communications_act_during_a_plan() {
     sea.ask(PlanControlOp::Start, "far", Some(far.into()));
     sea.run(10.0);
     let text = |sea: &Sea| {
-        let all = sea.said.iter().rev().filter(|(_, packet)| packet.header.src_ent == onboard::Entity::LostComms.number());
+        let all = sea
+            .said
+            .iter()
+            .rev()
+            .filter(|(_, packet)| packet.header.src_ent == onboard::Entity::LostComms.number());
         all.filter_map(|(_, packet)| packet.get::<EntityState>()).next().unwrap().description.to_string()
     };
     assert!(text(&sea).starts_with("in contact; without: hold station at "), "{}", text(&sea));
@@ -164,7 +171,9 @@ fn lost_communications_act_during_a_plan() {
     assert_eq!(sea.plan_state().plan_id, "hold");
     assert!(text(&sea).contains("next: run plan lost_comms at "), "{}", text(&sea));
     assert!(sea.run_until(45.0, |sea| sea.plan_state().plan_id == "lost_comms"));
-    assert!(sea.run_until(200.0, |sea| sea.plan_state().last_outcome == PlanControlStateLastOutcome::Success));
+    assert!(
+        sea.run_until(200.0, |sea| sea.plan_state().last_outcome == PlanControlStateLastOutcome::Success)
+    );
     sea.heartbeats = true;
     sea.run(2.0);
     assert!(text(&sea).starts_with("in contact"), "{}", text(&sea));
@@ -176,7 +185,9 @@ fn a_plan_carries_on_without_consoles_when_so_configured() {
     let far = plan("far", vec![("a".into(), goto(300.0, 0.0, 1.5).into())]);
     sea.ask(PlanControlOp::Start, "far", Some(far.into()));
     sea.heartbeats = false;
-    assert!(sea.run_until(400.0, |sea| sea.plan_state().last_outcome == PlanControlStateLastOutcome::Success));
+    assert!(
+        sea.run_until(400.0, |sea| sea.plan_state().last_outcome == PlanControlStateLastOutcome::Success)
+    );
 }
 
 #[test]

@@ -58,7 +58,10 @@ fn sails_a_stored_plan_to_its_end_with_the_exchange_consoles_know() {
     let states: Vec<_> = sea.all::<PlanControlState>().into_iter().map(|(_, state)| state).collect();
     assert_eq!(states[0].state, PlanControlStateState::Initializing);
     let now = states.last().unwrap();
-    assert_eq!((now.state, &now.man_id, now.man_type), (PlanControlStateState::Executing, &"wp1".into(), 450));
+    assert_eq!(
+        (now.state, &now.man_id, now.man_type),
+        (PlanControlStateState::Executing, &"wp1".into(), 450)
+    );
     let replies = sea.replies(request);
     assert!(matches!(replies[0].arg, Some(Message::PlanStatistics(_))));
     assert_eq!(replies[0].info, "plan loaded");

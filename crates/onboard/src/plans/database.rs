@@ -11,8 +11,8 @@ use imc::messages::{
 };
 use imc::{ANY_ENTITY, Address, FOOTER_BYTES, HEADER_BYTES, Header, PacketView, plan_digest};
 use mission::{
-    Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Origin, Outgoing, PlanDatabase,
-    PlanInfo, Record, Ticket,
+    Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Origin, Outgoing,
+    PlanDatabase, PlanInfo, Record, Ticket,
 };
 use std::collections::BTreeMap;
 
@@ -34,7 +34,8 @@ pub(crate) struct Database {
 impl Database {
     /// With the plans that were kept, and the names of those that cannot be read.
     pub(crate) fn new(kept: Vec<Record>) -> (Self, Vec<String>) {
-        let (good, bad): (Vec<_>, Vec<_>) = kept.into_iter().partition(|record| read(&record.bytes).is_some());
+        let (good, bad): (Vec<_>, Vec<_>) =
+            kept.into_iter().partition(|record| read(&record.bytes).is_some());
         let limits = DatabaseLimits {
             max_plans: PLANS_KEPT,
             max_plan_bytes: LONGEST_PLAN,
@@ -56,8 +57,7 @@ impl Database {
         if request.r#type != PlanDBType::Request {
             return;
         }
-        let origin =
-            Origin { system: asker.system.0, entity: asker.entity, request: request.request_id };
+        let origin = Origin { system: asker.system.0, entity: asker.entity, request: request.request_id };
         let ask = match (request.op, &request.arg) {
             (PlanDBOp::Set, Some(Message::PlanSpecification(plan))) => set(plan),
             (PlanDBOp::Set, _) => Err("no plan specification given".to_owned()),

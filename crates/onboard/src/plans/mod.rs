@@ -23,8 +23,8 @@ use imc::messages::{
     VehicleCommand, VehicleCommandCommand, VehicleCommandType,
 };
 use mission::{
-    ActionPoint, Command, Engine, EngineConfig, Event, ManeuverEnd, NoteLevel, Operation, Operator, PathProgress, PathStart,
-    PlanLimits, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
+    ActionPoint, Command, Engine, EngineConfig, Event, ManeuverEnd, NoteLevel, Operation, Operator,
+    PathProgress, PathStart, PlanLimits, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -186,10 +186,7 @@ impl Plans {
             mission::Output::Command(command) => self.command(bus, pilot, &command),
             mission::Output::Reply(reply) => self.reply(bus, &reply),
             mission::Output::PlanBegins { run, plan_id } => self.begin(bus, run, &plan_id),
-            mission::Output::PlanEnded { plan_id, reason, .. } => {
-                bus.entry(Entity::PlanEngine, Level::Info, format!("plan '{plan_id}' ended: {reason}"));
-                open_log(bus, "");
-            }
+            mission::Output::PlanEnded { .. } => open_log(bus, ""),
             mission::Output::Actions { run, point } => self.act(run, &point),
             mission::Output::Calibrate(span) => {
                 let text = format!("calibrating for {} s", span.as_secs());
@@ -219,10 +216,7 @@ impl Plans {
                 self.vehicle_state = *state;
                 bus.send(Entity::Supervisor, &wire::vehicle_state(&self.vehicle_state, pilot.loops()));
             }
-            mission::Output::Aborted { by } => {
-                bus.entry(Entity::Supervisor, Level::Warning, format!("aborted by {}", Address(by)));
-                bus.send(Entity::Supervisor, &Aborted);
-            }
+            mission::Output::Aborted { .. } => bus.send(Entity::Supervisor, &Aborted),
             mission::Output::DisableExternalLoops => pilot.drift(bus),
             mission::Output::Note(note) => {
                 let level = match note.level {
@@ -281,7 +275,8 @@ impl Plans {
     fn maneuver_begins(&mut self, bus: &mut Bus, run: RunId, id: &str) {
         self.command_id = self.command_id.wrapping_add(1);
         let plan = self.runs.get(&run);
-        let node = plan.and_then(|plan| plan.maneuvers.of::<PlanManeuver>().find(|node| node.maneuver_id == id));
+        let node =
+            plan.and_then(|plan| plan.maneuvers.of::<PlanManeuver>().find(|node| node.maneuver_id == id));
         let request = VehicleCommand {
             r#type: VehicleCommandType::Request,
             request_id: self.command_id,
@@ -340,8 +335,7 @@ impl Plans {
             arg,
             info: info.as_str().into(),
         };
-        let level = if result.is_ok() { Level::Debug } else { Level::Warning };
-        bus.console(level, format!("Plan Engine: '{plan_id}': {info}"));
+        bus.console(Level::Debug, format!("Plan Engine: '{plan_id}': {info}"));
         let asker = Asker { system: Address(origin.system), entity: origin.entity };
         bus.send_to(Entity::PlanEngine, asker, &message);
     }

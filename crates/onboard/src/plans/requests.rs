@@ -7,7 +7,8 @@ use crate::entity::Entity;
 use crate::output::Level;
 use crate::pilot::Pilot;
 use imc::messages::{
-    Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanSpecification, Reference,
+    Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanSpecification,
+    Reference,
 };
 use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, StartOptions};
 
@@ -49,14 +50,19 @@ impl Plans {
         };
         let who = if name.is_empty() { asker.system.to_string() } else { name.to_owned() };
         bus.entry(Entity::PlanEngine, Level::Info, format!("request {verb} '{plan_id}' by {who}"));
-        let origin =
-            Origin { system: asker.system.0, entity: asker.entity, request: request.request_id };
+        let origin = Origin { system: asker.system.0, entity: asker.entity, request: request.request_id };
         self.tell(bus, pilot, mission::Input::Request(Request { origin, plan_id, ask }));
         self.starting = None;
     }
 
     /// Starts a plan of the database on the vessel's own account.
-    pub(crate) fn start_own(&mut self, bus: &mut Bus, pilot: &mut Pilot, plan_id: &str, message: Option<Message>) {
+    pub(crate) fn start_own(
+        &mut self,
+        bus: &mut Bus,
+        pilot: &mut Pilot,
+        plan_id: &str,
+        message: Option<Message>,
+    ) {
         let request = PlanControl {
             r#type: PlanControlType::Request,
             op: PlanControlOp::Start,
@@ -80,7 +86,13 @@ impl Plans {
     }
 
     /// A commander's reference.
-    pub(crate) fn reference(&mut self, bus: &mut Bus, pilot: &mut Pilot, asker: Asker, reference: &Reference) {
+    pub(crate) fn reference(
+        &mut self,
+        bus: &mut Bus,
+        pilot: &mut Pilot,
+        asker: Asker,
+        reference: &Reference,
+    ) {
         let event = translate::reference(asker.system.0, asker.entity, reference);
         self.reference = Some((asker.system.0, asker.entity, reference.clone().into()));
         self.tell(bus, pilot, mission::Input::Event(Event::Reference(event)));

@@ -10,8 +10,8 @@ use imc::messages::{
 };
 use imc::tuples;
 use mission::{
-    DraftBody, Late, LoiterShape, Maneuver, ManeuverDraft, ManeuverKind, Offset, Operator, PlanDraft, RawPlace,
-    Speed, Swath, TimedOffset, TransitionDraft, Turn,
+    DraftBody, Late, LoiterShape, Maneuver, ManeuverDraft, ManeuverKind, Offset, Operator, PlanDraft,
+    RawPlace, Speed, Swath, TimedOffset, TransitionDraft, Turn,
 };
 use std::time::Duration;
 use units::{LatLon, UtcTime};
@@ -43,11 +43,8 @@ pub(crate) fn draft(plan: &PlanSpecification) -> PlanDraft {
 /// A plan of one maneuver, as a console asks for it without a plan around it.
 pub(crate) fn quick_plan(plan_id: &str, maneuver: &Message) -> PlanSpecification {
     let name = maneuver.abbrev();
-    let only = PlanManeuver {
-        maneuver_id: name.into(),
-        data: Some(maneuver.clone()),
-        ..PlanManeuver::default()
-    };
+    let only =
+        PlanManeuver { maneuver_id: name.into(), data: Some(maneuver.clone()), ..PlanManeuver::default() };
     PlanSpecification {
         plan_id: plan_id.into(),
         start_man_id: name.into(),
@@ -86,9 +83,10 @@ fn body(message: &Message) -> DraftBody {
         Message::Goto(m) => {
             Maneuver::Goto(mission::Goto { target: raw(m.lat, m.lon), speed: speed(m.speed, m.speed_units) })
         }
-        Message::Launch(m) => {
-            Maneuver::Launch(mission::Launch { target: raw(m.lat, m.lon), speed: speed(m.speed, m.speed_units) })
-        }
+        Message::Launch(m) => Maneuver::Launch(mission::Launch {
+            target: raw(m.lat, m.lon),
+            speed: speed(m.speed, m.speed_units),
+        }),
         Message::Loiter(m) => Maneuver::Loiter(loiter(m)),
         Message::StationKeeping(m) => Maneuver::StationKeeping(mission::StationKeeping {
             centre: raw(m.lat, m.lon),
@@ -125,7 +123,9 @@ fn body(message: &Message) -> DraftBody {
         }),
         Message::FollowReference(m) => Maneuver::FollowReference(follow_reference(m)),
         Message::FollowSystem(m) => Maneuver::FollowSystem(follow_system(m)),
-        Message::Teleoperation(m) => Maneuver::Teleoperation(mission::Teleoperation { operator: operator(m) }),
+        Message::Teleoperation(m) => {
+            Maneuver::Teleoperation(mission::Teleoperation { operator: operator(m) })
+        }
         other => return DraftBody::Unsupported(other.abbrev().to_owned()),
     };
     DraftBody::Maneuver(known)

@@ -65,8 +65,7 @@ pub(crate) fn vehicle_state(state: &mission::VehicleState, loops: CLoopsMask) ->
 pub(crate) fn statistics(statistics: &mission::PlanStatistics, capacity_wh: f64) -> PlanStatistics {
     let list = |value: &dyn Fn(&mission::Cost) -> Option<f64>| {
         let total = ("Total".to_owned(), value(&statistics.total));
-        let each =
-            statistics.maneuvers.iter().map(|(id, cost)| (format!("Maneuver {id}"), value(cost)));
+        let each = statistics.maneuvers.iter().map(|(id, cost)| (format!("Maneuver {id}"), value(cost)));
         let known = std::iter::once(total).chain(each);
         // As DUNE writes it: commas between, -1 for what cannot be told.
         let texts = known.map(|(name, value)| format!("{name}={:.1}", value.unwrap_or(-1.0)));

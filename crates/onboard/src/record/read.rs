@@ -63,7 +63,10 @@ impl<'a> Take<'a> {
         String::from_utf8(self.bytes()?.to_vec()).map_err(|_| Garbled)
     }
 
-    fn option<T>(&mut self, take: impl FnOnce(&mut Self) -> Result<T, Garbled>) -> Result<Option<T>, Garbled> {
+    fn option<T>(
+        &mut self,
+        take: impl FnOnce(&mut Self) -> Result<T, Garbled>,
+    ) -> Result<Option<T>, Garbled> {
         if self.flag()? { take(self).map(Some) } else { Ok(None) }
     }
 
@@ -102,8 +105,7 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
         1 => Input::Gnss(gnss(take)?),
         2 => {
             let side = if take.flag()? { Side::Starboard } else { Side::Port };
-            let reading =
-                MotorReading { rpm: take.f64()?, power_w: take.f64()?, temperature_c: take.f64()? };
+            let reading = MotorReading { rpm: take.f64()?, power_w: take.f64()?, temperature_c: take.f64()? };
             Input::Motor(side, reading)
         }
         3 => Input::Battery(BatteryReading {

@@ -79,8 +79,7 @@ impl Sea {
     }
 
     pub(crate) fn send_as(&mut self, src: Address, dst: Address, message: impl Into<Message>) {
-        let header =
-            Header { timestamp: self.world.now().utc.seconds(), src, dst, ..Header::default() };
+        let header = Header { timestamp: self.world.now().utc.seconds(), src, dst, ..Header::default() };
         let bytes = Packet::new(header, message).encode().unwrap();
         self.tell(Input::Packet(PEER, bytes));
     }
@@ -212,13 +211,7 @@ pub(crate) fn place(north_m: f64, east_m: f64) -> LatLon {
 
 pub(crate) fn goto(north_m: f64, east_m: f64, speed: f32) -> Goto {
     let target = place(north_m, east_m);
-    Goto {
-        lat: target.lat_rad(),
-        lon: target.lon_rad(),
-        z_units: ZUnits::Depth,
-        speed,
-        ..Goto::default()
-    }
+    Goto { lat: target.lat_rad(), lon: target.lon_rad(), z_units: ZUnits::Depth, speed, ..Goto::default() }
 }
 
 /// A plan of maneuvers one after the other.
