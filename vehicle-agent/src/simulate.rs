@@ -131,7 +131,9 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
 impl Run {
     fn begin(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyhow::Result<Self> {
         let (settings, doubts) = setup::settings(config, arguments.seed)?;
-        doubts.iter().for_each(|doubt| eprintln!("warning: {doubt}"));
+        for doubt in doubts {
+            eprintln!("warning: {doubt}");
+        }
         let vessel = Vessel::new(&vessel(arguments, config, utc)?)?;
         let now = Now { mono: vessel.now(), utc };
         let text = config.ini().to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
@@ -318,13 +320,11 @@ fn start(plan: &PlanSpecification) -> PlanControl {
 }
 
 fn configuration(arguments: &SimulateArguments) -> anyhow::Result<Config> {
-    match &arguments.config {
-        Some(path) => setup::load(path, "Simulation"),
-        None => {
-            let files = InMemory::new().with("otter.ini", crate::OTTER_INI);
-            Ok(Config::load(&files, "otter.ini".as_ref(), &["Simulation"]))
-        }
+    if let Some(path) = &arguments.config {
+        return setup::load(path, "Simulation");
     }
+    let files = InMemory::new().with("otter.ini", crate::OTTER_INI);
+    Ok(Config::load(&files, "otter.ini".as_ref(), &["Simulation"]))
 }
 
 fn vessel(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyhow::Result<sim::VesselConfig> {

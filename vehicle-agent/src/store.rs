@@ -7,6 +7,7 @@ use anyhow::Context as _;
 use imc::messages::{Message, PlanDB, PlanDBOp, PlanDBType, PlanSpecification};
 use imc::{Address, FOOTER_BYTES, HEADER_BYTES, Header, Packet, PacketView, plan_digest};
 use mission::{Change, Effect, Record};
+use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -94,7 +95,8 @@ impl Store {
             if byte.is_ascii_alphanumeric() || byte == b'-' {
                 name.push(char::from(byte));
             } else {
-                name.push_str(&format!("_{byte:02x}"));
+                // Writing to a string cannot fail.
+                write!(name, "_{byte:02x}").ok();
             }
         }
         self.folder.join(name + ".plan")

@@ -95,7 +95,9 @@ impl World {
 /// What a sensor's value is to the brain; bytes are for the drivers.
 pub(crate) fn input_of(output: &sim::Output) -> Option<Input> {
     Some(match output {
-        sim::Output::Serial(..) | sim::Output::Can(_) => return None,
+        sim::Output::Serial(..) | sim::Output::Can(_) | sim::Output::Card(CardReport::Rail { .. }) => {
+            return None;
+        }
         sim::Output::Gnss(reading) => Input::Gnss(GnssReading {
             utc: Some(reading.utc),
             fix: reading.fix.map(|fix| GnssFix {
@@ -129,7 +131,6 @@ pub(crate) fn input_of(output: &sim::Output) -> Option<Input> {
             charge_percent: reading.charge_percent,
             temperature_c: reading.temperature_c,
         }),
-        sim::Output::Card(CardReport::Rail { .. }) => return None,
         sim::Output::Hydrophone(HydrophoneLine::Tag(tag)) => Input::Tag(TagReading {
             serial: tag.serial,
             clock_s: tag.clock_s,

@@ -2,6 +2,8 @@
 //!
 //! Nothing sleeps to let things settle: every wait is for a packet or a line, with a deadline.
 
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::*;
 use imc::{Address, Deframer, Frame, Header, Packet, Payload};

@@ -282,7 +282,7 @@ impl Brain {
         self.states.set(&mut self.bus, Entity::Path, condition, text);
         let (contacts, clients) = self.bus.node.counts(self.bus.mono());
         let set = |states: &mut States, bus: &mut Bus, entity, text| {
-            states.set(bus, entity, Condition::Normal, text)
+            states.set(bus, entity, Condition::Normal, text);
         };
         set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
         set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));

@@ -64,106 +64,130 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// All parameters.
 pub fn all() -> Vec<Parameter> {
-    let number =
-        |entity, name, at, factor, range| Parameter { entity, name, place: Place::Number(at, factor, range) };
-    let span = |entity, name, at, range| Parameter { entity, name, place: Place::Span(at, range) };
-    let gains = |entity, name, at| Parameter { entity, name, place: Place::Gains(at) };
-    let limit = |entity, name, at, range| Parameter { entity, name, place: Place::Limit(at, range) };
-    let (control, path, remote) = (Entity::Control, Entity::Path, Entity::Remote);
-    let (navigation, watch, mission) = (Entity::Navigation, Entity::Fuel, Entity::Maneuver);
+    [control_loops(), path_control(), navigation(), watching(), maneuvers()].concat()
+}
+
+fn number(
+    entity: Entity,
+    name: &'static str,
+    at: fn(&mut Settings) -> Option<&mut f64>,
+    factor: f64,
+    range: RangeInclusive<f64>,
+) -> Parameter {
+    Parameter { entity, name, place: Place::Number(at, factor, range) }
+}
+
+fn span(
+    entity: Entity,
+    name: &'static str,
+    at: fn(&mut Settings) -> Option<&mut Duration>,
+    range: RangeInclusive<f64>,
+) -> Parameter {
+    Parameter { entity, name, place: Place::Span(at, range) }
+}
+
+fn gains(entity: Entity, name: &'static str, at: fn(&mut Settings) -> Option<&mut PidConfig>) -> Parameter {
+    Parameter { entity, name, place: Place::Gains(at) }
+}
+
+fn limit(
+    entity: Entity,
+    name: &'static str,
+    at: fn(&mut Settings) -> Option<&mut Option<f64>>,
+    range: RangeInclusive<f64>,
+) -> Parameter {
+    Parameter { entity, name, place: Place::Limit(at, range) }
+}
+
+fn control_loops() -> Vec<Parameter> {
+    const OF: Entity = Entity::Control;
     vec![
-        gains(control, "Yaw PID Gains", |s| Some(&mut s.control.yaw.pid)),
-        gains(control, "MPS PID Gains", |s| rpm(s).then_some(&mut s.control.speed.pid)),
-        gains(control, "MPS Force PID Gains", |s| (!rpm(s)).then_some(&mut s.control.speed.pid)),
+        gains(OF, "Yaw PID Gains", |s| Some(&mut s.control.yaw.pid)),
+        gains(OF, "MPS PID Gains", |s| rpm(s).then_some(&mut s.control.speed.pid)),
+        gains(OF, "MPS Force PID Gains", |s| (!rpm(s)).then_some(&mut s.control.speed.pid)),
         limit(
-            control,
+            OF,
             "MPS Integral Limit",
             |s| rpm(s).then_some(&mut s.control.speed.pid.integral_limit),
             0.0..=2000.0,
         ),
         limit(
-            control,
+            OF,
             "MPS Force Integral Limit",
             |s| (!rpm(s)).then_some(&mut s.control.speed.pid.integral_limit),
             0.0..=1000.0,
         ),
-        limit(control, "Yaw Integral Limit", |s| Some(&mut s.control.yaw.pid.integral_limit), 0.0..=500.0),
-        limit(control, "Ramp Actuation Limit", |s| Some(&mut s.control.output.ramp_per_s), 0.01..=100.0),
-        number(control, "MPS Feedforward Gain", feed_forward, 1.0, 0.0..=10_000.0),
+        limit(OF, "Yaw Integral Limit", |s| Some(&mut s.control.yaw.pid.integral_limit), 0.0..=500.0),
+        limit(OF, "Ramp Actuation Limit", |s| Some(&mut s.control.output.ramp_per_s), 0.01..=100.0),
+        number(OF, "MPS Feedforward Gain", feed_forward, 1.0, 0.0..=10_000.0),
         number(
-            control,
+            OF,
             "Maximum Heading Error to Thrust",
             |s| Some(&mut s.control.yaw.max_error_to_thrust_rad),
             DEGREE,
             5.0..=180.0,
         ),
         number(
-            control,
+            OF,
             "Maximum Thrust Actuation",
             |s| Some(&mut s.control.output.max_actuation),
             1.0,
             0.01..=1.0,
         ),
-        number(control, "Minimum speed to use course", course_speed, 1.0, 0.0..=5.0),
+        number(OF, "Minimum speed to use course", course_speed, 1.0, 0.0..=5.0),
         number(
-            path,
-            "ILOS Lookahead Distance",
-            |s| ilos(s).map(|ilos| &mut ilos.lookahead_m),
+            Entity::Remote,
+            "Connection Timeout",
+            |s| Some(&mut s.remote.connection_timeout_s),
             1.0,
-            1.0..=50.0,
+            0.2..=10.0,
         ),
+        number(Entity::Remote, "Thrust Scale", |s| Some(&mut s.remote.thrust_scale), 1.0, 0.01..=1.0),
+    ]
+}
+
+fn path_control() -> Vec<Parameter> {
+    const OF: Entity = Entity::Path;
+    vec![
+        number(OF, "ILOS Lookahead Distance", |s| ilos(s).map(|ilos| &mut ilos.lookahead_m), 1.0, 1.0..=50.0),
+        number(OF, "ILOS Integrator Gain", |s| ilos(s).map(|ilos| &mut ilos.integrator_gain), 1.0, 0.0..=4.0),
+        number(OF, "Corridor -- Width", |s| ilos(s).map(|ilos| &mut ilos.corridor.width_m), 1.0, 1.0..=50.0),
         number(
-            path,
-            "ILOS Integrator Gain",
-            |s| ilos(s).map(|ilos| &mut ilos.integrator_gain),
-            1.0,
-            0.0..=4.0,
-        ),
-        number(
-            path,
-            "Corridor -- Width",
-            |s| ilos(s).map(|ilos| &mut ilos.corridor.width_m),
-            1.0,
-            1.0..=50.0,
-        ),
-        number(
-            path,
+            OF,
             "Corridor -- Entry Angle",
             |s| ilos(s).map(|ilos| &mut ilos.corridor.entry_angle_rad),
             DEGREE,
             2.0..=45.0,
         ),
+        number(OF, "Time Of Arrival Factor", |s| Some(&mut s.path.time_of_arrival_factor_s), 1.0, 0.0..=30.0),
+        number(OF, "ETA Minimum Speed", |s| Some(&mut s.path.eta_min_speed_mps), 1.0, 0.01..=5.0),
+        number(OF, "New Reference Timeout", |s| Some(&mut s.path.new_path_timeout_s), 1.0, 3.0..=10.0),
+        number(OF, "Position Jump Threshold", |s| Some(&mut s.path.jump.threshold_m), 1.0, 1.0..=100.0),
+    ]
+}
+
+fn navigation() -> Vec<Parameter> {
+    const OF: Entity = Entity::Navigation;
+    vec![
+        number(OF, "Maximum HDOP", |s| Some(&mut s.navigation.max_hdop), 1.0, 0.5..=100.0),
+        number(OF, "Dead Reckoning Time", |s| Some(&mut s.navigation.reckoning_s), 1.0, 1.0..=60.0),
         number(
-            path,
-            "Time Of Arrival Factor",
-            |s| Some(&mut s.path.time_of_arrival_factor_s),
-            1.0,
-            0.0..=30.0,
-        ),
-        number(path, "ETA Minimum Speed", |s| Some(&mut s.path.eta_min_speed_mps), 1.0, 0.01..=5.0),
-        number(path, "New Reference Timeout", |s| Some(&mut s.path.new_path_timeout_s), 1.0, 3.0..=10.0),
-        number(path, "Position Jump Threshold", |s| Some(&mut s.path.jump.threshold_m), 1.0, 1.0..=100.0),
-        number(remote, "Connection Timeout", |s| Some(&mut s.remote.connection_timeout_s), 1.0, 0.2..=10.0),
-        number(remote, "Thrust Scale", |s| Some(&mut s.remote.thrust_scale), 1.0, 0.01..=1.0),
-        number(navigation, "Maximum HDOP", |s| Some(&mut s.navigation.max_hdop), 1.0, 0.5..=100.0),
-        number(navigation, "Dead Reckoning Time", |s| Some(&mut s.navigation.reckoning_s), 1.0, 1.0..=60.0),
-        number(
-            navigation,
+            OF,
             "Distance To Reset Origin",
             |s| Some(&mut s.navigation.origin_distance_m),
             1.0,
             500.0..=100_000.0,
         ),
-        number(
-            navigation,
-            "Position Jump Speed",
-            |s| Some(&mut s.navigation.jump_speed_mps),
-            1.0,
-            1.0..=100.0,
-        ),
-        number(watch, "Warning Level", |s| Some(&mut s.watch.battery.low), 0.01, 0.0..=100.0),
-        number(watch, "Reserve Level", |s| Some(&mut s.watch.battery.reserve), 0.01, 0.0..=100.0),
-        number(watch, "Error Level", |s| Some(&mut s.watch.battery.critical), 0.01, 0.0..=100.0),
+        number(OF, "Position Jump Speed", |s| Some(&mut s.navigation.jump_speed_mps), 1.0, 1.0..=100.0),
+    ]
+}
+
+fn watching() -> Vec<Parameter> {
+    const FUEL: Entity = Entity::Fuel;
+    vec![
+        number(FUEL, "Warning Level", |s| Some(&mut s.watch.battery.low), 0.01, 0.0..=100.0),
+        number(FUEL, "Reserve Level", |s| Some(&mut s.watch.battery.reserve), 0.01, 0.0..=100.0),
+        number(FUEL, "Error Level", |s| Some(&mut s.watch.battery.critical), 0.01, 0.0..=100.0),
         limit(Entity::Limits, "Maximum Speed", |s| Some(&mut s.watch.limits.max_speed_mps), 0.1..=20.0),
         number(
             Entity::Clock,
@@ -179,28 +203,6 @@ pub fn all() -> Vec<Parameter> {
             1.0,
             0.0..=100.0,
         ),
-        number(
-            mission,
-            "Loiter -- Minimum Radius",
-            |s| Some(&mut s.mission.engine.maneuver.loiter_min_radius_m),
-            1.0,
-            1.0..=1000.0,
-        ),
-        number(
-            mission,
-            "StationKeeping -- Minimum Radius",
-            |s| Some(&mut s.mission.engine.maneuver.station_min_radius_m),
-            1.0,
-            1.0..=1000.0,
-        ),
-        number(
-            mission,
-            "Horizontal Tolerance",
-            |s| Some(&mut s.mission.engine.maneuver.reference.tolerance_m),
-            1.0,
-            1.0..=1000.0,
-        ),
-        number(mission, "Hold Radius", |s| Some(&mut s.mission.hold_radius_m), 1.0, 1.0..=1000.0),
         span(Entity::Udp, "Contact Timeout", |s| Some(&mut s.node.contact_timeout), 1.0..=3600.0),
         span(
             Entity::Announcer,
@@ -208,6 +210,34 @@ pub fn all() -> Vec<Parameter> {
             |s| Some(&mut s.node.announce_period),
             1.0..=600.0,
         ),
+    ]
+}
+
+fn maneuvers() -> Vec<Parameter> {
+    const OF: Entity = Entity::Maneuver;
+    vec![
+        number(
+            OF,
+            "Loiter -- Minimum Radius",
+            |s| Some(&mut s.mission.engine.maneuver.loiter_min_radius_m),
+            1.0,
+            1.0..=1000.0,
+        ),
+        number(
+            OF,
+            "StationKeeping -- Minimum Radius",
+            |s| Some(&mut s.mission.engine.maneuver.station_min_radius_m),
+            1.0,
+            1.0..=1000.0,
+        ),
+        number(
+            OF,
+            "Horizontal Tolerance",
+            |s| Some(&mut s.mission.engine.maneuver.reference.tolerance_m),
+            1.0,
+            1.0..=1000.0,
+        ),
+        number(OF, "Hold Radius", |s| Some(&mut s.mission.hold_radius_m), 1.0, 1.0..=1000.0),
     ]
 }
 
@@ -232,7 +262,7 @@ fn feed_forward(settings: &mut Settings) -> Option<&mut f64> {
 fn course_speed(settings: &mut Settings) -> Option<&mut f64> {
     match &mut settings.control.yaw.course_tracking {
         CourseTracking::Filtered { min_speed_mps, .. } => Some(min_speed_mps),
-        _ => None,
+        CourseTracking::AsHeading => None,
     }
 }
 
@@ -260,15 +290,15 @@ impl Parameter {
         let missing = || ParameterError::Unknown(self.name.to_owned());
         match &self.place {
             Place::Number(at, factor, range) => {
-                let value = within(number(text)?, range)?;
+                let value = within(parse(text)?, range)?;
                 *at(settings).ok_or_else(missing)? = value * factor;
             }
             Place::Span(at, range) => {
-                let value = within(number(text)?, range)?;
+                let value = within(parse(text)?, range)?;
                 *at(settings).ok_or_else(missing)? = Duration::from_secs_f64(value);
             }
             Place::Gains(at) => {
-                let values = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+                let values = text.split(',').map(parse).collect::<Result<Vec<_>, _>>()?;
                 let [kp, ki, kd] = values[..] else { return Err(ParameterError::Gains) };
                 for value in [kp, ki, kd] {
                     within(value, &(0.0..=100_000.0))?;
@@ -277,7 +307,7 @@ impl Parameter {
                 (pid.kp, pid.ki, pid.kd) = (kp, ki, kd);
             }
             Place::Limit(at, range) => {
-                let value = number(text)?;
+                let value = parse(text)?;
                 let limit = if value <= 0.0 { None } else { Some(within(value, range)?) };
                 *at(settings).ok_or_else(missing)? = limit;
             }
@@ -286,7 +316,7 @@ impl Parameter {
     }
 }
 
-fn number(text: &str) -> Result<f64, ParameterError> {
+fn parse(text: &str) -> Result<f64, ParameterError> {
     let value: f64 = text.trim().parse().map_err(|_| ParameterError::NoNumber(text.trim().to_owned()))?;
     if value.is_finite() { Ok(value) } else { Err(ParameterError::NoNumber(text.trim().to_owned())) }
 }

@@ -179,13 +179,13 @@ impl Supervise {
                 desk.bus.entry(by, Level::Error, text);
                 return false;
             }
-            Remedy::Hold => match desk.hold() {
-                Some(maneuver) => (HOLD_PLAN.to_owned(), Some(maneuver)),
-                None => {
+            Remedy::Hold => {
+                let Some(maneuver) = desk.hold() else {
                     desk.bus.entry(by, Level::Error, "cannot hold a position that is not known; stopping");
                     return false;
-                }
-            },
+                };
+                (HOLD_PLAN.to_owned(), Some(maneuver))
+            }
         };
         desk.plans.start_own(desk.bus, desk.pilot, &plan_id, maneuver);
         let state = desk.plans.plan_state();

@@ -144,9 +144,10 @@ impl Database {
         // What was asked about all plans names none.
         let for_all = matches!(op, PlanDBOp::Clear | PlanDBOp::GetState | PlanDBOp::GetDstate);
         let plan_id = if for_all { String::new() } else { plan_id };
-        let asker = match own {
-            true => Asker::EVERYONE,
-            false => Asker { system: Address(origin.system), entity: origin.entity },
+        let asker = if own {
+            Asker::EVERYONE
+        } else {
+            Asker { system: Address(origin.system), entity: origin.entity }
         };
         let message = PlanDB {
             r#type: kind,

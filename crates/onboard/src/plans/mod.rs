@@ -303,7 +303,7 @@ impl Plans {
                 .find(|transition| transition.source_man == **from && transition.dest_man == **to)
                 .map(|transition| &transition.actions),
         };
-        self.actions.extend(list.into_iter().flat_map(|list| list.as_slice()).flatten().cloned());
+        self.actions.extend(list.into_iter().flat_map(imc::MessageList::as_slice).flatten().cloned());
     }
 
     fn reply(&mut self, bus: &mut Bus, reply: &Reply) {

@@ -52,7 +52,7 @@ pub(crate) fn vehicle_state(state: &mission::VehicleState, loops: CLoopsMask) ->
         error_count: state.errors.len().min(255) as u8,
         error_ents: state.errors.join(",").into(),
         maneuver_type: state.maneuver.map_or(NO_MANEUVER, number),
-        maneuver_stime: state.maneuver_began.map_or(-1.0, |at| at.seconds()),
+        maneuver_stime: state.maneuver_began.map_or(-1.0, units::UtcTime::seconds),
         maneuver_eta: state.maneuver_eta_s.map_or(NO_ETA, |eta_s| eta_s.clamp(0.0, 65_534.0) as u16),
         control_loops: loops,
         flags,

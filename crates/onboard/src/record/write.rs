@@ -33,7 +33,9 @@ impl Put<'_> {
     }
 
     fn numbers(&mut self, values: &[f64]) {
-        values.iter().for_each(|value| self.f64(*value));
+        for value in values {
+            self.f64(*value);
+        }
     }
 
     fn utc(&mut self, value: UtcTime) {
@@ -130,7 +132,9 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.u8(10);
             for sockets in [udp, tcp] {
                 put.u32(sockets.len() as u32);
-                sockets.iter().for_each(|socket| put.socket(*socket));
+                for socket in sockets {
+                    put.socket(*socket);
+                }
             }
         }
         Input::LogOpened(outcome) => {
@@ -203,7 +207,9 @@ pub fn write_output(out: &mut Vec<u8>, output: &Output) {
             put.u8(1);
             put.bytes(bytes);
             put.u32(to.len() as u32);
-            to.iter().for_each(|peer| put.peer(*peer));
+            for peer in to {
+                put.peer(*peer);
+            }
         }
         Output::Announce(bytes) => {
             put.u8(2);
