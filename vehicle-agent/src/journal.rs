@@ -104,3 +104,28 @@ impl Journal {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_that_cannot_be_opened_is_tried_again_and_nothing_breaks_meanwhile() {
+        let folder = tempfile::tempdir().unwrap();
+        let base = folder.path().join("logs");
+        std::fs::write(&base, "in the way").unwrap();
+        let utc = UtcTime::from_micros(1_790_000_000_000_000);
+        let at = |seconds| MonoTime::default() + Duration::from_secs(seconds);
+        let mut journal = Journal::new(&base, Address(0x2810), 1, String::new());
+        assert!(journal.open(at(0), utc, "plan").is_err());
+        journal.write(at(1), b"lost").unwrap();
+        journal.line(at(1), "lost").unwrap();
+        assert!(journal.tick(at(10), utc).unwrap().is_none());
+        std::fs::remove_file(&base).unwrap();
+        let name = journal.tick(at(31), utc).unwrap().unwrap().unwrap();
+        assert!(name.ends_with("_plan"), "{name}");
+        assert!(journal.tick(at(32), utc).unwrap().is_none());
+        journal.close(utc);
+        assert!(base.join(name).join("Data.lsf.gz").exists());
+    }
+}

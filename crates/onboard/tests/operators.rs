@@ -151,19 +151,19 @@ fn lost_communications_act_during_a_plan() {
     let home = Remedy::Run { plan_id: "lost_comms".to_owned() };
     let mut sea = losing(vec![
         Step { after: Duration::from_secs(20), remedy: Remedy::Hold },
-        Step { after: Duration::from_secs(60), remedy: home },
+        Step { after: Duration::from_mins(1), remedy: home },
     ]);
     sea.upload(&plan("lost_comms", vec![("home".into(), goto(0.0, -30.0, 1.5).into())]));
     let far = plan("far", vec![("a".into(), goto(2000.0, 0.0, 1.5).into())]);
     sea.ask(PlanControlOp::Start, "far", Some(far.into()));
     sea.run(10.0);
     let text = |sea: &Sea| {
-        let all = sea
+        let mut all = sea
             .said
             .iter()
             .rev()
             .filter(|(_, packet)| packet.header.src_ent == onboard::Entity::LostComms.number());
-        all.filter_map(|(_, packet)| packet.get::<EntityState>()).next().unwrap().description.to_string()
+        all.find_map(|(_, packet)| packet.get::<EntityState>()).unwrap().description.to_string()
     };
     assert!(text(&sea).starts_with("in contact; without: hold station at "), "{}", text(&sea));
     sea.heartbeats = false;
