@@ -14,6 +14,8 @@ mod plan;
 mod speed;
 mod statistics;
 mod supervisor;
+#[cfg(test)]
+mod testing;
 
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
 pub use database::{

@@ -174,3 +174,6 @@ impl Default for ManeuverConfig {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -342,7 +342,10 @@ impl ManeuverDraft {
             }
             DraftBody::Maneuver(maneuver) => {
                 let maneuver = maneuver.check(&mut checks)?;
-                checks.area(&maneuver.places());
+                // Only the places of a good maneuver are few.
+                if checks.are_passed() {
+                    checks.area(&maneuver);
+                }
                 Some(maneuver)
             }
             DraftBody::Missing => {

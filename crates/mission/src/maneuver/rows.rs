@@ -53,7 +53,10 @@ impl Rows<RawPlace> {
         checks.at_least("curve offset", self.curve_offset_m, 0.0);
         checks.within("alternation", self.alternation, 0.0, 1.0);
         // Two curves make two steps whatever the alternation; three points, a square curve's, per row.
-        checks.points((3.0 * (self.width_m / self.step_m + 2.0)).min(1e9) as usize);
+        let points = 3.0 * (self.width_m / self.step_m + 2.0);
+        if points.is_finite() {
+            checks.points(points as usize);
+        }
         Some(self.at(checks.place(self.origin)?))
     }
 }

@@ -1,7 +1,7 @@
 //! Checks of one maneuver's parameters: every problem is noted, none stops the others.
 
 use super::{PlanLimits, PlanProblem, ProblemKind};
-use crate::maneuver::{Offset, RawPlace};
+use crate::maneuver::{Maneuver, Offset, RawPlace};
 use crate::speed::Speed;
 use units::LatLon;
 
@@ -10,11 +10,14 @@ pub(crate) struct Checks<'a> {
     limits: &'a PlanLimits,
     maneuver: &'a str,
     problems: &'a mut Vec<PlanProblem>,
+    /// Problems there were before.
+    before: usize,
 }
 
 impl<'a> Checks<'a> {
     pub(super) fn new(limits: &'a PlanLimits, maneuver: &'a str, problems: &'a mut Vec<PlanProblem>) -> Self {
-        Self { limits, maneuver, problems }
+        let before = problems.len();
+        Self { limits, maneuver, problems, before }
     }
 
     pub(crate) fn problem(&mut self, kind: ProblemKind) {
@@ -35,9 +38,15 @@ impl<'a> Checks<'a> {
         }
     }
 
+    /// Whether no check of this maneuver has found a problem.
+    pub(super) fn are_passed(&self) -> bool {
+        self.problems.len() == self.before
+    }
+
     /// All places of a maneuver must lie in the area of operation.
-    pub(super) fn area(&mut self, places: &[LatLon]) {
+    pub(super) fn area(&mut self, maneuver: &Maneuver) {
         if let Some(area) = &self.limits.area {
+            let places = maneuver.places();
             let outside_m = places.iter().map(|place| area.outside_m(*place)).fold(0.0, f64::max);
             if outside_m > 0.0 {
                 self.problem(ProblemKind::OutsideArea(outside_m));

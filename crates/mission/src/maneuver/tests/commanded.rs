@@ -1,0 +1,200 @@
+//! Maneuvers that follow a clock, a commander or another system.
+
+use super::{Bench, path};
+use crate::command::{Command, PathStart};
+use crate::event::{Event, Reference, Sighting};
+use crate::maneuver::{
+    FailReason, FollowReference, FollowSystem, Late, Maneuver, Outcome, ReferencePhase, ScheduledGoto,
+    Signal, distance_m,
+};
+use crate::speed::Speed;
+use crate::testing::{SPEED, at, fix, frame, place};
+use std::time::Duration;
+
+fn scheduled(arrival_s: f64, late: Late) -> Bench {
+    let target = place(100.0, 0.0).into();
+    let mut bench =
+        Bench::new(Maneuver::ScheduledGoto(ScheduledGoto { target, arrival: at(arrival_s).utc, late }));
+    bench.fix = Some(fix(0.0, 0.0));
+    bench
+}
+
+#[test]
+fn scheduled_goto_starts_when_it_needs_its_least_speed() {
+    let mut bench = scheduled(200.0, Late::Fail);
+    assert_eq!(bench.start(), [Command::Drift]);
+    assert_eq!(bench.pass(56.0), []);
+    let commands = bench.pass(60.0);
+    let Some(Command::Follow(path)) = commands.first() else { panic!("{commands:?}") };
+    let Speed::MetresPerSecond(mps) = path.speed else { panic!("not m/s") };
+    assert!((0.7..0.73).contains(&mps), "{mps}");
+    bench.fix = Some(fix(40.0, 0.0));
+    let commands = bench.pass(130.0);
+    assert!(matches!(commands.last(), Some(Command::ChangeSpeed(_))), "{commands:?}");
+    assert_eq!(bench.near(), [Command::Drift], "early");
+    bench.fix = Some(fix(99.0, 0.0));
+    bench.pass(199.0);
+    assert!(!bench.is_done());
+    bench.pass(202.0);
+    assert!(bench.is_done());
+}
+
+#[test]
+fn scheduled_goto_goes_on_skips_or_fails_when_late() {
+    let cases = [
+        (Late::Resume, None),
+        (Late::Skip, Some(Outcome::Done)),
+        (Late::Fail, Some(Outcome::Failed(FailReason::Late))),
+    ];
+    for (late, outcome) in cases {
+        let mut bench = scheduled(50.0, late);
+        bench.start();
+        bench.pass(52.0);
+        assert_eq!(bench.outcome, outcome);
+        if late == Late::Resume {
+            assert_eq!(bench.near(), []);
+            assert!(bench.is_done());
+        }
+    }
+}
+
+fn reference(north_m: f64) -> Reference {
+    Reference {
+        system: 0x4001,
+        entity: 1,
+        location: Some(place(north_m, 0.0)),
+        start_point: None,
+        speed: Some(SPEED),
+        radius_m: Some(5.0),
+        direct: false,
+        done: false,
+    }
+}
+
+fn following() -> Bench {
+    let timeout = Some(Duration::from_secs(10));
+    let follow = FollowReference { system: Some(0x4001), entity: None, timeout, radius_m: None };
+    let mut bench = Bench::new(Maneuver::FollowReference(follow));
+    bench.fix = Some(fix(0.0, 0.0));
+    assert_eq!(bench.start(), [Command::Drift]);
+    assert_eq!(phase(&bench), Some(ReferencePhase::Wait));
+    bench
+}
+
+fn phase(bench: &Bench) -> Option<ReferencePhase> {
+    bench.signals.iter().rev().find_map(|signal| match signal {
+        Signal::Reference(state) => Some(state.phase),
+        Signal::Command(_) => None,
+    })
+}
+
+#[test]
+fn follow_reference_goes_hovers_and_goes_again() {
+    let mut bench = following();
+    let out = path(&bench.event(&Event::Reference(reference(100.0))));
+    assert_eq!((out.start, out.speed), (PathStart::Here, SPEED));
+    assert_eq!(bench.event(&Event::Reference(reference(100.0))), [], "the same again changes nothing");
+    assert_eq!(bench.near(), [Command::Drift]);
+    assert_eq!(phase(&bench), Some(ReferencePhase::Hover));
+    assert_eq!(bench.fix(fix(66.0, 0.0)), [], "within radius and tolerance");
+    path(&bench.fix(fix(64.0, 0.0)));
+    assert_eq!(phase(&bench), Some(ReferencePhase::Goto));
+    let faster = Reference { speed: Some(Speed::MetresPerSecond(2.0)), ..reference(100.0) };
+    assert_eq!(bench.event(&Event::Reference(faster)), [Command::ChangeSpeed(Speed::MetresPerSecond(2.0))]);
+    path(&bench.event(&Event::Reference(reference(200.0))));
+}
+
+#[test]
+fn follow_reference_stops_at_speed_zero_and_ends_when_told() {
+    let mut bench = following();
+    path(&bench.event(&Event::Reference(reference(100.0))));
+    let stop = Reference { speed: Some(Speed::MetresPerSecond(0.0)), ..reference(100.0) };
+    assert_eq!(bench.event(&Event::Reference(stop)), [Command::Drift]);
+    assert_eq!(bench.fix(fix(0.0, 0.0)), [], "it stays stopped");
+    path(&bench.event(&Event::Reference(reference(100.0))));
+    bench.event(&Event::Reference(Reference { done: true, ..reference(100.0) }));
+    assert!(bench.is_done());
+}
+
+#[test]
+fn follow_reference_obeys_its_commander_only_and_times_out() {
+    let mut bench = following();
+    let stranger = Reference { system: 0x4002, ..reference(100.0) };
+    bench.now_s = 9.0;
+    assert_eq!(bench.event(&Event::Reference(stranger)), []);
+    bench.event(&Event::Reference(reference(100.0)));
+    bench.pass(18.9);
+    assert_eq!(bench.outcome, None);
+    bench.pass(19.0);
+    assert_eq!(bench.outcome, Some(Outcome::Failed(FailReason::ReferenceTimeout)));
+    assert_eq!(phase(&bench), Some(ReferencePhase::Timeout));
+}
+
+#[test]
+fn follow_reference_fills_in_what_is_absent() {
+    let mut bench = following();
+    let bare = Reference { location: None, speed: None, radius_m: None, ..reference(0.0) };
+    let here = path(&bench.event(&Event::Reference(bare)));
+    assert!(distance_m(here.end, place(0.0, 0.0)) < 1e-6, "stay here");
+    assert_eq!(here.speed, Speed::Percent(50.0));
+    let start = Some(place(50.0, 50.0));
+    let track = Reference { start_point: start, ..reference(100.0) };
+    assert_eq!(path(&bench.event(&Event::Reference(track))).start, PathStart::At(place(50.0, 50.0)));
+    let further = path(&bench.event(&Event::Reference(reference(150.0))));
+    assert_eq!(further.start, PathStart::At(place(50.0, 50.0)), "the start is kept");
+    let direct = Reference { direct: true, ..reference(150.0) };
+    assert_eq!(path(&bench.event(&Event::Reference(direct))).start, PathStart::Here);
+}
+
+#[test]
+fn follow_reference_tames_speeds() {
+    for (asked, given) in [
+        (Speed::MetresPerSecond(50.0), Speed::MetresPerSecond(3.09)),
+        (Speed::MetresPerSecond(f64::NAN), Speed::Percent(50.0)),
+        (Speed::MetresPerSecond(-1.0), Speed::Percent(50.0)),
+    ] {
+        let mut bench = following();
+        let wild = Reference { speed: Some(asked), ..reference(100.0) };
+        assert_eq!(path(&bench.event(&Event::Reference(wild))).speed, given);
+    }
+}
+
+fn sighting(north_m: f64, east_m: f64) -> Event {
+    Event::Sighting(Sighting { system: 0x2811, place: place(north_m, east_m) })
+}
+
+fn beside(duration: Option<Duration>) -> Bench {
+    let follow = FollowSystem { system: 0x2811, speed: SPEED, ahead_m: -20.0, port_m: 30.0, duration };
+    let mut bench = Bench::new(Maneuver::FollowSystem(follow));
+    bench.fix = Some(fix(0.0, 0.0));
+    assert_eq!(bench.start(), [Command::Drift]);
+    bench
+}
+
+#[test]
+fn follow_system_keeps_its_slot_beside_the_other() {
+    let mut bench = beside(None);
+    path(&bench.event(&sighting(100.0, 0.0)));
+    // The other goes east: 20 m behind it is west, 30 m to port is north.
+    let slot = frame().to_local(path(&bench.event(&sighting(100.0, 10.0))).end);
+    assert!((slot.north_m - 130.0).abs() < 0.1 && (slot.east_m + 10.0).abs() < 0.1, "{slot:?}");
+    assert_eq!(bench.fix(fix(50.0, 0.0)), [], "on the way");
+    assert_eq!(bench.near(), [Command::Drift]);
+    assert_eq!(bench.fix(fix(130.0, -5.0)), [], "close enough");
+    path(&bench.fix(fix(130.0, -30.0)));
+    assert_eq!(bench.fix(fix(100.0, 0.0)), [Command::Drift], "too close to the other");
+}
+
+#[test]
+fn follow_system_ends_by_time_or_by_silence() {
+    let mut bench = beside(Some(Duration::from_secs(50)));
+    bench.pass(50.0);
+    assert!(bench.is_done());
+    let mut bench = beside(None);
+    bench.now_s = 30.0;
+    bench.event(&sighting(100.0, 0.0));
+    bench.pass(89.9);
+    assert_eq!(bench.outcome, None);
+    bench.pass(90.0);
+    assert_eq!(bench.outcome, Some(Outcome::Failed(FailReason::SystemSilent(0x2811))));
+}
