@@ -1,7 +1,7 @@
 //! The vessel in real time: one loop that owns the brain, the simulated hull, the log and the plans on disk.
 
 use crate::host::Host;
-use crate::journal::Journal;
+use crate::journal::{Journal, Room};
 use crate::net::{Event, Net, Ports};
 use crate::recording::{Beginning, Recorder};
 use crate::setup;
@@ -119,7 +119,13 @@ impl Agent {
         let text = config.ini().to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
         let logs = arguments.data.join("logs").join(&settings.name);
         std::fs::create_dir_all(&logs).with_context(|| format!("making {}", logs.display()))?;
+        let room =
+            config.running(&transport::logging::LOGGING).next().map_or(Room::default(), |section| Room {
+                remove_oldest: section.get(&transport::logging::REMOVE_OLDEST),
+                keep_free_mib: section.get(&transport::logging::KEEP_FREE).unsigned_abs(),
+            });
         let journal = Journal::new(&logs, settings.address, Entity::Logger.number(), text.clone());
+        let journal = journal.with_room(room);
         let recorder = match &arguments.record {
             Some(path) => {
                 let profile = arguments.profile.clone();

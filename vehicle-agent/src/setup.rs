@@ -255,10 +255,15 @@ fn transports(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>
             }
         }
         // What the files list is carried; what they do not say is as DUNE's stock setup has it.
-        if section.parameter(transport::udp::MESSAGES.spec.name).is_some_and(|given| given.setting().is_some()) {
+        if section
+            .parameter(transport::udp::MESSAGES.spec.name)
+            .is_some_and(|given| given.setting().is_some())
+        {
             let listed = section.get(&transport::udp::MESSAGES);
-            let carried = |id: u16| imc::catalogue::by_id(id).is_some_and(|m| listed.iter().any(|l| l == m.abbrev));
-            settings.node.udp.left_out = (0..u16::MAX).filter(|id| !carried(*id) || *id == ANNOUNCE).collect();
+            let carried =
+                |id: u16| imc::catalogue::by_id(id).is_some_and(|m| listed.iter().any(|l| l == m.abbrev));
+            settings.node.udp.left_out =
+                (0..u16::MAX).filter(|id| !carried(*id) || *id == ANNOUNCE).collect();
         }
         for (host, port) in section.get(&transport::udp::STATIC_DESTINATIONS) {
             match format!("{host}:{port}").parse() {

@@ -65,7 +65,9 @@ fn a_square_of_a_kilometre_overshoots_little() {
     let track = sail(&mut sea, &corners, 6000.0);
     // Beyond the square, on the side that each turn swings out to.
     let outside = |at: &LocalPoint| {
-        [at.north_m - 1000.0, -at.north_m, at.east_m - 1000.0, -at.east_m].into_iter().fold(f64::MIN, f64::max)
+        [at.north_m - 1000.0, -at.north_m, at.east_m - 1000.0, -at.east_m]
+            .into_iter()
+            .fold(f64::MIN, f64::max)
     };
     let worst_m = track.iter().skip(60).map(|(_, at)| outside(at)).fold(f64::MIN, f64::max);
     println!("overshoot {worst_m:.2} m");
@@ -96,4 +98,22 @@ fn holds_a_station_of_10_m_for_an_hour_with_motors_mostly_off() {
     }
     println!("inside {:.1} %, motors on {:.1} %", f64::from(inside) / 36.0, f64::from(running) / 36.0);
     assert!(inside >= 3564 && running <= 900, "{inside}, {running}");
+}
+
+#[test]
+fn a_compass_of_one_epoch_a_second_is_enough() {
+    let mut sea = Sea::with(settings(), |vessel| {
+        rough(vessel);
+        vessel.gnss.rate_hz = 1;
+        vessel.gnss.position_slow_m = 0.0;
+    })
+    .ready();
+    let track = sail(&mut sea, &[(20.0, 0.0), (220.0, 0.0)], 400.0);
+    let worst_m = track
+        .iter()
+        .filter(|(id, at)| id == "1" && at.north_m > 60.0 && at.north_m < 205.0)
+        .map(|(_, at)| at.east_m.abs())
+        .fold(0.0, f64::max);
+    println!("1 Hz: largest error {worst_m:.2} m");
+    assert!(worst_m < 2.0, "{worst_m}");
 }
