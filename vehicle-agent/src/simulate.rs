@@ -217,24 +217,32 @@ impl Run {
 
     /// Records and logs what happened, and looks at it.
     fn take(&mut self) -> anyhow::Result<()> {
-        for (now, happening) in std::mem::take(&mut self.happened) {
-            match (&mut self.recorder, &happening) {
-                (None, _) => {}
-                (Some(recorder), Happening::Told(input)) => recorder.told(now, input)?,
-                (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output)?,
+        while !self.happened.is_empty() {
+            for (now, happening) in std::mem::take(&mut self.happened) {
+                self.take_one(now, happening)?;
             }
-            let Happening::Wanted(output) = happening else { continue };
-            if let Some(journal) = &mut self.journal {
-                match &output {
-                    Output::OpenLog { label, utc } => {
-                        journal.open(now.mono, *utc, label)?;
-                    }
-                    Output::Packet { bytes, .. } => journal.write(now.mono, bytes)?,
-                    Output::Console(_, text) => journal.line(now.mono, &format!("[{}] - {text}", now.utc))?,
-                    _ => {}
-                }
+        }
+        Ok(())
+    }
+
+    fn take_one(&mut self, now: Now, happening: Happening) -> anyhow::Result<()> {
+        match (&mut self.recorder, &happening) {
+            (None, _) => {}
+            (Some(recorder), Happening::Told(input)) => recorder.told(now, input)?,
+            (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output)?,
+        }
+        let Happening::Wanted(output) = happening else { return Ok(()) };
+        self.watch.see(self.own, &output)?;
+        let Some(journal) = &mut self.journal else { return Ok(()) };
+        match &output {
+            Output::OpenLog { label, utc } => {
+                let opened = Input::LogOpened(Ok(journal.open(now.mono, *utc, label)?));
+                let happened = &mut self.happened;
+                self.world.tell(opened, &mut |now, happening| happened.push((now, happening)));
             }
-            self.watch.see(self.own, &output)?;
+            Output::Packet { bytes, .. } => journal.write(now.mono, bytes)?,
+            Output::Console(_, text) => journal.line(now.mono, &format!("[{}] - {text}", now.utc))?,
+            _ => {}
         }
         Ok(())
     }

@@ -7,7 +7,7 @@
 
 use crate::bus::{Asker, Bus};
 use crate::detections::Detections;
-use crate::discovery::Discovery;
+use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
 use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
@@ -53,6 +53,8 @@ pub struct Brain {
     next_second: MonoTime,
     next_conditions: MonoTime,
     shut_down: bool,
+    /// Name of the open log.
+    pub(crate) log_name: String,
     /// What the engine was told last of the watched parts.
     conditions: BTreeMap<String, EntityCondition>,
 }
@@ -76,6 +78,7 @@ impl Brain {
             pilot,
             plans,
             conditions: BTreeMap::new(),
+            log_name: String::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
             supervise: Supervise::new(&settings, now.mono),
@@ -177,7 +180,16 @@ impl Brain {
 
     fn log_opened(&mut self, outcome: Result<String, String>) {
         match outcome {
-            Ok(name) => self.states.set(&mut self.bus, Entity::Logger, Condition::Normal, name),
+            Ok(name) => {
+                // A log explains itself: whose numbers are whose.
+                let own = Asker { system: self.bus.address(), entity: Entity::Logger.number() };
+                discovery::entity_list(&mut self.bus, own, &self.settings.labels);
+                for entity in Entity::ALL {
+                    discovery::entity_info(&mut self.bus, own, &self.settings.labels, entity);
+                }
+                self.states.set(&mut self.bus, Entity::Logger, Condition::Normal, name.clone());
+                self.log_name = name;
+            }
             Err(reason) => {
                 let text = format!("no log is written: {reason}");
                 self.bus.console(Level::Error, text.clone());

@@ -6,8 +6,10 @@ use crate::discovery;
 use crate::entity::Entity;
 use crate::input::Peer;
 use crate::node::Contact;
-use crate::output::Level;
-use imc::messages::{EntityListOp, Message, RemoteActionsRequest, RemoteActionsRequestOp};
+use crate::output::{Level, Output};
+use imc::messages::{
+    EntityListOp, LoggingControl, LoggingControlOp, Message, RemoteActionsRequest, RemoteActionsRequestOp,
+};
 use imc::{ANY_ENTITY, Address, Packet};
 use mission::{Event, Sighting};
 use units::LatLon;
@@ -52,6 +54,22 @@ impl Brain {
         self.bus.node.name_of(system).or_else(configured).unwrap_or_default().to_owned()
     }
 
+    /// Another log on request, or the name of the open one.
+    fn logging(&mut self, asker: Asker, request: &LoggingControl) {
+        match request.op {
+            LoggingControlOp::RequestStart => {
+                let (label, utc) = (request.name.to_str_lossy().into_owned(), self.bus.utc());
+                self.bus.put(Output::OpenLog { label, utc });
+            }
+            LoggingControlOp::RequestCurrentName => {
+                let name = self.log_name.as_str().into();
+                let reply = LoggingControl { op: LoggingControlOp::CurrentName, name };
+                self.bus.send_to(Entity::Logger, asker, &reply);
+            }
+            _ => {}
+        }
+    }
+
     pub(crate) fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
         let for_us = to == self.bus.address();
         let for_all = to.is_everyone();
@@ -75,6 +93,7 @@ impl Brain {
                 }
                 None => {}
             },
+            Message::LoggingControl(request) if commands => self.logging(asker, request),
             Message::LogBookControl(request) => discovery::log_book(&mut self.bus, asker, request),
             Message::RemoteActionsRequest(request) if request.op == RemoteActionsRequestOp::Query => {
                 let report = RemoteActionsRequest {
