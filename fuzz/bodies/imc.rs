@@ -74,7 +74,7 @@ pub(crate) fn deframer(data: &[u8]) {
         }
     };
     for piece in data.chunks(usize::from(*piece) + 1) {
-        deframer.push(piece).expect("memory for a piece");
+        deframer.push(piece);
         take(&mut deframer);
     }
     deframer.finish();
@@ -89,10 +89,10 @@ pub(crate) fn json(data: &[u8]) {
     let Ok(bytes) = packet.encode() else { return };
     check_packet(&bytes);
     if let Ok(message) = json::message_from_value(&value) {
-        let text = json::message_to_string(&message);
+        let text = json::message_to_string(&message).expect("it fitted");
         let again = serde_json::from_str(&text).expect("JSON is JSON");
         let again = json::message_from_value(&again).expect("it was written");
-        assert_eq!(json::message_to_string(&again), text);
+        assert_eq!(json::message_to_string(&again).as_ref(), Ok(&text));
     }
 }
 
@@ -112,7 +112,8 @@ pub(crate) fn lsf(data: &[u8]) {
                 end += damage.bytes;
                 index.add(&Frame::Damage(damage));
             }
-            LogItem::Cut { offset, .. } => assert_eq!(offset, end),
+            // What was unpacked before may be waiting for the rest of its packet.
+            LogItem::Cut { offset, .. } => assert!(offset >= end),
         }
         // A few kilobytes of gzip can hold gigabytes; the reader would go on in constant memory.
         if end > 16 << 20 {

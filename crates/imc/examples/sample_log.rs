@@ -1,7 +1,7 @@
 //! Writes a log of ten minutes at sea: `cargo run -p imc --example sample_log -- FOLDER`.
 //!
 //! An Otter sails a square at 1 m/s around a tagged fish. The figures are made up and always the same; the
-//! folder is like one of a real vehicle and opens in the same tools. The name of the log is printed.
+//! folder is laid out as one of a real vehicle. The name of the log is printed.
 
 use imc::lsf::{LogOptions, LogWriter};
 use imc::messages::{
@@ -29,6 +29,8 @@ const START_US: i64 = 1_780_308_000_000_000;
 const SECONDS: u32 = 600;
 const SPEED_MPS: f64 = 1.0;
 const SIDE_M: f64 = 100.0;
+/// South, a little less than π: as a single π would be beyond the range of headings.
+const SOUTH_RAD: f64 = std::f64::consts::PI - 1e-6;
 const SOUND_MPS: f64 = 1_480.0;
 
 struct Otter {
@@ -54,7 +56,7 @@ fn on_square(sailed_m: f64) -> (LocalPoint, f64) {
     match (sailed_m / SIDE_M) as u32 % 4 {
         0 => (LocalPoint { north_m: along_m, east_m: 0.0 }, 0.0),
         1 => (LocalPoint { north_m: SIDE_M, east_m: along_m }, std::f64::consts::FRAC_PI_2),
-        2 => (LocalPoint { north_m: SIDE_M - along_m, east_m: SIDE_M }, std::f64::consts::PI),
+        2 => (LocalPoint { north_m: SIDE_M - along_m, east_m: SIDE_M }, SOUTH_RAD),
         _ => (LocalPoint { north_m: 0.0, east_m: SIDE_M - along_m }, -std::f64::consts::FRAC_PI_2),
     }
 }
@@ -149,7 +151,7 @@ fn listen(otter: &mut Otter, second: u32, at: LocalPoint, place: LatLon, heard: 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("usage: sample_log FOLDER")?;
     let start = UtcTime::from_micros(START_US);
-    let options = LogOptions { system: OTTER, entity: 0, ..LogOptions::default() };
+    let options = LogOptions { system: OTTER, entity: 0, compress: true, config: String::new() };
     let log = LogWriter::create(Path::new(&folder), start, "square", options)?;
     println!("{}", log.folder().display());
     let origin = LatLon::from_deg(63.440_6, 10.353_5)?;

@@ -203,6 +203,8 @@ mod tests {
     #[test]
     fn makes_addresses_as_others_do() {
         assert_eq!(Address::for_console([10, 0, 2, 15].into()), Address(0x420F));
-        assert_eq!(Address::for_unlisted_name("lutra").0 & 0xE000, 0xA000);
+        // The CRC of `123456789` is 0xBB3D.
+        assert_eq!(Address::for_unlisted_name("123456789"), Address(0xBB3D));
+        assert_eq!(Address::for_unlisted_name("A"), Address(0xB0C0));
     }
 }

@@ -107,36 +107,70 @@ fn append_zeros(mut crc: u16, count: usize) -> u16 {
 
 /// CRCs of any piece of a buffer, after one pass over it.
 ///
-/// Holds one CRC per 64 bytes: a piece costs at most 128 bytes of hashing, however long it is.
-#[derive(Debug, Default)]
+/// Holds one CRC per 64 bytes: a piece costs at most 128 bytes of hashing, however long it is. The buffer may
+/// grow at its end at any time and be consumed from its start by [`Self::consume`].
+#[derive(Debug)]
 pub(crate) struct PrefixCrc {
+    /// CRCs from an origin up to each multiple of the stride after it.
     marks: Vec<u16>,
+    /// Where the buffer starts, counted from the first mark.
+    shift: usize,
+    /// The CRC from the origin to the buffer's start.
+    start: u16,
+}
+
+impl Default for PrefixCrc {
+    fn default() -> Self {
+        Self { marks: vec![0], shift: 0, start: 0 }
+    }
 }
 
 impl PrefixCrc {
     const STRIDE: usize = 64;
+    /// Marks that are kept before the buffer's start until they are dropped together.
+    const STALE_MARKS: usize = 1 << 10;
 
     /// Forgets the buffer; the next one may be another.
     pub(crate) fn clear(&mut self) {
-        self.marks.clear();
+        self.marks.truncate(1);
+        self.marks[0] = 0;
+        self.shift = 0;
+        self.start = 0;
     }
 
-    /// The CRC of `buffer[from..to]`. Between two calls of [`Self::clear`] the buffer may only grow.
+    /// The CRC of `buffer[from..to]`.
     pub(crate) fn range(&mut self, buffer: &[u8], from: usize, to: usize) -> u16 {
-        if self.marks.is_empty() {
-            self.marks.push(0);
-        }
-        while (self.marks.len()) * Self::STRIDE <= to {
-            let done = (self.marks.len() - 1) * Self::STRIDE;
-            let crc = update(self.marks[self.marks.len() - 1], &buffer[done..done + Self::STRIDE]);
-            self.marks.push(crc);
-        }
         self.prefix(buffer, to) ^ append_zeros(self.prefix(buffer, from), to - from)
     }
 
-    fn prefix(&self, buffer: &[u8], to: usize) -> u16 {
-        let mark = to / Self::STRIDE;
-        update(self.marks[mark], &buffer[mark * Self::STRIDE..to])
+    /// Says that the next buffer is this one without its first `count` bytes.
+    pub(crate) fn consume(&mut self, buffer: &[u8], count: usize) {
+        self.start = self.prefix(buffer, count);
+        self.shift += count;
+        let stale = self.shift / Self::STRIDE;
+        if stale >= Self::STALE_MARKS {
+            self.marks.drain(..stale);
+            self.shift -= stale * Self::STRIDE;
+        }
+    }
+
+    /// The CRC from the origin to `buffer[to]`.
+    fn prefix(&mut self, buffer: &[u8], to: usize) -> u16 {
+        let mark = (self.shift + to) / Self::STRIDE;
+        while self.marks.len() <= mark {
+            let last = self.marks.len() - 1;
+            let next = self.after_mark(last, buffer, (last + 1) * Self::STRIDE - self.shift);
+            self.marks.push(next);
+        }
+        self.after_mark(mark, buffer, to)
+    }
+
+    /// As [`Self::prefix`], hashing from the mark or, if that was consumed, from the buffer's start.
+    fn after_mark(&self, mark: usize, buffer: &[u8], to: usize) -> u16 {
+        match (mark * Self::STRIDE).checked_sub(self.shift) {
+            Some(at) => update(self.marks[mark], &buffer[at..to]),
+            None => update(self.start, &buffer[..to]),
+        }
     }
 }
 
@@ -179,6 +213,21 @@ mod tests {
                 let (a, b) = (a.index(bytes.len() + 1), b.index(bytes.len() + 1));
                 let (from, to) = (a.min(b), a.max(b));
                 prop_assert_eq!(prefixes.range(&bytes, from, to), crc16(&bytes[from..to]));
+            }
+        }
+
+        #[test]
+        fn pieces_follow_also_when_the_start_was_consumed(
+            bytes in proptest::collection::vec(any::<u8>(), 1..500),
+            bites in proptest::collection::vec(any::<prop::sample::Index>(), 1..20),
+        ) {
+            let (mut prefixes, mut at) = (PrefixCrc::default(), 0);
+            for bite in bites {
+                let rest = &bytes[at..];
+                let to = bite.index(rest.len() + 1);
+                prop_assert_eq!(prefixes.range(rest, to / 2, to), crc16(&rest[to / 2..to]));
+                prefixes.consume(rest, to / 3);
+                at += to / 3;
             }
         }
     }

@@ -7,7 +7,6 @@
 use crate::crc::PrefixCrc;
 use crate::header::{FOOTER_BYTES, FrameError, MAX_PACKET_BYTES, PacketView, SYNC};
 use crate::wire::ByteOrder;
-use std::collections::TryReserveError;
 use std::ops::Range;
 
 /// One thing found in a stream.
@@ -92,19 +91,30 @@ impl Deframer {
         Self::default()
     }
 
+    /// At byte `offset` of a stream.
+    pub(crate) fn at(offset: u64) -> Self {
+        Self { base: offset, ..Self::default() }
+    }
+
     /// Appends bytes of the stream.
-    ///
-    /// # Errors
-    /// When there is no memory for them; the stream then goes on as if they had not been pushed.
-    pub fn push(&mut self, bytes: &[u8]) -> Result<(), TryReserveError> {
+    pub fn push(&mut self, bytes: &[u8]) {
         if self.at > 0 {
             self.buffer.drain(..self.at);
             self.base += self.at as u64;
             self.at = 0;
         }
-        self.buffer.try_reserve_exact(bytes.len())?;
         self.buffer.extend_from_slice(bytes);
-        Ok(())
+    }
+
+    /// Gives up the packet that waits for its rest, if one does.
+    ///
+    /// A damaged length can claim 64 KiB, which on a slow link take seconds to come while whole packets wait
+    /// behind it. Call this when [`Self::pending`] bytes have stood for longer than any real packet needs.
+    pub fn give_up(&mut self) {
+        let rest = &self.buffer[self.at..];
+        if !rest.is_empty() {
+            self.search.give_up(rest);
+        }
     }
 
     /// Says that no more bytes come: what waits for its rest is damage.
@@ -168,6 +178,9 @@ enum Step {
 struct Search {
     run: Option<Run>,
     prefixes: PrefixCrc,
+    /// Bytes that must pass without damage before checksums are taken one packet at a time again. Until then
+    /// they come from the prefixes, so that false starts between real packets cost no more than one pass.
+    wary_bytes: usize,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -181,20 +194,36 @@ struct Run {
 }
 
 impl Search {
-    /// What `bytes` start with. Until something is returned, the next call must start with the same bytes.
+    /// What `bytes` start with. Until something is returned the next call must start with the same bytes, and
+    /// afterwards with those behind what was returned.
     #[inline]
     fn step(&mut self, bytes: &[u8], ended: bool) -> Step {
         if self.run.is_none() {
             if bytes.is_empty() {
                 return Step::NeedMore;
             }
-            match PacketView::new(bytes) {
-                Ok(view) => return Step::Packet { bytes: view.bytes().len(), order: view.order() },
+            let first = if self.wary_bytes == 0 { PacketView::new(bytes) } else { self.wary(bytes, 0) };
+            match first {
+                Ok(view) => {
+                    let (count, order) = (view.bytes().len(), view.order());
+                    if self.wary_bytes > 0 {
+                        self.consume(bytes, count);
+                    }
+                    return Step::Packet { bytes: count, order };
+                }
                 Err(FrameError::Truncated { .. }) if !ended => return Step::NeedMore,
                 Err(error) => self.open(bytes, error),
             }
         }
         self.extend(bytes, ended)
+    }
+
+    /// The packet at `at`, with its checksum from the prefixes.
+    fn wary<'a>(&mut self, bytes: &'a [u8], at: usize) -> Result<PacketView<'a>, FrameError> {
+        let view = PacketView::unchecked(&bytes[at..])?;
+        let computed = self.prefixes.range(bytes, at, at + view.bytes().len() - FOOTER_BYTES);
+        let stated = view.stated_crc();
+        if stated == computed { Ok(view) } else { Err(FrameError::BadCrc { stated, computed }) }
     }
 
     /// Starts a run of damage at the first byte.
@@ -204,46 +233,72 @@ impl Search {
             FrameError::BadCrc { .. } => PacketView::unchecked(bytes).ok().map(|view| view.bytes().len()),
             FrameError::BadSync { .. } | FrameError::Truncated { .. } => None,
         };
-        self.prefixes.clear();
+        if self.wary_bytes == 0 {
+            self.prefixes.clear();
+        }
+        self.wary_bytes = 2 * MAX_PACKET_BYTES;
         self.run = Some(Run { bytes: 1, error, claimed_end });
     }
 
     /// Looks for the end of the run of damage that `bytes` start with.
     #[cold]
     fn extend(&mut self, bytes: &[u8], ended: bool) -> Step {
-        let Some(run) = &mut self.run else { return Step::NeedMore };
+        let Some(mut run) = self.run else { return Step::NeedMore };
         while run.bytes < bytes.len() {
             run.bytes += next_sync(&bytes[run.bytes..]);
-            let rest = &bytes[run.bytes..];
-            if rest.is_empty() {
+            let left = bytes.len() - run.bytes;
+            if left == 0 {
                 break;
             }
-            let ends = match PacketView::unchecked(rest) {
+            let ends = match self.wary(bytes, run.bytes) {
+                Err(FrameError::BadSync { .. }) => false,
+                // Half a sync number may still turn out to be none.
+                Err(_) if left == 1 && !ended => return self.wait(run),
                 // A second damaged packet right behind the first is a run of its own.
                 _ if run.claimed_end == Some(run.bytes) => true,
-                Ok(view) => {
-                    let end = run.bytes + view.bytes().len() - FOOTER_BYTES;
-                    self.prefixes.range(bytes, run.bytes, end) == view.stated_crc()
-                }
+                Ok(_) => true,
                 Err(FrameError::Truncated { .. }) if !ended && run.bytes < MAX_PACKET_BYTES => {
-                    return Step::NeedMore;
+                    return self.wait(run);
                 }
                 // Report a long run in pieces rather than hold it.
-                Err(FrameError::Truncated { .. }) if !ended => true,
-                Err(_) => false,
+                Err(FrameError::Truncated { .. }) => !ended,
+                Err(FrameError::BadCrc { .. }) => false,
             };
             if ends {
-                return self.close();
+                return self.close(bytes, run);
             }
             run.bytes += 1;
         }
-        if ended || run.bytes >= MAX_PACKET_BYTES { self.close() } else { Step::NeedMore }
+        if ended || run.bytes >= MAX_PACKET_BYTES { self.close(bytes, run) } else { self.wait(run) }
     }
 
-    fn close(&mut self) -> Step {
-        match self.run.take() {
-            Some(run) => Step::Damage { bytes: run.bytes, error: run.error },
-            None => Step::NeedMore,
+    fn wait(&mut self, run: Run) -> Step {
+        self.run = Some(run);
+        Step::NeedMore
+    }
+
+    fn close(&mut self, bytes: &[u8], run: Run) -> Step {
+        self.run = None;
+        self.prefixes.consume(bytes, run.bytes);
+        Step::Damage { bytes: run.bytes, error: run.error }
+    }
+
+    /// A packet that `bytes` start with was returned while wary.
+    fn consume(&mut self, bytes: &[u8], count: usize) {
+        self.prefixes.consume(bytes, count);
+        self.wary_bytes = self.wary_bytes.saturating_sub(count);
+    }
+
+    /// Goes on behind the start of the packet that waits for its rest in `bytes`.
+    fn give_up(&mut self, bytes: &[u8]) {
+        match &mut self.run {
+            None => {
+                let need = PacketView::unchecked(bytes).err();
+                let cut = FrameError::Truncated { need: bytes.len() + 1, have: bytes.len() };
+                self.open(bytes, need.unwrap_or(cut));
+            }
+            Some(run) if run.bytes < bytes.len() => run.bytes += 1,
+            Some(_) => {}
         }
     }
 }
@@ -314,11 +369,57 @@ mod tests {
 
     #[test]
     fn false_starts_cost_one_pass() {
-        // Every second byte starts a packet of 65 108 bytes: checked one by one these are 60 GB of hashing.
-        let bytes: Vec<u8> = [0x54, 0xFE].repeat(1 << 20);
+        // Every second byte starts a packet of 65 108 bytes: checked one by one these are 17 GB of hashing.
+        let bytes: Vec<u8> = [0x54, 0xFE].repeat(1 << 18);
         let found = kinds(&bytes);
         assert!(found.iter().all(|(_, _, class)| *class != "packet"));
-        assert_eq!(found.iter().map(|(_, bytes, _)| bytes).sum::<u64>(), 1 << 21);
+        assert_eq!(found.iter().map(|(_, bytes, _)| bytes).sum::<u64>(), 1 << 19);
+    }
+
+    #[test]
+    fn false_starts_between_packets_cost_one_pass() {
+        // Each false start claims 64 KiB. Checked one by one these are 3 GB of hashing.
+        let unit = [&[0x54, 0xFE, 0, 0, 0xFF, 0xFF][..], &heartbeat(1.0)].concat();
+        let found = kinds(&unit.repeat(50_000));
+        assert_eq!(found.iter().filter(|(_, _, class)| *class == "packet").count(), 50_000);
+        assert_eq!(found.len(), 100_000);
+    }
+
+    #[test]
+    fn a_packet_that_never_ends_can_be_given_up() {
+        let mut deframer = Deframer::new();
+        let mut claim = heartbeat(1.0);
+        claim[5] = 0xFF;
+        deframer.push(&[&claim[..], &heartbeat(2.0), &heartbeat(3.0)[..10]].concat());
+        assert_eq!(deframer.next_frame(), None);
+        deframer.give_up();
+        assert!(matches!(deframer.next_frame(), Some(Frame::Damage(Damage { offset: 0, bytes: 22, .. }))));
+        assert!(matches!(deframer.next_frame(), Some(Frame::Packet { offset: 22, .. })));
+        assert_eq!(deframer.next_frame(), None);
+        deframer.push(&heartbeat(3.0)[10..]);
+        assert!(matches!(deframer.next_frame(), Some(Frame::Packet { offset: 44, .. })));
+        assert_eq!(deframer.next_frame(), None);
+        assert_eq!(deframer.pending(), 0);
+    }
+
+    #[test]
+    fn damage_does_not_depend_on_the_cut() {
+        let mut bytes = heartbeat(1.0);
+        bytes[8] ^= 1;
+        bytes.extend_from_slice(&[0x54, 0, 1, 2, 3]);
+        bytes.extend_from_slice(&heartbeat(2.0));
+        let whole: Vec<Frame<'_>> = Frames::new(&bytes).collect();
+        for cut in 0..bytes.len() {
+            let (mut deframer, mut at) = (Deframer::new(), 0);
+            for piece in [&bytes[..cut], &bytes[cut..]] {
+                deframer.push(piece);
+                while let Some(frame) = deframer.next_frame() {
+                    assert_eq!(frame, whole[at], "cut at {cut}");
+                    at += 1;
+                }
+            }
+            assert_eq!(at, whole.len());
+        }
     }
 
     #[test]
@@ -326,7 +427,7 @@ mod tests {
         let mut deframer = Deframer::new();
         let mut damaged = 0;
         for _ in 0..1_000 {
-            deframer.push(&[0x55; 1_000]).unwrap();
+            deframer.push(&[0x55; 1_000]);
             while let Some(frame) = deframer.next_frame() {
                 let Frame::Damage(damage) = frame else { panic!("{frame:?}") };
                 assert_eq!(damage.offset, damaged);

@@ -13,12 +13,12 @@ pub fn parse(list: &str) -> impl Iterator<Item = (&str, u8)> {
     })
 }
 
-/// The text of labels and numbers.
+/// The text of labels and numbers. A `;` in a label would end it, so it becomes a blank.
 pub fn build<'a>(entities: impl IntoIterator<Item = (&'a str, u8)>) -> String {
     let mut list = String::new();
     for (label, number) in entities {
         let separator = if list.is_empty() { "" } else { ";" };
-        write!(list, "{separator}{label}={number}").ok();
+        write!(list, "{separator}{}={number}", label.replace(';', " ")).ok();
     }
     list
 }
@@ -33,6 +33,7 @@ mod tests {
         let entities: Vec<(&str, u8)> = parse(list).collect();
         assert_eq!(entities, [("Daemon", 0), ("Heading & Speed Controller", 1), ("Motor - Port", 48)]);
         assert_eq!(build(entities), list);
+        assert_eq!(build([("a;b", 1)]), "a b=1");
     }
 
     #[test]

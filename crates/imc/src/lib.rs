@@ -47,6 +47,8 @@ pub use header::{
 };
 pub use list::MessageList;
 pub use messages::{Message, Payload};
-pub use packet::{Body, DecodeError, EncodeError, Packet, ShortPayload, decode, encode_into, encode_payload};
+pub use packet::{
+    Body, DecodeError, EncodeError, Packet, ShortPayload, decode, encode_into, encode_payload, readdress_into,
+};
 pub use text::Text;
 pub use wire::{ByteOrder, MAX_DEPTH};

@@ -250,6 +250,20 @@ pub fn decode<T: Payload>(view: &PacketView<'_>) -> Result<Option<T>, DecodeErro
     }
 }
 
+/// Appends the same packet under another header, as a relay does that readdresses packets. Neither its payload
+/// nor its byte order changes.
+///
+/// # Panics
+/// Never: a payload that came in a packet fits one.
+pub fn readdress_into(out: &mut Vec<u8>, view: &PacketView<'_>, header: &Header) {
+    let start = out.len();
+    frame(out, start, view.id(), "packet", header, view.order(), |out| {
+        out.extend_from_slice(view.payload());
+        Ok(())
+    })
+    .expect("invariant: a payload that came in a packet fits one");
+}
+
 /// The payload of a message alone, without header and checksum, as plan digests need it.
 ///
 /// # Errors
@@ -338,7 +352,7 @@ fn boundary(desc: &'static MessageDesc, payload: &[u8], order: ByteOrder) -> Res
 #[cold]
 fn located(id: u16, payload: &[u8], order: ByteOrder) -> DecodeError {
     let desc = catalogue::by_id(id).expect("invariant: only messages of the catalogue are read");
-    let error = reflect::check(desc, payload, order)
+    let error = reflect::check_payload(desc, payload, order)
         .expect_err("invariant: the generated readers and the walker refuse the same payloads");
     DecodeError::Payload { message: desc.abbrev, id, error }
 }

@@ -78,6 +78,34 @@ mod tests {
     }
 
     #[test]
+    fn is_displaced_at_the_geocentric_latitude() {
+        // Computed apart from this code by the formulas above. At the geodetic latitude the height would be
+        // 79.945 m.
+        let state = EstimatedState {
+            lat: 63.4_f64.to_radians(),
+            lon: 10.4_f64.to_radians(),
+            height: 50.0,
+            x: 100.0,
+            y: 200.0,
+            z: -30.0,
+            ..EstimatedState::default()
+        };
+        let at = displaced(&state);
+        assert!((at.lat_rad.to_degrees() - 63.400_896_322_786).abs() < 1e-10, "{at:?}");
+        assert!((at.lon_rad.to_degrees() - 10.404_001_816_119).abs() < 1e-10, "{at:?}");
+        assert!((at.height_m - 80.273_259).abs() < 1e-5, "{at:?}");
+    }
+
+    #[test]
+    fn course_turns_clockwise_from_north() {
+        let east = EstimatedState { vx: 0.0, vy: 2.0, psi: 0.3, ..EstimatedState::default() };
+        assert!((course_rad(&east) - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        let north_west = EstimatedState { vx: 3.0, vy: -4.0, ..EstimatedState::default() };
+        assert!((ground_speed_mps(&north_west) - 5.0).abs() < 1e-12);
+        assert!((course_rad(&north_west) + 0.927_295_218).abs() < 1e-9);
+    }
+
+    #[test]
     fn nonsense_is_no_place() {
         assert!(place(&at(f64::NAN, 0.0, 0.0)).is_err());
         assert!(place(&at(120.0, 0.0, 0.0)).is_err());

@@ -148,8 +148,16 @@ pub fn walk_payload<'a>(
     Ok(Walked { bytes: walker.at, fields: desc.fields.len() })
 }
 
+/// Checks that the fields of a packet fit its payload. `None` when the catalogue lacks its message.
+///
+/// # Errors
+/// When they do not.
+pub fn check(view: &PacketView<'_>) -> Option<Result<Walked, WalkError>> {
+    walk(view, &mut Ignore)
+}
+
 /// Checks that the fields fit the payload.
-pub(crate) fn check(
+pub(crate) fn check_payload(
     desc: &'static MessageDesc,
     payload: &[u8],
     order: ByteOrder,

@@ -2,6 +2,7 @@
 //!
 //! `services = [ uri *( ";" uri ) [ ";" ] ]`, `uri = scheme "://" host [ ":" port ] [ "/" path ]`
 
+use std::cmp::Reverse;
 use std::fmt;
 use std::net::{Ipv4Addr, SocketAddrV4};
 
@@ -24,7 +25,7 @@ impl<'a> Service<'a> {
         let (scheme, rest) = uri.trim().split_once("://")?;
         let (authority, path) = rest.split_once('/').unwrap_or((rest, ""));
         let (host, port) = match authority.split_once(':') {
-            Some((host, port)) => (host, Some(port.parse().ok()?)),
+            Some((host, port)) => (host, Some(port_number(port)?)),
             None => (authority, None),
         };
         (!scheme.is_empty() && !host.is_empty()).then_some(Self { scheme, host, port, path })
@@ -47,6 +48,11 @@ impl fmt::Display for Service<'_> {
     }
 }
 
+/// A port without the sign that `parse` would take.
+fn port_number(text: &str) -> Option<u16> {
+    text.bytes().all(|digit| digit.is_ascii_digit()).then(|| text.parse().ok())?
+}
+
 /// All services of the text; what is no URI is passed over, as other programs do.
 pub fn parse(services: &str) -> impl Iterator<Item = Service<'_>> {
     services.split(';').filter_map(Service::parse)
@@ -57,11 +63,22 @@ pub fn build<'a>(services: impl IntoIterator<Item = Service<'a>>) -> String {
     services.into_iter().map(|service| service.to_string()).collect::<Vec<_>>().join(";")
 }
 
-/// Where to send packets by UDP: the `imc+udp` service at `seen_from`, the address that the announcement
-/// came from, else the first one.
-pub fn udp_socket(services: &str, seen_from: Option<Ipv4Addr>) -> Option<SocketAddrV4> {
-    let sockets = || parse(services).filter(|service| service.scheme == "imc+udp").filter_map(|s| s.socket());
-    sockets().find(|socket| Some(*socket.ip()) == seen_from).or_else(|| sockets().next())
+/// Where to send packets by UDP, given the address that the announcement came from.
+///
+/// The `imc+udp` service at that very address, else the one that shares most leading bits with it. Loopback
+/// and unspecified addresses of another host are never taken: they would be this host.
+pub fn udp_socket(services: &str, seen_from: Ipv4Addr) -> Option<SocketAddrV4> {
+    let sockets = parse(services).filter(|service| service.scheme == "imc+udp").filter_map(|s| s.socket());
+    let reachable = sockets.filter(|socket| {
+        let ip = *socket.ip();
+        ip == seen_from || seen_from.is_loopback() || !(ip.is_loopback() || ip.is_unspecified())
+    });
+    let shared_bits = |socket: &SocketAddrV4| (socket.ip().to_bits() ^ seen_from.to_bits()).leading_zeros();
+    // Of several alike the first: `max_by_key` alone would take the last.
+    reachable
+        .enumerate()
+        .max_by_key(|(at, socket)| (shared_bits(socket), Reverse(*at)))
+        .map(|(_, socket)| socket)
 }
 
 /// The number that a system drew at its start; another number means that it started anew.
@@ -97,17 +114,29 @@ mod tests {
 
     #[test]
     fn prefers_the_address_the_announcement_came_from() {
-        assert_eq!(udp_socket(DUNE, Some([10, 0, 2, 7].into())), "10.0.2.7:6002".parse().ok());
-        assert_eq!(udp_socket(DUNE, Some([10, 9, 9, 9].into())), "127.0.0.1:6002".parse().ok());
-        assert_eq!(udp_socket("imc+tcp://10.0.2.7:6003/", None), None);
+        let from = |ip: [u8; 4]| udp_socket(DUNE, ip.into());
+        assert_eq!(from([10, 0, 2, 7]), "10.0.2.7:6002".parse().ok());
+        assert_eq!(from([10, 9, 9, 9]), "10.0.2.7:6002".parse().ok());
+        assert_eq!(from([127, 0, 0, 1]), "127.0.0.1:6002".parse().ok());
+        let two = "imc+udp://10.8.0.7:6002/;imc+udp://192.168.1.7:6003/;imc+udp://192.168.1.9:6004/";
+        assert_eq!(udp_socket(two, [192, 168, 1, 8].into()), "192.168.1.9:6004".parse().ok());
+        assert_eq!(udp_socket(two, [192, 168, 200, 1].into()), "192.168.1.7:6003".parse().ok());
+    }
+
+    #[test]
+    fn never_sends_to_ourselves_what_is_meant_for_another() {
+        for services in ["imc+udp://127.0.0.1:6002/", "imc+udp://0.0.0.0:6002/", "imc+tcp://10.0.2.7:6003/"] {
+            assert_eq!(udp_socket(services, [10, 8, 0, 1].into()), None);
+        }
     }
 
     #[test]
     fn passes_over_what_is_no_service() {
-        let services = ";;nonsense;imc+udp://;://x;imc+udp://h:99999/;imc+udp://1.2.3.4:0/;neptus://a/b/;";
+        let services = ";;nonsense;imc+udp://;://x;imc+udp://h:99999/;imc+udp://h:+1/;imc+udp://1.2.3.4:0/;\
+            neptus://a/b/;";
         let schemes: Vec<&str> = parse(services).map(|service| service.scheme).collect();
         assert_eq!(schemes, ["imc+udp", "neptus"]);
-        assert_eq!(udp_socket(services, None), None);
+        assert_eq!(udp_socket(services, [1, 2, 3, 4].into()), None);
         assert_eq!(parse("").count(), 0);
     }
 }

@@ -18,18 +18,21 @@ pub fn get<'a>(list: &'a str, name: &str) -> Option<&'a str> {
     parse(list).filter(|(key, _)| *key == name).last().map(|(_, value)| value)
 }
 
-/// The value of a name as a number; `None` when it is missing or no number.
+/// The value of a name as a number; `None` when it is missing or no finite number.
+///
+/// DUNE takes what is no number as 0. Sticks are read this way, so NaN and infinities are none.
 pub fn number(list: &str, name: &str) -> Option<f64> {
-    get(list, name)?.parse().ok()
+    get(list, name)?.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-/// The text of names and values. A `;` in either would end the pair, so it becomes a blank.
+/// The text of names and values. What would end a name or pair, `;` and in names `=`, becomes a blank.
 pub fn build<N: AsRef<str>, V: std::fmt::Display>(pairs: impl IntoIterator<Item = (N, V)>) -> String {
     let mut list = String::new();
     for (name, value) in pairs {
         let separator = if list.is_empty() { "" } else { ";" };
-        let pair = format!("{}={value}", name.as_ref()).replace(';', " ");
-        write!(list, "{separator}{pair}").ok();
+        let name = name.as_ref().replace([';', '='], " ");
+        let value = value.to_string().replace(';', " ");
+        write!(list, "{separator}{name}={value}").ok();
     }
     list
 }
@@ -47,11 +50,14 @@ mod tests {
         assert_eq!(get(list, "stop"), None);
         assert_eq!(number(list, "Port Motor"), Some(-127.0));
         assert_eq!(number(list, "note"), None);
+        for value in ["nan", "NaN", "inf", "-infinity", "1e999"] {
+            assert_eq!(number(&format!("Throttle={value}"), "Throttle"), None, "{value}");
+        }
     }
 
     #[test]
     fn what_is_built_reads_back() {
         assert_eq!(build([("Heading", 12), ("Throttle", -3)]), "Heading=12;Throttle=-3");
-        assert_eq!(build([("text", "a;b")]), "text=a b");
+        assert_eq!(build([("te=xt", "a;b=c")]), "te xt=a b=c");
     }
 }

@@ -134,3 +134,15 @@ fn damage_is_placed_by_field_and_byte() {
     );
     assert!(matches!(error("bad_04_bad_crc"), DecodeError::Frame(_)));
 }
+
+#[test]
+fn the_digest_of_a_plan_is_the_same_from_either_byte_order() {
+    let Some(vectors) = vectors() else { return };
+    let all = vectors["vectors"].as_array().unwrap();
+    let vector = all.iter().find(|vector| vector["name"] == "v038_PlanSpecification").unwrap();
+    for form in ["packet_le", "packet_be"] {
+        let packet = Packet::decode(&unhex(vector[form].as_str().unwrap())).unwrap();
+        let md5 = imc::plan_digest::plan_md5(packet.get().unwrap()).unwrap();
+        assert_eq!(json::hex(&md5), "53c394e9f01240ef7cfe470f49449959");
+    }
+}

@@ -198,7 +198,18 @@ fn wrong_json_is_refused_by_place() {
 #[test]
 fn a_message_alone_goes_through_json() {
     let message: Message = tag().into();
-    let text = json::message_to_string(&message);
+    let text = json::message_to_string(&message).unwrap();
     assert_eq!(json::message_from_value(&serde_json::from_str(&text).unwrap()).unwrap(), message);
     assert!(json::message_from_value(&json!({"abbrev": "Goto", "fields": {"lat": []}})).is_err());
+}
+
+#[test]
+fn a_relay_readdresses_without_decoding() {
+    let text = TextMessage { origin: "a".into(), text: "b".into() };
+    let packet = Packet { trailing: vec![7], ..Packet::new(Header::default(), text) };
+    let big = Packet { order: imc::ByteOrder::Big, ..packet };
+    let header = Header { dst: imc::Address(0x4001), timestamp: 2.5, ..Header::default() };
+    let mut out = Vec::new();
+    imc::readdress_into(&mut out, &PacketView::new(&big.encode().unwrap()).unwrap(), &header);
+    assert_eq!(Packet::decode(&out).unwrap(), Packet { header, ..big });
 }

@@ -97,7 +97,38 @@ fn what_was_flushed_is_read_after_a_crash() {
         let (bytes, rest) = read(&copy);
         assert!(bytes.ends_with(&packet(999)), "{compress}");
         assert_eq!(rest.len(), usize::from(compress), "{rest:?}");
+        // A file that grew before its bytes reached the disk ends in zeros.
+        for zeros in [1, 5, 4_096] {
+            let mut log = std::fs::read(&file).unwrap();
+            log.extend(std::iter::repeat_n(0, zeros));
+            std::fs::write(&copy, log).unwrap();
+            let (bytes, rest) = read(&copy);
+            assert!(bytes.ends_with(&packet(999)) && !rest.is_empty(), "{compress} {zeros} {rest:?}");
+        }
     }
+}
+
+#[test]
+fn a_plain_log_is_read_from_the_middle() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("Data.lsf");
+    std::fs::write(&path, (0..100).flat_map(packet).collect::<Vec<u8>>()).unwrap();
+    let mut reader = LogReader::open_at(&path, 24 * 60).unwrap();
+    let Some(LogItem::Packet { offset, view }) = reader.next_item().unwrap() else { panic!("no packet") };
+    assert_eq!((offset, view.bytes()), (24 * 60, &packet(60)[..]));
+    std::fs::write(&path, [0x1F, 0x8B, 8, 0, 0]).unwrap();
+    assert!(LogReader::open_at(&path, 0).unwrap_err().to_string().contains("unpack it first"));
+}
+
+#[test]
+fn only_packets_get_into_a_log() {
+    let base = tempfile::tempdir().unwrap();
+    let mut log = LogWriter::create(base.path(), start(), "", options(false)).unwrap();
+    for wrong in [&b"garbage"[..], &packet(1)[..20], &[packet(1), packet(2)].concat(), b""] {
+        assert_eq!(log.write(wrong).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+    }
+    log.flush().unwrap();
+    assert_eq!(read(&log.folder().join("Data.lsf")).1, Vec::<String>::new());
 }
 
 #[test]
@@ -128,7 +159,7 @@ fn members_of_gzip_follow_each_other_and_a_cut_one_is_reported() {
 
     std::fs::write(&path, [&first[..], &second[..second.len() / 2]].concat()).unwrap();
     let (bytes, rest) = read(&path);
-    assert!(bytes.len() >= 2_400 && rest.last().unwrap().starts_with("cut at "), "{rest:?}");
+    assert!(bytes.len() >= 2_400 && rest[0].starts_with("cut at "), "{rest:?}");
 
     std::fs::write(&path, [&first[..], b"\x1f\x8b rubbish that is no gzip"].concat()).unwrap();
     let (bytes, rest) = read(&path);

@@ -224,7 +224,10 @@ impl FieldDesc {
             Meaning::Plain => None,
             Meaning::Enumeration(desc) => find(desc, text.trim()),
             Meaning::Bitfield(desc) => {
-                text.split('|').try_fold(0, |bits, name| Some(bits | find(desc, name.trim())?))
+                let number = |name: &str| i64::from_str_radix(name.strip_prefix("0x")?, 16).ok();
+                text.split('|')
+                    .map(str::trim)
+                    .try_fold(0, |bits, name| Some(bits | find(desc, name).or_else(|| number(name))?))
             }
         }
     }
@@ -274,6 +277,7 @@ mod tests {
         assert_eq!(loops.label(0).as_deref(), Some("NONE"));
         assert_eq!(loops.label(0x10_0001).as_deref(), Some("PATH|0x100000"));
         assert_eq!(loops.value_of_label("path | SPEED"), Some(129));
+        assert_eq!(loops.value_of_label("PATH|0x100000"), Some(0x10_0001));
         assert_eq!(loops.value_of_label("PATH|WINGS"), None);
     }
 

@@ -23,7 +23,7 @@
 mod read;
 mod write;
 
-pub use read::{ReadDefaults, ReadError, message_from_value, read_packet};
+pub use read::{ReadDefaults, ReadError, message_from_value, read_packet, unhex};
 pub use write::{WriteError, hex, message_to_string, write_header, write_packet, write_text};
 
 /// The bits of the NaN that arithmetic makes.

@@ -3,9 +3,9 @@
 use super::QUIET_NAN_F32;
 use crate::address::Address;
 use crate::catalogue::{self, FieldDesc, FieldKind, Meaning, MessageDesc};
-use crate::header::Header;
+use crate::header::{Header, PacketView};
 use crate::messages::Message;
-use crate::packet::{Body, EncodeError, Packet};
+use crate::packet::{Body, EncodeError, Packet, ShortPayload};
 use crate::wire::{ByteOrder, MAX_DEPTH, NULL_ID, Reader};
 use serde_json::{Map, Value};
 
@@ -38,7 +38,9 @@ fn wrong(path: &str, problem: impl Into<String>) -> ReadError {
     ReadError::Part { path: path.to_owned(), problem: problem.into() }
 }
 
-/// The packet that a JSON object describes. Its body is given as id and payload.
+/// The packet that a JSON object describes.
+///
+/// Of a key that is given twice the last value counts, as JSON readers have it.
 ///
 /// # Errors
 /// When a part is missing, unknown, of the wrong type or out of range.
@@ -67,7 +69,9 @@ pub fn read_packet(value: &Value, defaults: &ReadDefaults) -> Result<Packet, Rea
         Some(text) => bytes(text, "trailing")?,
     };
     let body = Body::Unknown { id: desc.id, payload: payload.out };
-    Ok(Packet { header, body, order, trailing, fields_sent: None })
+    let raw = Packet { header, body, order, trailing, fields_sent: None }.encode()?;
+    Packet::from_view(&PacketView::checked_before(&raw, order), ShortPayload::AnyBoundary)
+        .map_err(|error| wrong("fields", error.to_string()))
 }
 
 /// The message that `{"abbrev":…,"fields":…}` describes.
@@ -208,7 +212,8 @@ fn bytes(value: &Value, path: &str) -> Result<Vec<u8>, ReadError> {
     value.as_str().and_then(unhex).ok_or_else(|| wrong(path, "expected bytes as pairs of hexadecimal digits"))
 }
 
-fn unhex(text: &str) -> Option<Vec<u8>> {
+/// The bytes of pairs of hexadecimal digits; `None` when it is anything else.
+pub fn unhex(text: &str) -> Option<Vec<u8>> {
     let nibble = |digit: u8| char::from(digit).to_digit(16).map(|nibble| nibble as u8);
     let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return None };
     pairs.iter().map(|[high, low]| Some(nibble(*high)? << 4 | nibble(*low)?)).collect()

@@ -4,9 +4,9 @@ use super::{MAX_EXACT, QUIET_NAN_F32, QUIET_NAN_F64};
 use crate::catalogue::{self, FieldDesc, MessageDesc};
 use crate::header::{Header, PacketView};
 use crate::messages::Message;
-use crate::packet::ShortPayload;
+use crate::packet::{EncodeError, Packet, ShortPayload};
 use crate::reflect::{self, Value, Visitor, WalkError};
-use crate::wire::{ByteOrder, Writer};
+use crate::wire::ByteOrder;
 use std::io::Write as _;
 
 /// Why a packet has no JSON.
@@ -25,6 +25,16 @@ pub enum WriteError {
         /// What and where.
         error: WalkError,
     },
+}
+
+impl WriteError {
+    /// A stable word for machines.
+    pub fn class(&self) -> &'static str {
+        match self {
+            Self::UnknownId(_) => "unknown_id",
+            Self::Payload { error, .. } => error.class(),
+        }
+    }
 }
 
 /// Appends the packet as one JSON object; on failure `out` is as before.
@@ -66,16 +76,23 @@ pub fn write_packet(out: &mut Vec<u8>, view: &PacketView<'_>, short: ShortPayloa
 }
 
 /// A message without a header: `{"abbrev":…,"fields":…}`.
-pub fn message_to_string(message: &Message) -> String {
-    let mut payload = Vec::new();
-    message.write(&mut Writer::new(&mut payload, ByteOrder::Little));
+///
+/// # Errors
+/// When the message does not fit a packet.
+///
+/// # Panics
+/// Never: the walk reads what the structs write.
+pub fn message_to_string(message: &Message) -> Result<String, EncodeError> {
+    let packet = Packet::new(Header::default(), message.clone());
+    let bytes = packet.encode()?;
+    let view = PacketView::checked_before(&bytes, packet.order);
     let desc = message.desc();
     let mut out = format!(r#"{{"abbrev":"{}","fields":{{"#, desc.abbrev).into_bytes();
     let mut fields = Fields { out: &mut out, open: vec![Open { list: false, first: true }] };
-    // A value too long for the wire is left out of the payload; what was written before it is shown.
-    reflect::walk_payload(desc, &payload, ByteOrder::Little, false, &mut fields).ok();
+    reflect::walk_payload(desc, view.payload(), view.order(), false, &mut fields)
+        .expect("invariant: the walk reads what the structs write");
     out.extend_from_slice(b"}}");
-    String::from_utf8_lossy(&out).into_owned()
+    Ok(String::from_utf8_lossy(&out).into_owned())
 }
 
 /// Appends a header as a JSON object.

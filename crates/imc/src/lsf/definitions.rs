@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 const HEADER: &str = r#"  <header>
+    <description>Fields before the payload of every packet.</description>
     <field name="Synchronization Number" abbrev="sync" type="uint16_t" value="0xFE54" fixed="true"/>
     <field name="Message Identification Number" abbrev="mgid" type="uint16_t"/>
     <field name="Message size" abbrev="size" type="uint16_t" unit="byte"/>
@@ -81,16 +82,27 @@ pub fn definitions_xml() -> String {
     xml
 }
 
+/// Some readers tell integers and reals by these words.
+fn type_description(kind: FieldKind) -> &'static str {
+    match kind {
+        FieldKind::I8 | FieldKind::I16 | FieldKind::I32 | FieldKind::I64 => "signed integer",
+        FieldKind::U8 | FieldKind::U16 | FieldKind::U32 => "unsigned integer",
+        FieldKind::F32 | FieldKind::F64 => "IEEE 754 float",
+        FieldKind::Raw => "uint16_t count of bytes, then the bytes",
+        FieldKind::Text => "uint16_t count of bytes, then the text",
+        FieldKind::Message => "uint16_t message id or 65535 for none, then the fields of the message",
+        FieldKind::List => "uint16_t count of messages, then the messages",
+    }
+}
+
 fn types(xml: &mut String) {
-    xml.push_str("  <types>\n");
+    xml.push_str("  <types>\n    <description>Types of fields.</description>\n");
     for kind in KINDS {
-        match kind.width() {
-            Some(width) => {
-                let attributes = [("name", kind.name()), ("size", &width.to_string())];
-                line(xml, 2, "type", &attributes, true);
-            }
-            None => line(xml, 2, "type", &[("name", kind.name())], true),
-        }
+        let size = kind.width().map(|width| width.to_string());
+        let mut attributes = vec![("name", kind.name())];
+        attributes.extend(size.as_deref().map(|size| ("size", size)));
+        line(xml, 2, "type", &attributes, false);
+        writeln!(xml, "      <description>{}</description>\n    </type>", type_description(kind)).ok();
     }
     xml.push_str("  </types>\n  <serialization>\n");
     for kind in KINDS.iter().filter(|kind| kind.width().is_none()) {
@@ -122,6 +134,11 @@ fn message(xml: &mut String, desc: &MessageDesc) {
     );
     attributes.push(("category", desc.category));
     line(xml, 1, "message", &attributes, false);
+    if let Some(summary) = desc.summary {
+        xml.push_str("    <description>");
+        escape(xml, summary);
+        xml.push_str("</description>\n");
+    }
     for field in desc.fields {
         field_element(xml, field);
     }
@@ -171,15 +188,19 @@ fn line(xml: &mut String, depth: usize, tag: &str, attributes: &[(&str, &str)], 
     write!(xml, "{:1$}<{tag}", "", depth * 2).ok();
     for (name, value) in attributes {
         write!(xml, " {name}=\"").ok();
-        for letter in value.chars() {
-            match letter {
-                '&' => xml.push_str("&amp;"),
-                '<' => xml.push_str("&lt;"),
-                '"' => xml.push_str("&quot;"),
-                letter => xml.push(letter),
-            }
-        }
+        escape(xml, value);
         xml.push('"');
     }
     xml.push_str(if closed { "/>\n" } else { ">\n" });
+}
+
+fn escape(xml: &mut String, text: &str) {
+    for letter in text.chars() {
+        match letter {
+            '&' => xml.push_str("&amp;"),
+            '<' => xml.push_str("&lt;"),
+            '"' => xml.push_str("&quot;"),
+            letter => xml.push(letter),
+        }
+    }
 }

@@ -6,6 +6,7 @@
 //! and a log may begin with older, remembered messages.
 
 mod definitions;
+mod gunzip;
 mod index;
 mod reader;
 mod writer;

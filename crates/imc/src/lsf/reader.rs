@@ -1,16 +1,14 @@
 //! Reading a log as a stream, compressed or not, whole or cut.
 
+use super::gunzip::{self, Gunzip, Unpacked};
 use crate::deframe::{Damage, Deframer, Frame};
 use crate::header::PacketView;
-use flate2::bufread::MultiGzDecoder;
 use std::fs::File;
-use std::io::{self, BufRead as _, BufReader, Read};
+use std::io::{self, Read, Seek as _, SeekFrom};
 use std::path::Path;
 
-/// Bytes that are read at once.
+/// Bytes that are read or unpacked at once.
 const CHUNK_BYTES: usize = 1 << 18;
-/// The first two bytes of a gzip member (RFC 1952, 2.3.1).
-const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 
 /// One thing found in a log.
 #[derive(Debug, PartialEq)]
@@ -24,56 +22,88 @@ pub enum LogItem<'a> {
     },
     /// Bytes that are no packet, such as the cut last packet of a vehicle that lost its power.
     Damage(Damage),
-    /// The compressed log ends here, before its own end: it was cut or is damaged. Everything before was
-    /// read. Comes at most once and last.
+    /// The compressed log is cut or damaged here and some of it is missing. Every byte that could be unpacked
+    /// was; if another member of the file follows, the log goes on with it.
     Cut {
-        /// Bytes that could be unpacked.
+        /// Bytes unpacked before.
         offset: u64,
-        /// What the decompressor says.
-        problem: String,
+        /// What is wrong.
+        problem: &'static str,
     },
 }
 
 /// Packets and damage of a log, in constant memory.
 #[derive(Debug)]
 pub struct LogReader<R> {
-    source: R,
-    compressed: bool,
+    source: Source<R>,
     deframer: Deframer,
     chunk: Vec<u8>,
     unpacked: u64,
     ended: bool,
-    problem: Option<String>,
+    problem: Option<&'static str>,
 }
 
-impl LogReader<Box<dyn Read>> {
+#[derive(Debug)]
+enum Source<R> {
+    Plain(R),
+    Gzip(Box<Gunzip<R>>),
+}
+
+impl LogReader<io::Chain<io::Cursor<Vec<u8>>, File>> {
     /// A log file, unpacked on the way when its first bytes say that it is gzip.
     ///
     /// # Errors
-    /// When the file cannot be opened or read.
+    /// When the file cannot be opened or read. The error does not name the file.
     pub fn open(path: &Path) -> io::Result<Self> {
         Self::detect(File::open(path)?)
     }
+}
 
-    /// As [`Self::open`], from any source of bytes.
+impl LogReader<File> {
+    /// A log file from byte `offset` on, as [`super::Index::bytes_between`] gives it. Offsets of what is found
+    /// go on counting from the start of the file.
+    ///
+    /// # Errors
+    /// When the file cannot be opened or read, or is compressed: there is no way into the middle of that.
+    pub fn open_at(path: &Path, offset: u64) -> io::Result<Self> {
+        let mut file = File::open(path)?;
+        let mut start = Vec::new();
+        file.by_ref().take(gunzip::MAGIC.len() as u64).read_to_end(&mut start)?;
+        if start == gunzip::MAGIC {
+            let problem = "a compressed log can only be read from its start; unpack it first";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
+        file.seek(SeekFrom::Start(offset))?;
+        Ok(Self { deframer: Deframer::at(offset), ..Self::new(file) })
+    }
+}
+
+impl<R: Read> LogReader<io::Chain<io::Cursor<Vec<u8>>, R>> {
+    /// As [`LogReader::open`], from any source of bytes.
     ///
     /// # Errors
     /// When the source cannot be read.
-    pub fn detect(source: impl Read + 'static) -> io::Result<Self> {
-        let mut source = BufReader::with_capacity(CHUNK_BYTES, source);
-        let compressed = source.fill_buf()?.starts_with(&GZIP_MAGIC);
-        let source: Box<dyn Read> =
-            if compressed { Box::new(MultiGzDecoder::new(source)) } else { Box::new(source) };
-        Ok(LogReader { compressed, ..LogReader::new(source) })
+    pub fn detect(mut source: R) -> io::Result<Self> {
+        // A pipe may give its first bytes one by one.
+        let mut start = Vec::new();
+        source.by_ref().take(gunzip::MAGIC.len() as u64).read_to_end(&mut start)?;
+        let compressed = start == gunzip::MAGIC;
+        let source = io::Cursor::new(start).chain(source);
+        let source =
+            if compressed { Source::Gzip(Box::new(Gunzip::new(source))) } else { Source::Plain(source) };
+        Ok(Self::from_source(source))
     }
 }
 
 impl<R: Read> LogReader<R> {
     /// A log that is not compressed.
     pub fn new(source: R) -> Self {
+        Self::from_source(Source::Plain(source))
+    }
+
+    fn from_source(source: Source<R>) -> Self {
         Self {
             source,
-            compressed: false,
             deframer: Deframer::new(),
             chunk: vec![0; CHUNK_BYTES],
             unpacked: 0,
@@ -99,39 +129,38 @@ impl<R: Read> LogReader<R> {
                     Frame::Damage(damage) => LogItem::Damage(damage),
                 }));
             }
+            if let Some(problem) = self.problem.take() {
+                return Ok(Some(LogItem::Cut { offset: self.unpacked, problem }));
+            }
             if self.ended {
-                let offset = self.unpacked;
-                return Ok(self.problem.take().map(|problem| LogItem::Cut { offset, problem }));
+                return Ok(None);
             }
             self.fill()?;
         }
     }
 
     fn fill(&mut self) -> io::Result<()> {
-        match self.source.read(&mut self.chunk) {
-            Ok(0) => self.end(),
-            Ok(count) => {
-                self.unpacked += count as u64;
-                self.deframer.push(&self.chunk[..count]).map_err(io::Error::other)?;
-            }
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) if self.compressed && is_damage(&error) => {
-                self.problem = Some(error.to_string());
-                self.end();
-            }
-            Err(error) => return Err(error),
+        let count = match &mut self.source {
+            Source::Plain(source) => match source.read(&mut self.chunk) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(()),
+                other => other?,
+            },
+            Source::Gzip(source) => match source.read(&mut self.chunk)? {
+                Unpacked::Bytes(count) => count,
+                Unpacked::Damage(problem) => {
+                    self.problem = Some(problem);
+                    return Ok(());
+                }
+                Unpacked::End => 0,
+            },
+        };
+        if count == 0 {
+            self.ended = true;
+            self.deframer.finish();
+        } else {
+            self.unpacked += count as u64;
+            self.deframer.push(&self.chunk[..count]);
         }
         Ok(())
     }
-
-    fn end(&mut self) {
-        self.ended = true;
-        self.deframer.finish();
-    }
-}
-
-/// Whether the decompressor complains of its input rather than the source of failing.
-fn is_damage(error: &io::Error) -> bool {
-    use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
-    matches!(error.kind(), InvalidData | InvalidInput | UnexpectedEof)
 }

@@ -2,7 +2,7 @@
 
 use super::definitions_xml;
 use crate::address::Address;
-use crate::header::{ANY_ENTITY, Header};
+use crate::header::{Header, PacketView};
 use crate::messages::{LoggingControl, LoggingControlOp};
 use crate::packet;
 use flate2::{Compression, GzBuilder, write::GzEncoder};
@@ -25,12 +25,6 @@ pub struct LogOptions {
     pub compress: bool,
     /// The configuration to lay beside the data as `Config.ini`; none when empty.
     pub config: String,
-}
-
-impl Default for LogOptions {
-    fn default() -> Self {
-        Self { system: Address::NULL, entity: ANY_ENTITY, compress: true, config: String::new() }
-    }
 }
 
 /// The name of a log below the base folder, in UTC: `20261121/074327_plan_label`.
@@ -74,25 +68,31 @@ enum Data {
 impl LogWriter {
     /// Makes the folder with its companion files and writes the packet that says so.
     ///
-    /// A folder that is there already is left alone: the new one gets `_2`, `_3`, … after its name.
+    /// So that the log explains itself, write next an `EntityInfo` of each entity or an `EntityList`, and the
+    /// `TransportBindings`. A folder that is there already is left alone: the new one gets `_2`, `_3`, … after its name.
     ///
     /// # Errors
-    /// When a folder or file cannot be made or written.
+    /// When a folder or file cannot be made or written; the error names it.
     pub fn create(base: &Path, time: UtcTime, label: &str, options: LogOptions) -> io::Result<Self> {
-        let (name, folder) = make_folder(base, &folder_name(time, label))?;
-        let definitions = File::create_new(folder.join("IMC.xml.gz"))?;
-        let mut definitions = GzBuilder::new().write(BufWriter::new(definitions), Compression::default());
+        let (name, folder) =
+            make_folder(base, &folder_name(time, label)).map_err(|error| named(base, &error))?;
+        let file = |name: &str| {
+            let path = folder.join(name);
+            File::create_new(&path).map(BufWriter::new).map_err(|error| named(&path, &error))
+        };
+        let mut definitions = GzBuilder::new().write(file("IMC.xml.gz")?, Compression::default());
         definitions.write_all(definitions_xml().as_bytes())?;
         definitions.finish()?.flush()?;
         if !options.config.is_empty() {
-            fs::write(folder.join("Config.ini"), &options.config)?;
+            let mut config = file("Config.ini")?;
+            config.write_all(options.config.as_bytes())?;
+            config.flush()?;
         }
-        let output = BufWriter::new(File::create_new(folder.join("Output.txt"))?);
+        let output = file("Output.txt")?;
         let data = if options.compress {
-            let file = BufWriter::new(File::create_new(folder.join("Data.lsf.gz"))?);
-            Data::Gzip(Box::new(GzBuilder::new().write(file, Compression::fast())))
+            Data::Gzip(Box::new(GzBuilder::new().write(file("Data.lsf.gz")?, Compression::fast())))
         } else {
-            Data::Plain(BufWriter::new(File::create_new(folder.join("Data.lsf"))?))
+            Data::Plain(file("Data.lsf")?)
         };
         let mut log = Self { data, output, name, folder, options, buffer: Vec::new() };
         log.control(time, LoggingControlOp::Started)?;
@@ -111,9 +111,16 @@ impl LogWriter {
 
     /// Appends one packet as it is.
     ///
+    /// Log in one byte order, little-endian: the indexer of Neptus MRA gives up where both stand in one log.
+    ///
     /// # Errors
-    /// When the file cannot be written.
+    /// When the bytes are not just one packet, or the file cannot be written.
     pub fn write(&mut self, packet: &[u8]) -> io::Result<()> {
+        match PacketView::unchecked(packet) {
+            Ok(view) if view.bytes().len() == packet.len() => {}
+            Ok(_) => return Err(io::Error::new(io::ErrorKind::InvalidInput, "more than one packet")),
+            Err(error) => return Err(io::Error::new(io::ErrorKind::InvalidInput, error)),
+        }
         match &mut self.data {
             Data::Plain(file) => file.write_all(packet),
             Data::Gzip(file) => file.write_all(packet),
@@ -140,16 +147,19 @@ impl LogWriter {
         }
     }
 
-    /// As [`Self::flush`], and waits until the data is on the disk.
+    /// As [`Self::flush`], and waits until the data, the text and the folder that names them are on the disk.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn sync(&mut self) -> io::Result<()> {
         self.flush()?;
+        self.output.get_ref().sync_data()?;
         match &self.data {
-            Data::Plain(file) => file.get_ref().sync_data(),
-            Data::Gzip(file) => file.get_ref().get_ref().sync_data(),
+            Data::Plain(file) => file.get_ref().sync_data()?,
+            Data::Gzip(file) => file.get_ref().get_ref().sync_data()?,
         }
+        // A file whose folder entry was lost is lost itself; the day's folder may be new as well.
+        self.folder.ancestors().take(3).try_for_each(|folder| File::open(folder)?.sync_all())
     }
 
     /// Writes the packet that ends a log and closes all files.
@@ -158,7 +168,7 @@ impl LogWriter {
     /// When a file cannot be written.
     pub fn finish(mut self, time: UtcTime) -> io::Result<()> {
         self.control(time, LoggingControlOp::Stopped)?;
-        self.flush()?;
+        self.sync()?;
         match self.data {
             Data::Plain(file) => file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data(),
             Data::Gzip(file) => {
@@ -182,6 +192,11 @@ impl LogWriter {
         self.buffer = packet;
         Ok(())
     }
+}
+
+/// The same error with the name of its file.
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 /// Makes a folder that was not there, numbering its name if need be.

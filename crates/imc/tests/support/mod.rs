@@ -129,3 +129,22 @@ fn message(field: &FieldDesc, entropy: &mut Entropy<'_>, depth: u8, out: &mut Ve
         }
     }
 }
+
+/// The Rust name of a field.
+pub(crate) fn snake(abbrev: &str) -> String {
+    let letters: Vec<char> = abbrev.chars().collect();
+    let mut out = String::new();
+    for (at, letter) in letters.iter().enumerate() {
+        let follows = at > 0 && letters[at - 1] != '_';
+        let word = follows && letter.is_uppercase() && !letters[at - 1].is_uppercase();
+        let acronym_ends = follows
+            && letter.is_uppercase()
+            && letters[at - 1].is_uppercase()
+            && letters.get(at + 1).is_some_and(|next| next.is_lowercase());
+        if word || acronym_ends {
+            out.push('_');
+        }
+        out.extend(letter.to_lowercase());
+    }
+    out
+}
