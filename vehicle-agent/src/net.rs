@@ -244,9 +244,7 @@ fn serve(
     thread::Builder::new().name(format!("tcp-{number}-in")).spawn(move || {
         let (mut deframer, mut buffer) = (Deframer::new(), vec![0; 16_384]);
         'connection: while let Ok(length @ 1..) = reader.read(&mut buffer) {
-            if deframer.push(&buffer[..length]).is_err() {
-                break;
-            }
+            deframer.push(&buffer[..length]);
             while let Some(frame) = deframer.next_frame() {
                 if let Frame::Packet { view, .. } = frame
                     && events.send(Event::Packet(Peer::Tcp(number), view.bytes().to_vec())).is_err()

@@ -50,13 +50,13 @@ pub(crate) fn plan(command: &PlanCommand) -> anyhow::Result<()> {
             let gpx = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gpx"));
             let places = if gpx { gpx_route(&text)? } else { geojson_line(&serde_json::from_str(&text)?)? };
             let points = places.into_iter().map(|place| goto(place, *speed).into()).collect();
-            println!("{}", to_json(sequence(id, points)));
+            println!("{}", to_json(sequence(id, points))?);
         }
         PlanCommand::Export { file, form } => {
             let plan = read(file)?;
             let places = waypoints(&plan);
             match form {
-                Form::Imc => println!("{}", to_json(plan)),
+                Form::Imc => println!("{}", to_json(plan)?),
                 Form::Geojson => {
                     let line: Vec<[f64; 2]> = places.iter().map(|p| [p.lon_deg(), p.lat_deg()]).collect();
                     let name = plan.plan_id.to_str_lossy();
@@ -147,8 +147,8 @@ fn sequence(id: &str, maneuvers: Vec<Message>) -> PlanSpecification {
     }
 }
 
-fn to_json(plan: PlanSpecification) -> String {
-    imc::json::message_to_string(&plan.into())
+fn to_json(plan: PlanSpecification) -> anyhow::Result<String> {
+    Ok(imc::json::message_to_string(&plan.into())?)
 }
 
 fn waypoints(plan: &PlanSpecification) -> Vec<LatLon> {
@@ -222,7 +222,7 @@ mod tests {
         let plan = demonstration(LatLon::from_deg(63.0, 10.0).unwrap());
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plan.json");
-        fs::write(&path, to_json(plan.clone())).unwrap();
+        fs::write(&path, to_json(plan.clone()).unwrap()).unwrap();
         assert_eq!(read(&path).unwrap(), plan);
     }
 }

@@ -113,7 +113,7 @@ impl Console {
             let mut buffer = [0; 8192];
             match self.stream.read(&mut buffer) {
                 Ok(0) => panic!("{what}: the agent hung up"),
-                Ok(length) => self.deframer.push(&buffer[..length]).unwrap(),
+                Ok(length) => self.deframer.push(&buffer[..length]),
                 Err(_) => {}
             }
             while let Some(frame) = self.deframer.next_frame() {
