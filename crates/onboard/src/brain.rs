@@ -19,7 +19,7 @@ use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::states::{Condition, States};
 use crate::supervise::{Desk, Supervise};
-use imc::messages::Message;
+use imc::messages::{Message, VehicleMedium, VehicleMediumMedium};
 use mission::{EntityCondition, Event, Record};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -53,6 +53,7 @@ pub struct Brain {
     next_second: MonoTime,
     next_conditions: MonoTime,
     shut_down: bool,
+    afloat: bool,
     /// Name of the open log.
     pub(crate) log_name: String,
     /// What the engine was told last of the watched parts.
@@ -92,6 +93,7 @@ impl Brain {
             next_second: now.mono,
             next_conditions: now.mono,
             shut_down: false,
+            afloat: false,
             bus,
             settings,
         };
@@ -242,6 +244,14 @@ impl Brain {
         if let Some(estimate) = &self.estimate {
             let fix = estimate.fix();
             self.pilot.see(estimate);
+            if !self.afloat {
+                // A vessel that knows where it is and has no other sense of it is taken to be in the water.
+                self.afloat = true;
+                let medium = VehicleMedium { medium: VehicleMediumMedium::Water };
+                self.bus.send(Entity::Supervisor, &medium);
+                let water = mission::Input::Event(Event::Medium(mission::Medium::Water));
+                self.plans.tell(&mut self.bus, &mut self.pilot, water);
+            }
             self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(Event::Fix(fix)));
         }
         self.pilot.steer(&mut self.bus, self.estimate.as_ref());
