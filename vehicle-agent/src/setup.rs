@@ -3,11 +3,11 @@
 use anyhow::{Context as _, bail};
 use config::schema::{control as loops, general, mission as plans, path, simulate, transport, watch};
 use config::{Config, Section, SectionSpec};
-use control::{
-    CourseSpeedConfig, FeedForward, GuidanceConfig, Law, PathConfig, Sharing, SpeedTable, VectorFieldConfig,
-};
+use control::{CourseSpeedConfig, FeedForward, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
 use imc::Address;
-use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, Remedy, Step, TrajectoryConfig};
+use mission::{
+    BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, TrajectoryConfig, VehicleModel,
+};
 use onboard::{Entity, Settings, parameters};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -75,6 +75,13 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     }
     let general = config.general();
     settings.path.time_of_arrival_factor_s = general.get(&general::TIME_OF_ARRIVAL_FACTOR);
+    match model(&general) {
+        Some(model) => settings.mission.engine.model = model,
+        None => {
+            doubts
+                .push("[General] the speed conversion is no rising table; the usual one is used".to_owned());
+        }
+    }
     settings.mission.capacity_wh = general.get(&general::BATTERY_CAPACITY);
     settings.watch.cpu_percent = general.get(&general::CPU_MAXIMUM);
     monitored(config, &mut settings);
@@ -82,6 +89,24 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     maneuvers(config, &mut settings);
     transports(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
+}
+
+/// What percent, rpm and m/s mean to each other, and a guess of the power they take: the hotel load and what
+/// grows with the cube of speed.
+fn model(general: &Section) -> Option<VehicleModel> {
+    let actuation = general.get(&general::CONVERSION_ACTUATION);
+    let rpm = general.get(&general::CONVERSION_RPM);
+    let mps = general.get(&general::CONVERSION_MPS);
+    if actuation.len() != rpm.len() || rpm.len() != mps.len() {
+        return None;
+    }
+    let rows = actuation.iter().zip(&rpm).zip(&mps).map(|((share, rpm), mps)| ModelPoint {
+        percent: 100.0 * share,
+        rpm: *rpm,
+        mps: *mps,
+        power_w: 30.0 + 60.0 * mps.powi(3),
+    });
+    VehicleModel::new(rows.collect()).ok()
 }
 
 /// The controllers that run, before their parameters are looked at.
@@ -101,7 +126,6 @@ fn base(config: &Config, settings: &mut Settings) {
     if runs(&path::vector_field::VECTOR_FIELD) {
         settings.guidance.leg = Law::VectorField(VectorFieldConfig::otter());
     }
-    settings.speeds = SpeedTable::NTNU_OTTER;
     for section in config.running(&loops::course_speed::COURSE_SPEED) {
         // Without a gain of its own the speed table says what a speed needs.
         let gain = section.get(&loops::course_speed::SPEED_FEEDFORWARD);

@@ -2,7 +2,7 @@
 
 use crate::entity::{Entity, Labels};
 use crate::navigation::NavigationSettings;
-use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig, SpeedTable};
+use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig};
 use imc::Address;
 use mission::{BatteryConfig, EngineConfig, LimitsConfig, LostCommsConfig, PlanLimits};
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,8 +32,6 @@ pub struct Settings {
     pub path: PathConfig,
     /// Manual control.
     pub remote: RemoteConfig,
-    /// From percent and rpm to speed.
-    pub speeds: SpeedTable,
     /// Discovery and transports.
     pub node: NodeSettings,
     /// Names of other systems, by address.
@@ -189,7 +187,6 @@ impl Settings {
             guidance: GuidanceConfig::default(),
             path: PathConfig::default(),
             remote: RemoteConfig::default(),
-            speeds: SpeedTable::FOSSEN_OTTER,
             node: NodeSettings::default(),
             names: BTreeMap::new(),
             watch: WatchSettings::default(),
