@@ -1,0 +1,88 @@
+//! Parameters on the bus: what consoles ask and change.
+
+use crate::brain::Brain;
+use crate::bus::Asker;
+use crate::output::{Keep, Level, Output};
+use crate::parameters::{self, Parameter, ParameterError};
+use imc::messages::{EntityParameter, EntityParameters, QueryEntityParameters, SetEntityParameters};
+
+impl Brain {
+    /// Tells the parameters of an entity. Unknown words are not answered, as in DUNE.
+    pub(crate) fn query_parameters(&mut self, asker: Asker, query: &QueryEntityParameters) {
+        let known = |text: &str, words: [&str; 2]| words.contains(&text);
+        let visibility = query.visibility.to_str_lossy();
+        let scope = query.scope.to_str_lossy();
+        if !known(&visibility, ["user", "developer"]) || scope != "global" {
+            return;
+        }
+        let Some(entity) = self.settings.labels.find(&query.name.to_str_lossy()) else { return };
+        let params = parameters::all()
+            .iter()
+            .filter(|parameter| parameter.entity == entity)
+            .filter_map(|parameter| self.value(parameter))
+            .collect();
+        self.bus.send_to(entity, asker, &EntityParameters { name: query.name.clone(), params });
+    }
+
+    fn value(&self, parameter: &Parameter) -> Option<EntityParameter> {
+        let value = parameter.get(&self.settings)?;
+        Some(EntityParameter { name: parameter.name.into(), value: value.into() })
+    }
+
+    /// Changes parameters, each by itself; answers with those that were taken.
+    pub(crate) fn set_parameters(&mut self, asker: Asker, set: &SetEntityParameters) {
+        let label = set.name.to_str_lossy().into_owned();
+        let Some(entity) = self.settings.labels.find(&label) else { return };
+        let mut taken = Vec::new();
+        for wanted in set.params.of::<EntityParameter>() {
+            let (name, value) = (wanted.name.to_str_lossy(), wanted.value.to_str_lossy());
+            let outcome = parameters::all()
+                .into_iter()
+                .find(|parameter| parameter.entity == entity && parameter.name == name)
+                .ok_or_else(|| ParameterError::Unknown(name.to_string()))
+                .and_then(|parameter| self.change(&parameter, &value).map(|()| parameter));
+            match outcome {
+                Ok(parameter) => {
+                    self.bus.entry(entity, Level::Info, format!("{name} = {value}"));
+                    taken.extend(self.value(&parameter));
+                }
+                Err(error) => {
+                    self.bus.entry(entity, Level::Warning, format!("{name}: {error}"));
+                }
+            }
+        }
+        if !taken.is_empty() {
+            let message = EntityParameters { name: set.name.clone(), params: taken.into_iter().collect() };
+            self.bus.send_to(entity, asker, &message);
+        }
+    }
+
+    /// Changes one parameter everywhere, or nowhere.
+    fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
+        let mut settings = self.settings.clone();
+        parameter.set(&mut settings, value)?;
+        if let Err(refusal) = self.pilot.reconfigure(&settings) {
+            // What was taken before the refusal goes back; the old settings were in use and are good.
+            self.pilot.reconfigure(&self.settings).ok();
+            return Err(ParameterError::Refused(refusal.to_string()));
+        }
+        self.navigation.reconfigure(settings.navigation);
+        self.supervise.reconfigure(&settings);
+        self.plans.reconfigure(&settings);
+        self.bus.node.reconfigure(settings.node.clone());
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Has the values of an entity kept for the next start.
+    pub(crate) fn save_parameters(&mut self, label: &str) {
+        let Some(entity) = self.settings.labels.find(label) else { return };
+        let values: Vec<(String, String)> = parameters::all()
+            .iter()
+            .filter(|parameter| parameter.entity == entity)
+            .filter_map(|parameter| Some((parameter.name.to_owned(), parameter.get(&self.settings)?)))
+            .collect();
+        self.bus.entry(entity, Level::Info, "parameters are saved");
+        self.bus.put(Output::Keep(Keep::Parameters(label.to_owned(), values)));
+    }
+}

@@ -1,0 +1,346 @@
+//! The brain: one state machine that hears of everything and decides everything.
+//!
+//! [`Brain::handle`] takes what happened and the moment it happened; [`Brain::poll_output`] gives what is to
+//! be done about it until it answers `None`; [`Brain::poll_timeout`] says when to come back with
+//! [`Input::Timer`] if nothing else happens before. Nothing here reads a clock, waits, or draws lots: equal
+//! inputs give equal outputs.
+
+use crate::bus::{Asker, Bus};
+use crate::detections::Detections;
+use crate::discovery::{self, Discovery};
+use crate::entity::Entity;
+use crate::health::{Clock, Host};
+use crate::input::{Input, Now, Side};
+use crate::navigation::{Estimate, Navigation};
+use crate::output::{Level, Output};
+use crate::pilot::{Drive, Pilot};
+use crate::plans::Plans;
+use crate::sensors::{self, Sensors};
+use crate::settings::Settings;
+use crate::states::{Condition, States};
+use crate::supervise::{Desk, Supervise};
+use imc::messages::{Message, VehicleMedium, VehicleMediumMedium};
+use mission::{EntityCondition, Event, Record};
+use std::collections::BTreeMap;
+use std::time::Duration;
+use units::MonoTime;
+
+/// Slower watching happens once in this time.
+const WATCH: Duration = Duration::from_millis(500);
+/// Actions of a plan carried out at once.
+const MOST_ACTIONS: usize = 100;
+const SECOND: Duration = Duration::from_secs(1);
+
+/// The brain of a vessel.
+#[derive(Debug)]
+pub struct Brain {
+    pub(crate) settings: Settings,
+    pub(crate) bus: Bus,
+    pub(crate) states: States,
+    pub(crate) navigation: Navigation,
+    pub(crate) pilot: Pilot,
+    pub(crate) plans: Plans,
+    pub(crate) sensors: Sensors,
+    pub(crate) discovery: Discovery,
+    pub(crate) supervise: Supervise,
+    detections: Detections,
+    clock: Clock,
+    host: Host,
+    estimate: Option<Estimate>,
+    step: Duration,
+    next_step: MonoTime,
+    next_watch: MonoTime,
+    next_second: MonoTime,
+    next_conditions: MonoTime,
+    shut_down: bool,
+    afloat: bool,
+    /// Name of the open log.
+    pub(crate) log_name: String,
+    /// What the engine was told last of the watched parts.
+    conditions: BTreeMap<String, EntityCondition>,
+}
+
+impl Brain {
+    /// A brain that starts at `now` with the plans that were kept.
+    ///
+    /// # Errors
+    /// When parameters of the controllers are out of range.
+    pub fn new(settings: Settings, now: Now, kept: Vec<Record>) -> Result<Self, control::InvalidConfig> {
+        let mut bus = Bus::new(&settings, now);
+        let watch = &settings.watch;
+        let states = States::new(watch.monitored.clone(), watch.vital.clone(), now.mono);
+        let pilot = Pilot::new(&settings)?;
+        bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
+        bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
+        let plans = Plans::new(&settings, &mut bus, kept);
+        let mut brain = Self {
+            navigation: Navigation::new(settings.navigation),
+            states,
+            pilot,
+            plans,
+            conditions: BTreeMap::new(),
+            log_name: String::new(),
+            sensors: Sensors::default(),
+            discovery: Discovery::new(now.mono),
+            supervise: Supervise::new(&settings, now.mono),
+            detections: Detections::default(),
+            clock: Clock::default(),
+            host: Host::default(),
+            estimate: None,
+            step: Duration::from_secs_f64(1.0 / settings.navigation.rate_hz.clamp(2.5, 25.0)),
+            next_step: now.mono,
+            next_watch: now.mono,
+            next_second: now.mono,
+            next_conditions: now.mono,
+            shut_down: false,
+            afloat: false,
+            bus,
+            settings,
+        };
+        for entity in Entity::ALL {
+            if !matches!(
+                entity,
+                Entity::Gps
+                    | Entity::Navigation
+                    | Entity::MotorPort
+                    | Entity::MotorStarboard
+                    | Entity::Hydrophone
+            ) {
+                brain.states.set(&mut brain.bus, entity, Condition::Normal, "active");
+            }
+        }
+        Ok(brain)
+    }
+
+    /// Takes in what happened at `now`.
+    pub fn handle(&mut self, now: Now, input: Input) {
+        // Time that goes back is a fault of the shell; deadlines hold still until it has caught up.
+        let now = Now { mono: now.mono.max(self.bus.mono()), utc: now.utc };
+        self.bus.begin(now);
+        self.clock.check(&mut self.bus);
+        if !self.shut_down {
+            self.take(input);
+            self.tick();
+        }
+        self.pilot.tick(&mut self.bus);
+    }
+
+    /// The next thing to do.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.bus.poll()
+    }
+
+    /// When to come back at the latest.
+    pub fn poll_timeout(&self) -> Option<MonoTime> {
+        let pilot = self.pilot.poll_timeout();
+        if self.shut_down {
+            return Some(pilot);
+        }
+        [self.next_step, self.next_watch, self.next_second, self.states.poll_timeout()]
+            .into_iter()
+            .chain([self.discovery.poll_timeout(), self.plans.poll_timeout(), pilot])
+            .chain(self.supervise.poll_timeout())
+            .min()
+    }
+
+    /// Where the vessel is and how it moves, as the brain believes.
+    pub fn estimate(&self) -> Option<&Estimate> {
+        self.estimate.as_ref()
+    }
+
+    fn take(&mut self, input: Input) {
+        match input {
+            Input::Timer => {}
+            Input::Gnss(reading) => {
+                self.clock.compare(&self.bus, &reading);
+                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
+            }
+            Input::Motor(side, reading) => {
+                let motor = match side {
+                    Side::Port => 0,
+                    Side::Starboard => 1,
+                };
+                self.pilot.measured(self.bus.mono(), motor, reading.rpm);
+                self.sensors.motor(&mut self.bus, side, &reading);
+            }
+            Input::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
+            Input::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
+            Input::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
+            Input::Host(reading) => self.host.read(&mut self.bus, &reading),
+            Input::Packet(from, bytes) => self.packet(from, bytes),
+            Input::Connected(peer) => self.bus.node.connected(peer),
+            Input::Disconnected(peer) => self.bus.node.disconnected(peer),
+            Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
+            Input::LogOpened(outcome) => self.log_opened(outcome),
+            Input::Stored(ticket, outcome) => self.plans.stored(&mut self.bus, ticket, outcome),
+            Input::NotKept(what) => {
+                self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
+            }
+            Input::Shutdown => self.shut_down(),
+        }
+    }
+
+    fn log_opened(&mut self, outcome: Result<String, String>) {
+        match outcome {
+            Ok(name) => {
+                // A log explains itself: whose numbers are whose.
+                let own = Asker { system: self.bus.address(), entity: Entity::Logger.number() };
+                discovery::entity_list(&mut self.bus, own, &self.settings.labels);
+                for entity in Entity::ALL {
+                    discovery::entity_info(&mut self.bus, own, &self.settings.labels, entity);
+                }
+                self.states.set(&mut self.bus, Entity::Logger, Condition::Normal, name.clone());
+                self.log_name = name;
+            }
+            Err(reason) => {
+                let text = format!("no log is written: {reason}");
+                self.bus.console(Level::Error, text.clone());
+                self.states.set(&mut self.bus, Entity::Logger, Condition::Error, text);
+            }
+        }
+    }
+
+    /// Motors first, then the log.
+    fn shut_down(&mut self) {
+        self.shut_down = true;
+        self.pilot.inhibit(&mut self.bus);
+        self.pilot.tick(&mut self.bus);
+        self.bus.console(Level::Info, "motors stopped; ending".to_owned());
+        self.bus.put(Output::CloseLog);
+    }
+
+    fn tick(&mut self) {
+        let now = self.bus.mono();
+        if now >= self.next_step {
+            self.next_step = self.next_step.max(now.earlier(self.step)) + self.step;
+            self.navigate();
+        }
+        if now >= self.next_watch {
+            self.next_watch = now + WATCH;
+            self.watch();
+        }
+        if now >= self.next_second {
+            self.next_second = now + SECOND;
+            if let Some(estimate) = &self.estimate {
+                self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
+            }
+        }
+        self.tell_conditions();
+        self.plans.tick(&mut self.bus, &mut self.pilot);
+        self.with_desk(|supervise, desk, _| supervise.tick(desk));
+        self.act_for_plan();
+        self.plans.follow_up(&mut self.bus, &mut self.pilot);
+        let place = self.estimate.map(|estimate| (estimate.place, estimate.height_m));
+        self.discovery.tick(&mut self.bus, &self.settings, place);
+        self.states.tick(&mut self.bus, &self.settings.labels);
+    }
+
+    fn navigate(&mut self) {
+        self.estimate = self.navigation.estimate(self.bus.mono());
+        if let Some(estimate) = &self.estimate {
+            self.bus.send(Entity::Navigation, &sensors::estimated_state(estimate));
+            self.detections.at(self.bus.utc(), estimate.place);
+        }
+        if let Some(estimate) = &self.estimate {
+            let fix = estimate.fix();
+            self.pilot.see(estimate);
+            if !self.afloat {
+                // A vessel that knows where it is and has no other sense of it is taken to be in the water.
+                self.afloat = true;
+                let medium = VehicleMedium { medium: VehicleMediumMedium::Water };
+                self.bus.send(Entity::Supervisor, &medium);
+                let water = mission::Input::Event(Event::Medium(mission::Medium::Water));
+                self.plans.tell(&mut self.bus, &mut self.pilot, water);
+            }
+            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(Event::Fix(fix)));
+        }
+        self.pilot.steer(&mut self.bus, self.estimate.as_ref());
+        self.plans.follow_up(&mut self.bus, &mut self.pilot);
+    }
+
+    /// Acts upon the messages that a plan carries for its course.
+    fn act_for_plan(&mut self) {
+        for _ in 0..MOST_ACTIONS {
+            let Some(message) = self.plans.poll_action() else { break };
+            // Parameters are what plans switch; anything else could turn a plan on itself.
+            if let Message::SetEntityParameters(set) = message {
+                let own = Asker { system: self.bus.address(), entity: Entity::PlanEngine.number() };
+                self.set_parameters(own, &set);
+            } else {
+                let text = format!("an action of the plan is left out: {}", message.abbrev());
+                self.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            }
+        }
+    }
+
+    /// Tells the engine how the watched parts are doing, when that changed.
+    fn tell_conditions(&mut self) {
+        let watched = &self.settings.watch.monitored;
+        let condition = |entity: &Entity| match self.states.condition(*entity) {
+            Condition::Boot => EntityCondition::Boot,
+            Condition::Normal => EntityCondition::Normal,
+            Condition::Fault | Condition::Error | Condition::Failure => EntityCondition::Error,
+        };
+        let conditions: BTreeMap<_, _> = watched
+            .iter()
+            .map(|entity| (self.settings.labels.of(*entity).to_owned(), condition(entity)))
+            .collect();
+        if conditions != self.conditions || self.bus.mono() >= self.next_conditions {
+            self.next_conditions = self.bus.mono() + SECOND;
+            self.conditions.clone_from(&conditions);
+            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Entities(conditions));
+        }
+    }
+
+    fn watch(&mut self) {
+        let watch = &self.settings.watch;
+        self.sensors.watch(&mut self.bus, &mut self.states, &self.navigation, watch);
+        self.clock.watch(&mut self.bus, &mut self.states, watch);
+        self.host.watch(&mut self.bus, &mut self.states, watch);
+        let (condition, text) = match self.pilot.fault() {
+            Some(fault) => (Condition::Error, fault.to_string()),
+            None => (Condition::Normal, "active".to_owned()),
+        };
+        self.states.set(&mut self.bus, Entity::Path, condition, text);
+        let (contacts, clients) = self.bus.node.counts(self.bus.mono());
+        let set = |states: &mut States, bus: &mut Bus, entity, text| {
+            states.set(bus, entity, Condition::Normal, text);
+        };
+        set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
+        set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
+        let text = match (self.pilot.drive(), self.pilot.is_connected()) {
+            (Drive::Remote(_), true) => "an operator steers; motors stop when the messages do",
+            (Drive::Remote(_), false) => "waiting for the operator; motors stopped",
+            (Drive::Off | Drive::Path, _) => "inactive",
+        };
+        set(&mut self.states, &mut self.bus, Entity::Remote, text.to_owned());
+        self.with_desk(Supervise::watch);
+    }
+
+    fn with_desk(&mut self, act: impl FnOnce(&mut Supervise, &mut Desk<'_>, &Sensors)) {
+        let mission = &self.settings.mission;
+        let mut desk = Desk {
+            bus: &mut self.bus,
+            states: &mut self.states,
+            plans: &mut self.plans,
+            pilot: &mut self.pilot,
+            estimate: self.estimate.as_ref(),
+            hold_radius_m: mission.hold_radius_m,
+            hold_speed_mps: mission.hold_speed_mps,
+            capacity_wh: mission.capacity_wh,
+        };
+        act(&mut self.supervise, &mut desk, &self.sensors);
+    }
+}
+
+/// Steps back in time, stopping at zero.
+trait Earlier {
+    fn earlier(self, span: Duration) -> Self;
+}
+
+impl Earlier for MonoTime {
+    fn earlier(self, span: Duration) -> Self {
+        // A step is far shorter than 64 bits of microseconds.
+        Self::from_micros(self.micros().saturating_sub(span.as_micros() as u64))
+    }
+}

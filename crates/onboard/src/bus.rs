@@ -1,0 +1,155 @@
+//! The vessel's bus: every message that leaves gets its header here, goes to the log, and to whom the node
+//! says.
+
+use crate::entity::Entity;
+use crate::input::{Now, Peer};
+use crate::node::Node;
+use crate::output::{Level, Output};
+use crate::settings::Settings;
+use imc::messages::{LogBookEntry, LogBookEntryType};
+use imc::{ANY_ENTITY, Address, Header, Payload};
+use std::collections::VecDeque;
+use units::{MonoTime, UtcTime};
+
+/// Entries kept for consoles that ask for the log book.
+const ENTRIES_KEPT: usize = 500;
+
+/// Who asked for something, to be answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Asker {
+    pub(crate) system: Address,
+    pub(crate) entity: u8,
+}
+
+impl Asker {
+    /// Everyone: for what nobody asked.
+    pub(crate) const EVERYONE: Self = Self { system: Address::NULL, entity: ANY_ENTITY };
+}
+
+/// The way out.
+#[derive(Debug)]
+pub(crate) struct Bus {
+    pub(crate) node: Node,
+    address: Address,
+    now: Now,
+    out: VecDeque<Output>,
+    entries: VecDeque<LogBookEntry>,
+    lost: u64,
+}
+
+impl Bus {
+    pub(crate) fn new(settings: &Settings, now: Now) -> Self {
+        Self {
+            node: Node::new(settings.node.clone()),
+            address: settings.address,
+            now,
+            out: VecDeque::new(),
+            entries: VecDeque::new(),
+            lost: 0,
+        }
+    }
+
+    /// Everything from here on happens at `now`.
+    pub(crate) fn begin(&mut self, now: Now) {
+        self.now = now;
+    }
+
+    pub(crate) fn mono(&self) -> MonoTime {
+        self.now.mono
+    }
+
+    pub(crate) fn utc(&self) -> UtcTime {
+        self.now.utc
+    }
+
+    pub(crate) fn seconds(&self) -> f64 {
+        self.now.utc.seconds()
+    }
+
+    pub(crate) fn address(&self) -> Address {
+        self.address
+    }
+
+    pub(crate) fn poll(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+
+    pub(crate) fn put(&mut self, output: Output) {
+        self.out.push_back(output);
+    }
+
+    /// To everyone who listens.
+    pub(crate) fn send<T: Payload>(&mut self, from: Entity, message: &T) {
+        self.send_to(from, Asker::EVERYONE, message);
+    }
+
+    /// To whoever asked.
+    pub(crate) fn send_to<T: Payload>(&mut self, from: Entity, to: Asker, message: &T) {
+        let Some(bytes) = self.packet(from, to, message) else { return };
+        let to = self.node.recipients(self.now.mono, T::ID, from.number(), to.system);
+        self.out.push_back(Output::Packet { bytes, to });
+    }
+
+    /// The bytes of a packet; a message too large for one is lost, and said to be.
+    pub(crate) fn packet<T: Payload>(&mut self, from: Entity, to: Asker, message: &T) -> Option<Vec<u8>> {
+        let header = Header {
+            timestamp: self.now.utc.seconds(),
+            src: self.address,
+            src_ent: from.number(),
+            dst: to.system,
+            dst_ent: to.entity,
+        };
+        let mut bytes = Vec::with_capacity(128);
+        match imc::encode_into(&mut bytes, &header, message) {
+            Ok(()) => Some(bytes),
+            Err(error) => {
+                self.lost += 1;
+                self.console(Level::Error, format!("a message is lost: {error}"));
+                None
+            }
+        }
+    }
+
+    /// A packet from outside, for the log and for `to`.
+    pub(crate) fn pass_on(&mut self, bytes: Vec<u8>, to: Vec<Peer>) {
+        self.out.push_back(Output::Packet { bytes, to });
+    }
+
+    /// A line for the console.
+    pub(crate) fn console(&mut self, level: Level, text: String) {
+        self.out.push_back(Output::Console(level, text));
+    }
+
+    /// An entry of the log book, which also goes to the console.
+    pub(crate) fn entry(&mut self, from: Entity, level: Level, text: impl Into<String>) {
+        let text = text.into();
+        let (context, _) = from.label_and_task();
+        let kind = match level {
+            Level::Debug => LogBookEntryType::Debug,
+            Level::Info => LogBookEntryType::Info,
+            Level::Warning => LogBookEntryType::Warning,
+            Level::Error => LogBookEntryType::Error,
+        };
+        let entry = LogBookEntry {
+            r#type: kind,
+            htime: self.seconds(),
+            context: context.into(),
+            text: text.as_str().into(),
+        };
+        self.send(from, &entry);
+        if self.entries.len() >= ENTRIES_KEPT {
+            self.entries.pop_front();
+        }
+        self.entries.push_back(entry);
+        self.console(level, format!("{context}: {text}"));
+    }
+
+    /// The entries kept, oldest first.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = &LogBookEntry> {
+        self.entries.iter()
+    }
+
+    pub(crate) fn forget_entries(&mut self) {
+        self.entries.clear();
+    }
+}

@@ -1,0 +1,44 @@
+//! The brain of a vessel: one deterministic state machine between sensors, peers, motors and the log.
+//!
+//! [`Brain`] takes [`Input`]s with their moment and gives [`Output`]s; it has no clock, no threads, no
+//! randomness and no input or output of its own. A simulated hour runs in seconds and gives the same bytes
+//! twice. [`record`] turns inputs and outputs into bytes for that.
+//!
+//! Inside, in the order in which a fix becomes thrust: [`Navigation`] (compass to estimate), the pilot (path
+//! and operator to thruster commands), [`Authority`] (whose commands reach the motors, and for how long).
+//! Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
+//! states, discovery, contacts, parameters, the log book.
+
+mod adjust;
+mod authority;
+mod brain;
+mod bus;
+mod detections;
+mod discovery;
+mod entity;
+mod health;
+mod inbox;
+mod input;
+mod navigation;
+mod node;
+mod output;
+pub mod parameters;
+mod pilot;
+mod plans;
+pub mod record;
+mod sensors;
+mod settings;
+mod states;
+mod supervise;
+
+pub use authority::{Authority, COMMAND_LIFE, Owner, Refusal};
+pub use brain::Brain;
+pub use entity::{Entity, Labels};
+pub use input::{
+    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
+    TagReading, WaterReading,
+};
+pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
+pub use output::{Keep, Level, Output};
+pub use settings::{MissionSettings, NodeSettings, Settings, TransportSettings, WatchSettings};
+pub use states::Condition;

@@ -1,0 +1,474 @@
+//! From a path or an operator's keys to thruster commands: the control loops and who runs them.
+//!
+//! One of three drives is on at a time: none (the vessel drifts), a path, or manual control. Changing the
+//! drive says so on the bus as DUNE does: all loops off, then the new ones on, with a scope reference that
+//! only grows. The loops run at the rate of the estimates; without an estimate, or when a controller cannot
+//! make sense of one, nothing is sent and the authority's half second stops the motors.
+
+use crate::authority::{Authority, Owner};
+use crate::bus::Bus;
+use crate::entity::Entity;
+use crate::navigation::Estimate;
+use crate::output::{Level, Output};
+use crate::settings::Settings;
+use control::{
+    CourseSpeed, Fix, Geometry, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStart,
+    PathStatus, PathTracker, Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, Turn,
+    YawTarget,
+};
+use imc::messages::{
+    CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredPath, DesiredPathFlags,
+    DesiredSpeed, DesiredZ, PathControlState, PathControlStateFlags, SetThrusterActuation, SpeedUnits,
+    ZUnits,
+};
+use std::collections::VecDeque;
+use std::time::Duration;
+use units::MonoTime;
+
+const PATH_LOOPS: CLoopsMask =
+    CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
+const PATH_REPORT: Duration = Duration::from_secs(1);
+
+/// What moves the vessel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Drive {
+    /// Nothing.
+    #[default]
+    Off,
+    /// A path.
+    Path,
+    /// An operator: the system with this address, or anyone.
+    Remote(Option<u16>),
+}
+
+/// What happened while steering.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum PilotEvent {
+    /// How the path goes, after every estimate.
+    Path(PathStatus),
+    /// The path cannot be followed, or no longer.
+    Failed { path_ref: u32, reason: String },
+    /// The operator pressed Exit.
+    Exit { from: u16 },
+}
+
+/// Steers.
+#[derive(Debug)]
+pub(crate) struct Pilot {
+    pub(crate) authority: Authority,
+    tracker: PathTracker,
+    guidance: Guidance,
+    control: CourseSpeed,
+    remote: Remote,
+    drive: Drive,
+    mask: CLoopsMask,
+    scope_ref: u32,
+    speed: Option<SpeedTarget>,
+    following: Option<Following>,
+    /// What a remote autopilot is to hold, and since when.
+    held: Option<Setpoint>,
+    rpm: [Option<(MonoTime, f64)>; 2],
+    estimate: Option<Estimate>,
+    events: VecDeque<PilotEvent>,
+    fault: Option<PathFault>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Following {
+    path_ref: u32,
+    reported: Option<MonoTime>,
+    heading_sent: Option<f64>,
+    failed: bool,
+}
+
+impl Pilot {
+    /// A pilot at rest. Parameters out of range fall back to the usual ones; the settings were validated.
+    pub(crate) fn new(settings: &Settings) -> Result<Self, control::InvalidConfig> {
+        Ok(Self {
+            authority: Authority::default(),
+            tracker: PathTracker::new(settings.path)?,
+            guidance: Guidance::new(settings.guidance)?,
+            control: CourseSpeed::new(settings.control)?,
+            remote: Remote::new(settings.remote)?,
+            drive: Drive::Off,
+            mask: CLoopsMask::empty(),
+            scope_ref: 0,
+            speed: None,
+            following: None,
+            held: None,
+            rpm: [None; 2],
+            estimate: None,
+            events: VecDeque::new(),
+            fault: None,
+        })
+    }
+
+    /// Other parameters, from here on.
+    pub(crate) fn reconfigure(&mut self, settings: &Settings) -> Result<(), control::InvalidConfig> {
+        self.tracker.reconfigure(settings.path)?;
+        self.guidance.reconfigure(settings.guidance)?;
+        self.control.reconfigure(settings.control)?;
+        self.remote.reconfigure(settings.remote)
+    }
+
+    pub(crate) fn loops(&self) -> CLoopsMask {
+        self.mask
+    }
+
+    pub(crate) fn drive(&self) -> Drive {
+        self.drive
+    }
+
+    /// What is wrong with the path under way.
+    pub(crate) fn fault(&self) -> Option<PathFault> {
+        self.fault
+    }
+
+    /// Whether an operator's messages come.
+    pub(crate) fn is_connected(&self) -> bool {
+        self.remote.is_connected()
+    }
+
+    pub(crate) fn poll_event(&mut self) -> Option<PilotEvent> {
+        self.events.pop_front()
+    }
+
+    /// A motor's measured speed.
+    pub(crate) fn measured(&mut self, now: MonoTime, motor: usize, rpm: f64) {
+        if let Some(slot) = self.rpm.get_mut(motor).filter(|_| rpm.is_finite()) {
+            *slot = Some((now, rpm));
+        }
+    }
+
+    /// Lets the vessel drift.
+    pub(crate) fn drift(&mut self, bus: &mut Bus) {
+        self.switch(bus, Drive::Off);
+    }
+
+    /// Stops for good: nothing goes to the motors any more but a stop.
+    pub(crate) fn inhibit(&mut self, bus: &mut Bus) {
+        self.switch(bus, Drive::Off);
+        self.authority.inhibit();
+    }
+
+    /// Follows a path at a speed.
+    ///
+    /// # Errors
+    /// When there is no position or the path is not possible; what was followed before goes on.
+    pub(crate) fn follow(
+        &mut self,
+        bus: &mut Bus,
+        command: &PathCommand,
+        speed: SpeedTarget,
+    ) -> Result<(), PathFailure> {
+        let now = bus.mono();
+        let estimate = self.estimate.ok_or(PathFailure::NoPosition)?;
+        if self.drive != Drive::Path {
+            self.switch(bus, Drive::Path);
+        }
+        let status = self.tracker.start(now, command, &fix_of(&estimate))?;
+        self.guidance.new_path();
+        self.following = Some(Following {
+            path_ref: command.path_ref,
+            reported: Some(now),
+            heading_sent: None,
+            failed: false,
+        });
+        self.fault = None;
+        self.speed = Some(speed);
+        bus.send(Entity::Maneuver, &desired_path(command, &status, speed));
+        bus.send(Entity::Path, &DesiredZ { value: 0.0, z_units: ZUnits::Depth });
+        bus.send(Entity::Path, &desired_speed(speed));
+        bus.send(Entity::Path, &path_state(&status));
+        Ok(())
+    }
+
+    /// Another speed on the same path.
+    pub(crate) fn change_speed(&mut self, bus: &mut Bus, speed: SpeedTarget) {
+        if self.drive == Drive::Path && self.speed != Some(speed) {
+            self.speed = Some(speed);
+            bus.send(Entity::Path, &desired_speed(speed));
+        }
+    }
+
+    /// Hands the vessel to an operator.
+    pub(crate) fn teleoperate(&mut self, bus: &mut Bus, operator: Option<u16>) {
+        self.switch(bus, Drive::Remote(operator));
+    }
+
+    fn switch(&mut self, bus: &mut Bus, drive: Drive) {
+        if self.drive == drive {
+            return;
+        }
+        let now = bus.mono();
+        match self.drive {
+            Drive::Off => {}
+            Drive::Path => self.tracker.stop(now),
+            Drive::Remote(_) => {
+                self.remote.deactivate(now);
+                // The stop that deactivation asks for is the authority's, below.
+                while self.remote.poll(now).is_some() {}
+            }
+        }
+        self.control.disable();
+        self.authority.revoke();
+        self.following = None;
+        self.held = None;
+        self.speed = None;
+        self.fault = None;
+        self.drive = drive;
+        self.loops_off(bus);
+        match drive {
+            Drive::Off => {}
+            Drive::Path => {
+                self.authority.grant(Owner::Autopilot);
+                self.control.enable(MotorPair::STOPPED);
+                self.loops_on(bus, Entity::Maneuver, CLoopsMask::PATH);
+                self.loops_on(bus, Entity::Path, PATH_LOOPS.difference(CLoopsMask::PATH));
+            }
+            Drive::Remote(_) => {
+                self.authority.grant(Owner::Remote);
+                self.remote.activate(now);
+                self.loops_on(bus, Entity::Maneuver, CLoopsMask::TELEOPERATION);
+            }
+        }
+    }
+
+    fn loops_off(&mut self, bus: &mut Bus) {
+        self.scope_ref += 1;
+        self.mask = CLoopsMask::empty();
+        let off = ControlLoops {
+            enable: ControlLoopsEnable::Disable,
+            mask: CLoopsMask::ALL,
+            scope_ref: self.scope_ref,
+        };
+        bus.send(Entity::Maneuver, &off);
+    }
+
+    fn loops_on(&mut self, bus: &mut Bus, from: Entity, mask: CLoopsMask) {
+        self.scope_ref += 1;
+        self.mask |= mask;
+        bus.send(from, &ControlLoops { enable: ControlLoopsEnable::Enable, mask, scope_ref: self.scope_ref });
+    }
+
+    /// Takes in an estimate without steering by it yet.
+    pub(crate) fn see(&mut self, estimate: &Estimate) {
+        self.estimate = Some(*estimate);
+    }
+
+    /// Steers by a new estimate, or by its absence.
+    pub(crate) fn steer(&mut self, bus: &mut Bus, estimate: Option<&Estimate>) {
+        self.estimate = estimate.copied();
+        let Some(estimate) = estimate else { return };
+        match self.drive {
+            Drive::Off => {}
+            Drive::Path => self.steer_path(bus, estimate),
+            Drive::Remote(_) => {
+                if let Some(setpoint) = self.held {
+                    self.control.enable(MotorPair::STOPPED);
+                    self.hold(bus, estimate, &setpoint, Owner::Remote);
+                }
+            }
+        }
+    }
+
+    fn steer_path(&mut self, bus: &mut Bus, estimate: &Estimate) {
+        let now = bus.mono();
+        let Some(mut following) = self.following else { return };
+        let Ok(status) = self.tracker.update(now, &fix_of(estimate), false) else { return };
+        let due = following.reported.is_none_or(|at| now.since(at) >= PATH_REPORT);
+        if due || status.event.is_some() {
+            following.reported = Some(now);
+            bus.send(Entity::Path, &path_state(&status));
+        }
+        let steering = self.guidance.steer(now, &status, &estimate.motion);
+        if following.heading_sent != Some(steering.course_rad) {
+            following.heading_sent = Some(steering.course_rad);
+            bus.send(Entity::Path, &DesiredHeading { value: steering.course_rad });
+        }
+        let yaw =
+            YawTarget::Course { course_rad: steering.course_rad, turn_rate_rad_s: steering.turn_rate_rad_s };
+        let setpoint = Setpoint { yaw: Some(yaw), speed: self.speed };
+        self.hold(bus, estimate, &setpoint, Owner::Autopilot);
+        self.fault = status.fault;
+        if let Some(fault) = status.fault.filter(|_| !following.failed) {
+            following.failed = true;
+            self.events
+                .push_back(PilotEvent::Failed { path_ref: following.path_ref, reason: fault.to_string() });
+        }
+        self.following = Some(following);
+        self.events.push_back(PilotEvent::Path(status));
+    }
+
+    fn hold(&mut self, bus: &mut Bus, estimate: &Estimate, setpoint: &Setpoint, owner: Owner) {
+        let now = bus.mono();
+        let fresh = |slot: Option<(MonoTime, f64)>| {
+            slot.filter(|(at, _)| now.since(*at) < Duration::from_secs(2)).map(|(_, rpm)| rpm)
+        };
+        let mean_rpm = match (fresh(self.rpm[0]), fresh(self.rpm[1])) {
+            (Some(port), Some(starboard)) => Some(f64::midpoint(port, starboard)),
+            (one, other) => one.or(other),
+        };
+        // On an error nothing is sent: the authority stops the motors when the last command runs out.
+        let Ok(output) = self.control.update(now, &estimate.motion, setpoint, mean_rpm) else { return };
+        if output.restarted {
+            bus.entry(Entity::Control, Level::Warning, "a long pause between two states; starting anew");
+        }
+        if let Err(refusal) = self.authority.command(now, owner, output.motors) {
+            bus.console(Level::Debug, format!("thrusters: {refusal}"));
+        }
+    }
+
+    /// A message of an operator's keys.
+    pub(crate) fn keys(&mut self, bus: &mut Bus, from: u16, keys: &str) {
+        let Drive::Remote(operator) = self.drive else { return };
+        let (actions, ignored) = RemoteActions::parse(keys);
+        if !ignored.is_empty() {
+            bus.console(Level::Debug, format!("remote actions without effect: {}", ignored.join(", ")));
+        }
+        let heading_rad = self.estimate.map_or(0.0, |estimate| estimate.motion.heading_rad);
+        let in_control = operator.is_none_or(|operator| operator == from);
+        let was_connected = self.remote.is_connected();
+        match self.remote.handle(bus.mono(), &actions, heading_rad, in_control) {
+            RemoteReply::Taken if !was_connected => {
+                bus.entry(Entity::Remote, Level::Info, format!("the operator at {from:#06x} steers"));
+            }
+            RemoteReply::Exit => self.events.push_back(PilotEvent::Exit { from }),
+            RemoteReply::Taken | RemoteReply::NotInControl | RemoteReply::Inactive => {}
+        }
+    }
+
+    /// Whatever falls due: commands of the operator's session, and what goes to the motors.
+    pub(crate) fn tick(&mut self, bus: &mut Bus) {
+        let now = bus.mono();
+        let was_connected = self.remote.is_connected();
+        while let Some(command) = self.remote.poll(now) {
+            match command {
+                RemoteCommand::Motors(motors) => {
+                    self.held = None;
+                    self.control.disable();
+                    if let Err(refusal) = self.authority.command(now, Owner::Remote, motors) {
+                        bus.console(Level::Debug, format!("thrusters: {refusal}"));
+                    }
+                }
+                RemoteCommand::Autopilot(setpoint) => self.held = Some(setpoint),
+            }
+        }
+        if was_connected && !self.remote.is_connected() {
+            self.held = None;
+            bus.entry(Entity::Remote, Level::Warning, "the operator fell silent; motors stopped");
+        }
+        let entity = match self.authority.owner() {
+            Some(Owner::Autopilot) => Entity::Control,
+            Some(Owner::Remote) => Entity::Remote,
+            None => Entity::Authority,
+        };
+        let before = self.authority.motors();
+        if let Some(motors) = self.authority.poll(now) {
+            bus.put(Output::Motors(motors));
+            if self.authority.owner().is_some() || motors != before {
+                for (id, value) in [(0, motors.port), (1, motors.starboard)] {
+                    bus.send(entity, &SetThrusterActuation { id, value: value as f32 });
+                }
+            }
+        }
+    }
+
+    /// When [`Pilot::tick`] is to be called next.
+    pub(crate) fn poll_timeout(&self) -> MonoTime {
+        let authority = self.authority.poll_timeout();
+        self.remote.poll_timeout().map_or(authority, |remote| remote.min(authority))
+    }
+}
+
+/// Why a path is not followed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub(crate) enum PathFailure {
+    /// The vessel does not know where it is.
+    #[error("the vessel does not know where it is")]
+    NoPosition,
+    /// The path is not possible.
+    #[error(transparent)]
+    Path(#[from] PathError),
+}
+
+fn fix_of(estimate: &Estimate) -> Fix {
+    Fix {
+        place: estimate.place,
+        motion: estimate.motion,
+        variance_m2: Some(estimate.sigma_m * estimate.sigma_m),
+    }
+}
+
+fn speed_units(speed: SpeedTarget) -> SpeedUnits {
+    match speed {
+        SpeedTarget::MetresPerSecond(_) => SpeedUnits::MetersPs,
+        SpeedTarget::Rpm(_) => SpeedUnits::Rpm,
+        SpeedTarget::Percent(_) => SpeedUnits::Percentage,
+    }
+}
+
+fn desired_speed(speed: SpeedTarget) -> DesiredSpeed {
+    DesiredSpeed { value: speed.value(), speed_units: speed_units(speed) }
+}
+
+fn desired_path(command: &PathCommand, status: &PathStatus, speed: SpeedTarget) -> DesiredPath {
+    let mut flags = DesiredPathFlags::empty();
+    flags.set(DesiredPathFlags::START, matches!(command.start, PathStart::At(_)));
+    flags.set(DesiredPathFlags::DIRECT, matches!(command.start, PathStart::Here));
+    flags.set(
+        DesiredPathFlags::CCLOCKW,
+        command.loiter.is_some_and(|loiter| loiter.turn == Turn::CounterClockwise),
+    );
+    DesiredPath {
+        path_ref: command.path_ref,
+        start_lat: status.start.lat_rad(),
+        start_lon: status.start.lon_rad(),
+        start_z: 0.0,
+        start_z_units: ZUnits::Depth,
+        end_lat: status.end.lat_rad(),
+        end_lon: status.end.lon_rad(),
+        end_z: 0.0,
+        end_z_units: ZUnits::Depth,
+        speed: speed.value() as f32,
+        speed_units: speed_units(speed),
+        lradius: command.loiter.map_or(0.0, |loiter| loiter.radius_m as f32),
+        flags,
+    }
+}
+
+fn path_state(status: &PathStatus) -> PathControlState {
+    let mut flags = PathControlStateFlags::empty();
+    flags.set(PathControlStateFlags::NEAR, status.near);
+    flags.set(PathControlStateFlags::LOITERING, status.loitering);
+    flags.set(
+        PathControlStateFlags::CCLOCKW,
+        status.loiter.is_some_and(|loiter| loiter.turn == Turn::CounterClockwise),
+    );
+    let (sin, cos) = status.course_error_rad.sin_cos();
+    let along_m = match status.geometry {
+        Geometry::Leg(_) => status.left_m,
+        Geometry::Circle(_) => 0.0,
+    };
+    PathControlState {
+        path_ref: status.path_ref,
+        start_lat: status.start.lat_rad(),
+        start_lon: status.start.lon_rad(),
+        start_z: 0.0,
+        start_z_units: ZUnits::Depth,
+        end_lat: status.end.lat_rad(),
+        end_lon: status.end.lon_rad(),
+        end_z: 0.0,
+        end_z_units: ZUnits::Depth,
+        lradius: status.loiter.map_or(0.0, |loiter| loiter.radius_m as f32),
+        flags,
+        x: along_m as f32,
+        y: status.geometry.cross_m() as f32,
+        z: 0.0,
+        vx: (status.speed_mps * cos) as f32,
+        vy: (status.speed_mps * sin) as f32,
+        vz: 0.0,
+        course_error: status.course_error_rad as f32,
+        eta: status.eta_s,
+    }
+}

@@ -1,0 +1,244 @@
+//! Reading.
+
+use crate::input::{
+    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
+    TagReading, WaterReading,
+};
+use mission::Ticket;
+use std::net::SocketAddrV4;
+use units::{MonoTime, UtcTime};
+
+/// Bytes that are no record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the recording is damaged or of another version")]
+pub struct Garbled;
+
+struct Take<'a>(&'a [u8]);
+
+impl<'a> Take<'a> {
+    fn slice(&mut self, length: usize) -> Result<&'a [u8], Garbled> {
+        let (head, rest) = self.0.split_at_checked(length).ok_or(Garbled)?;
+        self.0 = rest;
+        Ok(head)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Garbled> {
+        self.slice(N)?.try_into().map_err(|_| Garbled)
+    }
+
+    fn u8(&mut self) -> Result<u8, Garbled> {
+        self.array::<1>().map(|bytes| bytes[0])
+    }
+
+    fn flag(&mut self) -> Result<bool, Garbled> {
+        match self.u8()? {
+            0 => Ok(false),
+            1 => Ok(true),
+            _ => Err(Garbled),
+        }
+    }
+
+    fn u16(&mut self) -> Result<u16, Garbled> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, Garbled> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn f64(&mut self) -> Result<f64, Garbled> {
+        self.array().map(u64::from_le_bytes).map(f64::from_bits)
+    }
+
+    fn utc(&mut self) -> Result<UtcTime, Garbled> {
+        self.array().map(i64::from_le_bytes).map(UtcTime::from_micros)
+    }
+
+    fn bytes(&mut self) -> Result<&'a [u8], Garbled> {
+        let length = self.u32()?;
+        self.slice(usize::try_from(length).map_err(|_| Garbled)?)
+    }
+
+    fn text(&mut self) -> Result<String, Garbled> {
+        String::from_utf8(self.bytes()?.to_vec()).map_err(|_| Garbled)
+    }
+
+    fn option<T>(
+        &mut self,
+        take: impl FnOnce(&mut Self) -> Result<T, Garbled>,
+    ) -> Result<Option<T>, Garbled> {
+        if self.flag()? { take(self).map(Some) } else { Ok(None) }
+    }
+
+    fn socket(&mut self) -> Result<SocketAddrV4, Garbled> {
+        let ip: [u8; 4] = self.array()?;
+        Ok(SocketAddrV4::new(ip.into(), self.u16()?))
+    }
+
+    fn sockets(&mut self) -> Result<Vec<SocketAddrV4>, Garbled> {
+        (0..self.u32()?).map(|_| self.socket()).collect()
+    }
+
+    fn peer(&mut self) -> Result<Peer, Garbled> {
+        match self.u8()? {
+            0 => self.socket().map(Peer::Udp),
+            1 => self.u32().map(Peer::Tcp),
+            _ => Err(Garbled),
+        }
+    }
+}
+
+/// Reads one input and its moment, and the whole of `bytes` with it.
+///
+/// # Errors
+/// When the bytes are no record of this version.
+pub fn read_input(bytes: &[u8]) -> Result<(Now, Input), Garbled> {
+    let mut take = Take(bytes);
+    let now = Now { mono: MonoTime::from_micros(take.array().map(u64::from_le_bytes)?), utc: take.utc()? };
+    let input = input(&mut take)?;
+    if take.0.is_empty() { Ok((now, input)) } else { Err(Garbled) }
+}
+
+fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
+    Ok(match take.u8()? {
+        0 => Input::Timer,
+        1 => Input::Gnss(gnss(take)?),
+        2 => {
+            let side = if take.flag()? { Side::Starboard } else { Side::Port };
+            let reading = MotorReading { rpm: take.f64()?, power_w: take.f64()?, temperature_c: take.f64()? };
+            Input::Motor(side, reading)
+        }
+        3 => Input::Battery(BatteryReading {
+            number: take.u8()?,
+            voltage_v: take.f64()?,
+            current_a: take.f64()?,
+            charge_percent: take.f64()?,
+            temperature_c: take.f64()?,
+        }),
+        4 => Input::Tag(TagReading {
+            serial: take.u32()?,
+            clock_s: take.u32()?,
+            millis: take.u16()?,
+            protocol: take.text()?,
+            tag_id: take.u32()?,
+            data: take.option(Take::u16)?,
+            snr_db: take.u8()?,
+            frequency_khz: take.u8()?,
+            counter: take.u16()?,
+        }),
+        5 => Input::Water(WaterReading {
+            serial: take.u32()?,
+            clock_s: take.u32()?,
+            temperature_c: take.f64()?,
+            noise_average: take.u8()?,
+            noise_peak: take.u8()?,
+            frequency_khz: take.u8()?,
+            counter: take.u16()?,
+        }),
+        6 => Input::Host(HostReading {
+            cpu_percent: take.f64()?,
+            disk_free_mib: take.f64()?,
+            disk_free_percent: take.f64()?,
+            memory_mib: take.f64()?,
+            temperature_c: take.option(Take::f64)?,
+        }),
+        7 => Input::Packet(take.peer()?, take.bytes()?.to_vec()),
+        8 => Input::Connected(take.peer()?),
+        9 => Input::Disconnected(take.peer()?),
+        10 => Input::Reachable(Reachable { udp: take.sockets()?, tcp: take.sockets()? }),
+        11 => Input::LogOpened(if take.flag()? { Ok(take.text()?) } else { Err(take.text()?) }),
+        12 => Input::NotKept(take.text()?),
+        13 => Input::Shutdown,
+        14 => {
+            let ticket = Ticket(take.array().map(u64::from_le_bytes)?);
+            let ok = take.flag()?;
+            let text = take.text()?;
+            Input::Stored(ticket, if ok { Ok(()) } else { Err(text) })
+        }
+        _ => return Err(Garbled),
+    })
+}
+
+fn gnss(take: &mut Take<'_>) -> Result<GnssReading, Garbled> {
+    Ok(GnssReading {
+        utc: take.option(Take::utc)?,
+        fix: take.option(|take| {
+            let (lat_rad, lon_rad) = (take.f64()?, take.f64()?);
+            let (height_m, hdop) = (take.f64()?, take.f64()?);
+            Ok(GnssFix { lat_rad, lon_rad, height_m, hdop, differential: take.flag()? })
+        })?,
+        satellites: take.u8()?,
+        velocity: take.option(|take| Ok((take.f64()?, take.f64()?)))?,
+        heading_rad: take.option(Take::f64)?,
+        yaw_rate_rad_s: take.option(Take::f64)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::write_input;
+    use proptest::prelude::*;
+
+    fn examples() -> Vec<Input> {
+        let socket = SocketAddrV4::new([10, 0, 2, 7].into(), 6002);
+        let fix = GnssFix { lat_rad: 1.1, lon_rad: 0.2, height_m: 40.0, differential: true, hdop: 0.9 };
+        vec![
+            Input::Timer,
+            Input::Gnss(GnssReading {
+                utc: Some(UtcTime::from_micros(5)),
+                fix: Some(fix),
+                satellites: 8,
+                velocity: Some((0.1, 1.5)),
+                heading_rad: None,
+                yaw_rate_rad_s: Some(-0.1),
+            }),
+            Input::Motor(Side::Starboard, MotorReading { rpm: 500.0, power_w: 90.0, temperature_c: 30.0 }),
+            Input::Battery(BatteryReading { number: 3, voltage_v: 29.0, ..BatteryReading::default() }),
+            Input::Tag(TagReading { protocol: "S64K".into(), data: Some(7), ..TagReading::default() }),
+            Input::Water(WaterReading { temperature_c: 8.0, ..WaterReading::default() }),
+            Input::Host(HostReading { temperature_c: Some(50.0), ..HostReading::default() }),
+            Input::Packet(Peer::Udp(socket), vec![1, 2, 3]),
+            Input::Connected(Peer::Tcp(3)),
+            Input::Disconnected(Peer::Tcp(3)),
+            Input::Reachable(Reachable { udp: vec![socket], tcp: vec![] }),
+            Input::LogOpened(Ok("20261121/074327".into())),
+            Input::LogOpened(Err("disk full".into())),
+            Input::NotKept("plan".into()),
+            Input::Stored(Ticket(3), Ok(())),
+            Input::Stored(Ticket(4), Err("disk full".into())),
+            Input::Shutdown,
+        ]
+    }
+
+    #[test]
+    fn what_is_written_reads_back_and_nothing_shorter_does() {
+        let now = Now { mono: MonoTime::from_micros(77), utc: UtcTime::from_micros(-9) };
+        for input in examples() {
+            let mut bytes = Vec::new();
+            write_input(&mut bytes, now, &input);
+            assert_eq!(read_input(&bytes), Ok((now, input)));
+            for length in 0..bytes.len() {
+                assert_eq!(read_input(&bytes[..length]), Err(Garbled));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_survives() {
+        let reading = GnssReading { heading_rad: Some(f64::NAN), ..GnssReading::default() };
+        let now = Now { mono: MonoTime::default(), utc: UtcTime::default() };
+        let (mut bytes, mut again) = (Vec::new(), Vec::new());
+        write_input(&mut bytes, now, &Input::Gnss(reading));
+        let (now, input) = read_input(&bytes).unwrap();
+        write_input(&mut again, now, &input);
+        assert_eq!(bytes, again);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = read_input(&bytes);
+        }
+    }
+}

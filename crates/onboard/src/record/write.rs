@@ -1,0 +1,279 @@
+//! Writing.
+
+use crate::input::{
+    BatteryReading, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side, TagReading,
+    WaterReading,
+};
+use crate::output::{Keep, Level, Output};
+use mission::{Change, Effect};
+use std::net::SocketAddrV4;
+use units::UtcTime;
+
+struct Put<'a>(&'a mut Vec<u8>);
+
+impl Put<'_> {
+    fn u8(&mut self, value: u8) {
+        self.0.push(value);
+    }
+
+    fn u16(&mut self, value: u16) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn u32(&mut self, value: u32) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn u64(&mut self, value: u64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn f64(&mut self, value: f64) {
+        self.u64(value.to_bits());
+    }
+
+    fn numbers(&mut self, values: &[f64]) {
+        for value in values {
+            self.f64(*value);
+        }
+    }
+
+    fn utc(&mut self, value: UtcTime) {
+        self.0.extend(value.micros().to_le_bytes());
+    }
+
+    fn bytes(&mut self, value: &[u8]) {
+        // Packets and texts stay far below 4 GiB.
+        self.u32(value.len() as u32);
+        self.0.extend(value);
+    }
+
+    fn option<T>(&mut self, value: Option<T>, put: impl FnOnce(&mut Self, T)) {
+        self.u8(u8::from(value.is_some()));
+        if let Some(value) = value {
+            put(self, value);
+        }
+    }
+
+    fn socket(&mut self, socket: SocketAddrV4) {
+        self.0.extend(socket.ip().octets());
+        self.u16(socket.port());
+    }
+
+    fn peer(&mut self, peer: Peer) {
+        match peer {
+            Peer::Udp(socket) => {
+                self.u8(0);
+                self.socket(socket);
+            }
+            Peer::Tcp(number) => {
+                self.u8(1);
+                self.u32(number);
+            }
+        }
+    }
+}
+
+/// Appends an input and the moment it came.
+pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
+    let mut put = Put(out);
+    put.u64(now.mono.micros());
+    put.utc(now.utc);
+    match input {
+        Input::Timer => put.u8(0),
+        Input::Gnss(reading) => {
+            put.u8(1);
+            gnss(&mut put, reading);
+        }
+        Input::Motor(side, reading) => {
+            put.u8(2);
+            put.u8(match side {
+                Side::Port => 0,
+                Side::Starboard => 1,
+            });
+            let MotorReading { rpm, power_w, temperature_c } = *reading;
+            put.numbers(&[rpm, power_w, temperature_c]);
+        }
+        Input::Battery(reading) => {
+            put.u8(3);
+            let BatteryReading { number, voltage_v, current_a, charge_percent, temperature_c } = *reading;
+            put.u8(number);
+            put.numbers(&[voltage_v, current_a, charge_percent, temperature_c]);
+        }
+        Input::Tag(reading) => {
+            put.u8(4);
+            tag(&mut put, reading);
+        }
+        Input::Water(reading) => {
+            put.u8(5);
+            water(&mut put, reading);
+        }
+        Input::Host(reading) => {
+            put.u8(6);
+            let HostReading { cpu_percent, disk_free_mib, disk_free_percent, memory_mib, temperature_c } =
+                *reading;
+            put.numbers(&[cpu_percent, disk_free_mib, disk_free_percent, memory_mib]);
+            put.option(temperature_c, Put::f64);
+        }
+        Input::Packet(peer, bytes) => {
+            put.u8(7);
+            put.peer(*peer);
+            put.bytes(bytes);
+        }
+        Input::Connected(peer) => {
+            put.u8(8);
+            put.peer(*peer);
+        }
+        Input::Disconnected(peer) => {
+            put.u8(9);
+            put.peer(*peer);
+        }
+        Input::Reachable(Reachable { udp, tcp }) => {
+            put.u8(10);
+            for sockets in [udp, tcp] {
+                put.u32(sockets.len() as u32);
+                for socket in sockets {
+                    put.socket(*socket);
+                }
+            }
+        }
+        Input::LogOpened(outcome) => {
+            put.u8(11);
+            put.u8(u8::from(outcome.is_ok()));
+            let (Ok(text) | Err(text)) = outcome;
+            put.bytes(text.as_bytes());
+        }
+        Input::Stored(ticket, outcome) => {
+            put.u8(14);
+            put.u64(ticket.0);
+            put.u8(u8::from(outcome.is_ok()));
+            put.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
+        }
+        Input::NotKept(what) => {
+            put.u8(12);
+            put.bytes(what.as_bytes());
+        }
+        Input::Shutdown => put.u8(13),
+    }
+}
+
+fn gnss(put: &mut Put<'_>, reading: &GnssReading) {
+    put.option(reading.utc, Put::utc);
+    put.option(reading.fix, |put, fix| {
+        put.numbers(&[fix.lat_rad, fix.lon_rad, fix.height_m, fix.hdop]);
+        put.u8(u8::from(fix.differential));
+    });
+    put.u8(reading.satellites);
+    put.option(reading.velocity, |put, (course_rad, speed_mps)| {
+        put.f64(course_rad);
+        put.f64(speed_mps);
+    });
+    put.option(reading.heading_rad, Put::f64);
+    put.option(reading.yaw_rate_rad_s, Put::f64);
+}
+
+fn tag(put: &mut Put<'_>, reading: &TagReading) {
+    put.u32(reading.serial);
+    put.u32(reading.clock_s);
+    put.u16(reading.millis);
+    put.bytes(reading.protocol.as_bytes());
+    put.u32(reading.tag_id);
+    put.option(reading.data, Put::u16);
+    put.u8(reading.snr_db);
+    put.u8(reading.frequency_khz);
+    put.u16(reading.counter);
+}
+
+fn water(put: &mut Put<'_>, reading: &WaterReading) {
+    put.u32(reading.serial);
+    put.u32(reading.clock_s);
+    put.f64(reading.temperature_c);
+    put.u8(reading.noise_average);
+    put.u8(reading.noise_peak);
+    put.u8(reading.frequency_khz);
+    put.u16(reading.counter);
+}
+
+/// Appends an output.
+pub fn write_output(out: &mut Vec<u8>, output: &Output) {
+    let mut put = Put(out);
+    match output {
+        Output::Motors(motors) => {
+            put.u8(0);
+            put.f64(motors.port);
+            put.f64(motors.starboard);
+        }
+        Output::Packet { bytes, to } => {
+            put.u8(1);
+            put.bytes(bytes);
+            put.u32(to.len() as u32);
+            for peer in to {
+                put.peer(*peer);
+            }
+        }
+        Output::Announce(bytes) => {
+            put.u8(2);
+            put.bytes(bytes);
+        }
+        Output::OpenLog { label, utc } => {
+            put.u8(3);
+            put.bytes(label.as_bytes());
+            put.utc(*utc);
+        }
+        Output::CloseLog => put.u8(4),
+        Output::Keep(what) => {
+            put.u8(5);
+            keep(&mut put, what);
+        }
+        Output::Console(level, text) => {
+            put.u8(6);
+            put.u8(match level {
+                Level::Debug => 0,
+                Level::Info => 1,
+                Level::Warning => 2,
+                Level::Error => 3,
+            });
+            put.bytes(text.as_bytes());
+        }
+    }
+}
+
+fn keep(put: &mut Put<'_>, keep: &Keep) {
+    match keep {
+        Keep::Plans(effect) => {
+            put.u64(effect.ticket().0);
+            match effect {
+                Effect::Store { record, .. } => {
+                    put.u8(0);
+                    put.bytes(record.plan_id.as_bytes());
+                    put.bytes(&record.bytes);
+                    change(put, &record.change);
+                }
+                Effect::Remove { plan_id, change: by, .. } => {
+                    put.u8(1);
+                    put.bytes(plan_id.as_bytes());
+                    change(put, by);
+                }
+                Effect::RemoveAll { change: by, .. } => {
+                    put.u8(2);
+                    change(put, by);
+                }
+            }
+        }
+        Keep::Parameters(label, values) => {
+            put.u8(3);
+            put.bytes(label.as_bytes());
+            put.u32(values.len() as u32);
+            for (name, value) in values {
+                put.bytes(name.as_bytes());
+                put.bytes(value.as_bytes());
+            }
+        }
+    }
+}
+
+fn change(put: &mut Put<'_>, change: &Change) {
+    put.utc(change.at);
+    put.u16(change.system);
+    put.bytes(change.name.as_bytes());
+}

@@ -1,0 +1,229 @@
+//! Sensor values on their way to the bus, and the watch over their silence.
+
+use crate::bus::Bus;
+use crate::entity::Entity;
+use crate::input::{BatteryReading, GnssReading, MotorReading, Side};
+use crate::navigation::{Estimate, Navigation, NavigationHealth, Rejection};
+use crate::output::Level;
+use crate::settings::WatchSettings;
+use crate::states::{Condition, States};
+use imc::messages::{
+    AngularVelocity, Current, EstimatedState, EulerAngles, FuelLevel, GpsFix, GpsFixRejection,
+    GpsFixRejectionReason, GpsFixType, GpsFixValidity, NavigationUncertainty, Rpm, Temperature, Voltage,
+};
+use std::time::Duration;
+use units::MonoTime;
+
+/// Silence of the compass that is an error.
+const GNSS_SILENCE: Duration = Duration::from_secs(4);
+const SECONDS_OF_DAY: i64 = 86_400_000_000;
+
+/// What is known of the sensors.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Sensors {
+    gnss: Option<MonoTime>,
+    rejection: Option<Rejection>,
+    motors: [Option<MonoTime>; 2],
+    batteries: [Option<(MonoTime, BatteryReading)>; 4],
+    /// Energy taken from the batteries since the start (Wh).
+    used_wh: f64,
+    navigation: Option<NavigationHealth>,
+}
+
+impl Sensors {
+    /// An epoch of the compass: to the bus as it came, and to navigation.
+    pub(crate) fn gnss(&mut self, bus: &mut Bus, navigation: &mut Navigation, reading: &GnssReading) {
+        self.gnss = Some(bus.mono());
+        let fix = gps_fix(reading);
+        bus.send(Entity::Gps, &fix);
+        let time = bus.seconds();
+        if let Some(heading_rad) = reading.heading_rad.filter(|value| value.is_finite()) {
+            let angles = EulerAngles { time, psi: heading_rad, ..EulerAngles::default() };
+            bus.send(Entity::Gps, &angles);
+        }
+        if let Some(rate) = reading.yaw_rate_rad_s.filter(|value| value.is_finite()) {
+            bus.send(Entity::Gps, &AngularVelocity { time, z: rate, ..AngularVelocity::default() });
+        }
+        let jumps = navigation.jumps();
+        let rejection = navigation.read(bus.mono(), reading).err();
+        if let Some(rejection) = rejection {
+            let reason = match rejection {
+                Rejection::Invalid | Rejection::Stale => GpsFixRejectionReason::Invalid,
+                Rejection::Dilution => GpsFixRejectionReason::AboveMaxHdop,
+                Rejection::Jump => GpsFixRejectionReason::AboveThreshold,
+            };
+            bus.send(Entity::Navigation, &GpsFixRejection { utc_time: fix.utc_time, reason });
+        }
+        if rejection == Some(Rejection::Jump) && self.rejection != rejection {
+            bus.entry(Entity::Navigation, Level::Warning, "position jumps; it is not used unless it stays");
+        }
+        if navigation.jumps() > jumps {
+            bus.entry(
+                Entity::Navigation,
+                Level::Warning,
+                "position jumped and stayed; it is used from here on",
+            );
+        }
+        self.rejection = rejection;
+    }
+
+    pub(crate) fn motor(&mut self, bus: &mut Bus, side: Side, reading: &MotorReading) {
+        if !reading.rpm.is_finite() {
+            return;
+        }
+        let entity = motor_entity(side);
+        self.motors[side as usize] = Some(bus.mono());
+        let value = reading.rpm.clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16;
+        bus.send(entity, &Rpm { value });
+        if reading.temperature_c.is_finite() {
+            bus.send(entity, &Temperature { value: reading.temperature_c as f32 });
+        }
+    }
+
+    pub(crate) fn battery(&mut self, bus: &mut Bus, reading: &BatteryReading) {
+        let sane = [reading.voltage_v, reading.current_a, reading.charge_percent, reading.temperature_c]
+            .iter()
+            .all(|value| value.is_finite());
+        let Some(entity) = Entity::battery(reading.number).filter(|_| sane) else { return };
+        let slot = &mut self.batteries[usize::from(reading.number)];
+        if let Some((at, before)) = slot {
+            let hours = bus.mono().since(*at).as_secs_f64().min(60.0) / 3600.0;
+            self.used_wh += before.voltage_v * before.current_a * hours;
+        }
+        *slot = Some((bus.mono(), *reading));
+        bus.send(entity, &Voltage { value: reading.voltage_v as f32 });
+        bus.send(entity, &Current { value: reading.current_a as f32 });
+        bus.send(entity, &Temperature { value: reading.temperature_c as f32 });
+        let level =
+            FuelLevel { value: reading.charge_percent as f32, confidence: 100.0, ..FuelLevel::default() };
+        bus.send(entity, &level);
+    }
+
+    /// Mean charge of the batteries that report (%).
+    pub(crate) fn charge_percent(&self) -> Option<f64> {
+        let known: Vec<f64> =
+            self.batteries.iter().flatten().map(|(_, reading)| reading.charge_percent).collect();
+        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    }
+
+    /// Power drawn from the batteries (W), and energy used since the start (Wh).
+    pub(crate) fn power_w(&self) -> (f64, f64) {
+        let all = self.batteries.iter().flatten();
+        (all.map(|(_, reading)| reading.voltage_v * reading.current_a).sum(), self.used_wh)
+    }
+
+    /// The states of the sensors and of navigation.
+    pub(crate) fn watch(
+        &mut self,
+        bus: &mut Bus,
+        states: &mut States,
+        navigation: &Navigation,
+        settings: &WatchSettings,
+    ) {
+        let now = bus.mono();
+        match self.gnss.map(|at| now.since(at)) {
+            None => states.set(bus, Entity::Gps, Condition::Boot, "waiting for the compass"),
+            Some(silence) if silence > GNSS_SILENCE => {
+                let text = format!("nothing from the compass for {} s", silence.as_secs());
+                states.set(bus, Entity::Gps, Condition::Error, text);
+            }
+            Some(_) => states.set(bus, Entity::Gps, Condition::Normal, "active"),
+        }
+        let health = navigation.health(now);
+        let (condition, text) = match health {
+            NavigationHealth::Waiting => (Condition::Boot, "waiting for GPS fix"),
+            NavigationHealth::Good => (Condition::Normal, "active"),
+            NavigationHealth::Reckoning => (Condition::Normal, "no position; reckoning on"),
+            NavigationHealth::NoPosition => {
+                (Condition::Error, "waiting for GPS fix; nobody steers until then")
+            }
+            NavigationHealth::NoHeading => (Condition::Error, "no heading; nobody steers until there is one"),
+        };
+        if self.navigation.replace(health) != Some(health) && condition == Condition::Error {
+            bus.entry(Entity::Navigation, Level::Error, text);
+        }
+        states.set(bus, Entity::Navigation, condition, text);
+        for side in [Side::Port, Side::Starboard] {
+            let entity = motor_entity(side);
+            match self.motors[side as usize].map(|at| now.since(at)) {
+                None => states.set(bus, entity, Condition::Boot, "waiting for the motor's feedback"),
+                Some(silence) if silence > settings.motor_timeout => {
+                    let text = format!("no feedback for {} s", silence.as_secs());
+                    states.set(bus, entity, Condition::Error, text);
+                }
+                Some(_) => states.set(bus, entity, Condition::Normal, "active"),
+            }
+        }
+        for (number, slot) in (0..).zip(&self.batteries) {
+            let (Some(entity), Some((at, reading))) = (Entity::battery(number), slot) else { continue };
+            if now.since(*at) > settings.battery_timeout {
+                states.set(bus, entity, Condition::Fault, "no report");
+            } else {
+                let text = format!("{:.0} %, {:.1} V", reading.charge_percent, reading.voltage_v);
+                states.set(bus, entity, Condition::Normal, text);
+            }
+        }
+    }
+}
+
+fn motor_entity(side: Side) -> Entity {
+    match side {
+        Side::Port => Entity::MotorPort,
+        Side::Starboard => Entity::MotorStarboard,
+    }
+}
+
+fn gps_fix(reading: &GnssReading) -> GpsFix {
+    let mut fix = GpsFix { satellites: reading.satellites, ..GpsFix::default() };
+    let mut validity = GpsFixValidity::empty();
+    if let Some(utc) = reading.utc {
+        let civil = utc.civil();
+        validity |= GpsFixValidity::VALID_DATE | GpsFixValidity::VALID_TIME;
+        // Years of four digits; the receiver has no others.
+        fix.utc_year = civil.year.clamp(0, 9999) as u16;
+        fix.utc_month = civil.month;
+        fix.utc_day = civil.day;
+        fix.utc_time = (utc.micros().rem_euclid(SECONDS_OF_DAY) as f64 / 1e6) as f32;
+    }
+    if let Some(position) = reading.fix.filter(|fix| fix.lat_rad.is_finite() && fix.lon_rad.is_finite()) {
+        validity |= GpsFixValidity::VALID_POS | GpsFixValidity::VALID_HDOP;
+        fix.r#type = if position.differential { GpsFixType::Differential } else { GpsFixType::Standalone };
+        fix.lat = position.lat_rad;
+        fix.lon = position.lon_rad;
+        fix.height = position.height_m as f32;
+        fix.hdop = position.hdop as f32;
+    }
+    if let Some((course_rad, speed_mps)) = reading.velocity.filter(|(c, s)| c.is_finite() && s.is_finite()) {
+        validity |= GpsFixValidity::VALID_COG | GpsFixValidity::VALID_SOG;
+        fix.cog = course_rad as f32;
+        fix.sog = speed_mps as f32;
+    }
+    fix.validity = validity;
+    fix
+}
+
+/// The state of the vessel as it goes out.
+pub(crate) fn estimated_state(estimate: &Estimate) -> EstimatedState {
+    EstimatedState {
+        lat: estimate.origin.lat_rad(),
+        lon: estimate.origin.lon_rad(),
+        height: estimate.height_m as f32,
+        x: estimate.offset.north_m as f32,
+        y: estimate.offset.east_m as f32,
+        psi: estimate.motion.heading_rad as f32,
+        u: estimate.motion.surge_mps() as f32,
+        v: estimate.motion.sway_mps() as f32,
+        vx: estimate.motion.north_mps as f32,
+        vy: estimate.motion.east_mps as f32,
+        r: estimate.motion.yaw_rate_rad_s.unwrap_or(0.0) as f32,
+        depth: 0.0,
+        alt: -1.0,
+        ..EstimatedState::default()
+    }
+}
+
+/// How sure the vessel is of its position.
+pub(crate) fn uncertainty(estimate: &Estimate) -> NavigationUncertainty {
+    let variance = (estimate.sigma_m * estimate.sigma_m) as f32;
+    NavigationUncertainty { x: variance, y: variance, ..NavigationUncertainty::default() }
+}

@@ -1,0 +1,196 @@
+//! How the brain is set up. The shell makes these from the configuration files.
+
+use crate::entity::{Entity, Labels};
+use crate::navigation::NavigationSettings;
+use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig};
+use imc::Address;
+use mission::{BatteryConfig, EngineConfig, LimitsConfig, LostCommsConfig, PlanLimits};
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::SocketAddrV4;
+use std::time::Duration;
+
+/// Everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// The vessel's name.
+    pub name: String,
+    /// The vessel's address.
+    pub address: Address,
+    /// A number that differs at every start.
+    pub uid: u64,
+    /// The program's version, as announced.
+    pub version: String,
+    /// Labels of entities that differ from the usual.
+    pub labels: Labels,
+    /// Navigation.
+    pub navigation: NavigationSettings,
+    /// Course and speed controller.
+    pub control: CourseSpeedConfig,
+    /// Guidance law.
+    pub guidance: GuidanceConfig,
+    /// Path tracker.
+    pub path: PathConfig,
+    /// Manual control.
+    pub remote: RemoteConfig,
+    /// Discovery and transports.
+    pub node: NodeSettings,
+    /// Names of other systems, by address.
+    pub names: BTreeMap<u16, String>,
+    /// Watching over parts.
+    pub watch: WatchSettings,
+    /// Plans and maneuvers.
+    pub mission: MissionSettings,
+}
+
+/// Discovery and transports.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeSettings {
+    /// Time between announcements.
+    pub announce_period: Duration,
+    /// Silence after which a contact is no more.
+    pub contact_timeout: Duration,
+    /// Sockets that always receive.
+    pub static_destinations: Vec<SocketAddrV4>,
+    /// What goes by UDP.
+    pub udp: TransportSettings,
+    /// What goes by TCP.
+    pub tcp: TransportSettings,
+}
+
+/// What a transport carries.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TransportSettings {
+    /// Messages that stay aboard.
+    pub left_out: BTreeSet<u16>,
+    /// Largest rates (Hz) by message.
+    pub most_per_s: BTreeMap<u16, f64>,
+}
+
+/// Watching over parts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WatchSettings {
+    /// Entities whose errors stop the vessel.
+    pub monitored: Vec<Entity>,
+    /// Those that count also for a plan that ignores errors.
+    pub vital: Vec<Entity>,
+    /// Silence of a motor's feedback that is an error.
+    pub motor_timeout: Duration,
+    /// Silence of the batteries that is a fault.
+    pub battery_timeout: Duration,
+    /// Battery reserve.
+    pub battery: BatteryConfig,
+    /// Lost communications.
+    pub lost_comms: LostCommsConfig,
+    /// Operational limits.
+    pub limits: LimitsConfig,
+    /// Processor load (%) that is an error when held for ten seconds.
+    pub cpu_percent: f64,
+    /// Free disk (%) below which a fault is told.
+    pub disk_free_percent: f64,
+    /// Memory (MiB) above which a fault is told.
+    pub memory_mib: f64,
+    /// Difference between the computer's clock and the satellites' that is a fault (s).
+    pub clock_offset_s: f64,
+}
+
+/// Plans and maneuvers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MissionSettings {
+    /// Reports of the plan engine a second.
+    pub engine_report_hz: f64,
+    /// Reports of the supervisor a second.
+    pub supervisor_report_hz: f64,
+    /// The engine and its maneuvers.
+    pub engine: EngineConfig,
+    /// What plans must keep.
+    pub limits: PlanLimits,
+    /// Energy of full batteries (Wh).
+    pub capacity_wh: f64,
+    /// Radius of holding a position (m).
+    pub hold_radius_m: f64,
+    /// Speed while holding (m/s).
+    pub hold_speed_mps: f64,
+}
+
+impl Default for NodeSettings {
+    fn default() -> Self {
+        let rates = [
+            (350, 2.0),
+            (1, 1.0),
+            (250, 1.0),
+            (50, 0.5),
+            (7, 0.2),
+            (279, 0.1),
+            (263, 0.1),
+            (251, 0.1),
+            (252, 0.1),
+            (100, 0.05),
+        ];
+        Self {
+            announce_period: Duration::from_secs(10),
+            contact_timeout: Duration::from_secs(30),
+            static_destinations: Vec::new(),
+            udp: TransportSettings {
+                // Announce has ports of its own; the rest DUNE does not carry by default.
+                left_out: [470, 406, 507, 501, 102, 151, 3, 8].into(),
+                most_per_s: rates.into(),
+            },
+            tcp: TransportSettings::default(),
+        }
+    }
+}
+
+impl Default for WatchSettings {
+    fn default() -> Self {
+        use Entity::{Daemon, Gps, MotorPort, MotorStarboard, Navigation, Path};
+        Self {
+            monitored: vec![Daemon, Gps, Navigation, Path, MotorPort, MotorStarboard],
+            vital: vec![Navigation],
+            motor_timeout: Duration::from_secs(2),
+            battery_timeout: Duration::from_secs(10),
+            battery: BatteryConfig::default(),
+            lost_comms: LostCommsConfig::default(),
+            limits: LimitsConfig::default(),
+            cpu_percent: 90.0,
+            disk_free_percent: 5.0,
+            memory_mib: 200.0,
+            clock_offset_s: 2.0,
+        }
+    }
+}
+
+impl Default for MissionSettings {
+    fn default() -> Self {
+        Self {
+            engine_report_hz: 2.5,
+            supervisor_report_hz: 2.0,
+            engine: EngineConfig::default(),
+            limits: PlanLimits::default(),
+            capacity_wh: 3660.0,
+            hold_radius_m: 15.0,
+            hold_speed_mps: 1.0,
+        }
+    }
+}
+
+impl Settings {
+    /// An Otter with this name and address, everything else as usual.
+    pub fn otter(name: &str, address: Address) -> Self {
+        Self {
+            name: name.to_owned(),
+            address,
+            uid: 1,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            labels: Labels::default(),
+            navigation: NavigationSettings::default(),
+            control: CourseSpeedConfig::default(),
+            guidance: GuidanceConfig::default(),
+            path: PathConfig::default(),
+            remote: RemoteConfig::default(),
+            node: NodeSettings::default(),
+            names: BTreeMap::new(),
+            watch: WatchSettings::default(),
+            mission: MissionSettings::default(),
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! The vessel by a virtual clock.
+
+use crate::journal::Journal;
+use crate::open_loop;
+use crate::plan;
+use crate::recording::{Beginning, Recorder};
+use crate::setup;
+use crate::world::{Happening, World};
+use anyhow::{Context as _, bail};
+use clap::Args;
+use config::{Config, InMemory};
+use imc::messages::{
+    PathControlState, PlanControl, PlanControlOp, PlanControlState, PlanControlStateLastOutcome,
+    PlanControlStateState, PlanControlType, PlanSpecification, VehicleState, VehicleStateOpMode,
+};
+use imc::{Address, Header, Packet, PacketView};
+use onboard::{Brain, Entity, Input, Level, Now, Output, Peer};
+use sim::{GnssConfig, Vessel, WindConfig};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use units::{MonoTime, UtcTime};
+
+/// The console that starts the plan.
+const CONSOLE: Address = Address(0x4001);
+/// A plan that is not done by then is given up (s).
+const LONGEST_S: f64 = 7.0 * 86_400.0;
+/// Readiness is awaited so long (s).
+const READY_S: f64 = 60.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct SimulateArguments {
+    /// The main configuration file; the built-in one of an Otter without.
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// A plan to sail: PlanSpecification as IMC JSON.
+    #[arg(long)]
+    plan: Option<PathBuf>,
+    /// When to end: DONE (the plan is over) or a number of seconds.
+    #[arg(long, default_value = "DONE")]
+    until: String,
+    /// Simulated seconds per second: `max`, or a number.
+    #[arg(long, default_value = "max")]
+    speed: String,
+    /// Wind: speed (m/s) and the direction it comes from (degrees).
+    #[arg(long, value_name = "SPEED,FROM_DEG", allow_hyphen_values = true)]
+    wind: Option<String>,
+    /// Current: speed (m/s) and the direction it flows to (degrees).
+    #[arg(long, value_name = "SPEED,TO_DEG", allow_hyphen_values = true)]
+    pub(crate) current: Option<String>,
+    /// Write logs below this folder.
+    #[arg(long)]
+    log: Option<PathBuf>,
+    /// Record everything the brain is told and wants, for `replay`.
+    #[arg(long)]
+    record: Option<PathBuf>,
+    /// Seed of all chance.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// A compass without errors.
+    #[arg(long)]
+    perfect: bool,
+    /// Seconds between printed lines; 0 prints only the summary.
+    #[arg(long, default_value_t = 5.0)]
+    every: f64,
+    /// Bare hull: constant propeller speeds (rad/s), port and starboard, from rest.
+    #[arg(long, value_name = "N_PORT,N_STBD", allow_hyphen_values = true)]
+    pub(crate) open_loop: Option<String>,
+    /// Heading at the start (degrees).
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub(crate) heading: f64,
+    /// Payload (kg).
+    #[arg(long)]
+    pub(crate) payload: Option<f64>,
+    /// Where --open-loop writes its table; `-` prints it.
+    #[arg(long, default_value = "-")]
+    pub(crate) csv: PathBuf,
+}
+
+/// What is known from the packets.
+#[derive(Default)]
+struct Watch {
+    plan: PlanControlState,
+    ready: bool,
+    cross_m: Option<f64>,
+    worst_m: f64,
+    squares: (f64, u64),
+    packets: u64,
+    bytes: u64,
+}
+
+/// A simulated run.
+struct Run {
+    world: World,
+    own: Address,
+    recorder: Option<Recorder>,
+    journal: Option<Journal>,
+    watch: Watch,
+    happened: Vec<(Now, Happening)>,
+}
+
+pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
+    let limit_s = seconds(&arguments.until)?;
+    if arguments.open_loop.is_some() {
+        return open_loop::run(arguments, limit_s.context("--open-loop needs --until SECONDS")?);
+    }
+    let factor = match arguments.speed.as_str() {
+        "max" => None,
+        text => Some(text.parse::<f64>().ok().filter(|factor| *factor > 0.0).context("--speed")?),
+    };
+    let config = configuration(arguments)?;
+    // A start that is the same at every run, so that runs can be compared.
+    let utc = UtcTime::from_micros(1_790_000_000_000_000);
+    let mut run = Run::begin(arguments, &config, utc)?;
+    let plan = match &arguments.plan {
+        Some(path) => plan::read(path)?,
+        None => plan::demonstration(run.world.vessel.frame().origin()),
+    };
+    let begun = Instant::now();
+    run.tell(Input::Connected(Peer::Tcp(1)))?;
+    run.sail(&plan, limit_s.unwrap_or(LONGEST_S), limit_s.is_none(), arguments.every, factor)?;
+    run.tell(Input::Shutdown)?;
+    if let Some(journal) = &mut run.journal {
+        journal.close(run.world.now().utc);
+    }
+    if let Some(recorder) = &mut run.recorder {
+        recorder.flush()?;
+    }
+    run.summary(begun.elapsed())
+}
+
+impl Run {
+    fn begin(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyhow::Result<Self> {
+        let (settings, doubts) = setup::settings(config, arguments.seed)?;
+        for doubt in doubts {
+            eprintln!("warning: {doubt}");
+        }
+        let vessel = Vessel::new(&vessel(arguments, config, utc)?)?;
+        let now = Now { mono: vessel.now(), utc };
+        let text = config.ini().to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
+        let recorder = match &arguments.record {
+            Some(path) => {
+                let (profile, uid) = ("Simulation".to_owned(), arguments.seed);
+                let beginning = Beginning { config: text.clone(), profile, uid, now, kept: Vec::new() };
+                Some(Recorder::create(path, &beginning)?)
+            }
+            None => None,
+        };
+        let journal = arguments
+            .log
+            .as_ref()
+            .map(|base| Journal::new(base, settings.address, Entity::Logger.number(), text));
+        let own = settings.address;
+        let world = World::new(vessel, Brain::new(settings, now, Vec::new())?);
+        Ok(Self { world, own, recorder, journal, watch: Watch::default(), happened: Vec::new() })
+    }
+
+    /// Uploads and starts the plan when the vessel is ready, and goes on to the end.
+    fn sail(
+        &mut self,
+        plan: &PlanSpecification,
+        limit_s: f64,
+        until_done: bool,
+        every_s: f64,
+        factor: Option<f64>,
+    ) -> anyhow::Result<()> {
+        let begun = Instant::now();
+        let (mut started, mut next_line, mut next_beat) = (false, 0.0, 0.0);
+        if every_s > 0.0 {
+            println!("    time    north     east  speed  heading  course  cross-track  plan");
+        }
+        loop {
+            let now_s = self.world.vessel.now().micros() as f64 / 1e6;
+            if now_s >= limit_s || (until_done && started && self.is_over()) {
+                return Ok(());
+            }
+            if now_s >= next_beat {
+                next_beat = now_s + 1.0;
+                self.send(imc::messages::Heartbeat)?;
+            }
+            if !started && self.watch.ready {
+                started = true;
+                self.send(start(plan))?;
+            } else if !started && until_done && now_s > READY_S {
+                bail!("the vessel is not ready after {READY_S} s");
+            }
+            if every_s > 0.0 && now_s >= next_line {
+                next_line = now_s + every_s;
+                self.line(now_s);
+            }
+            if let Some(factor) = factor {
+                let ahead_s = now_s / factor - begun.elapsed().as_secs_f64();
+                std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
+            }
+            let until = MonoTime::default() + Duration::from_secs_f64(next_beat.min(limit_s));
+            let happened = &mut self.happened;
+            self.world.advance(until, &mut |now, happening| happened.push((now, happening)));
+            self.take()?;
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        let state = &self.watch.plan;
+        state.state == PlanControlStateState::Ready && state.last_outcome != PlanControlStateLastOutcome::None
+    }
+
+    fn tell(&mut self, input: Input) -> anyhow::Result<()> {
+        let happened = &mut self.happened;
+        self.world.tell(input, &mut |now, happening| happened.push((now, happening)));
+        self.take()
+    }
+
+    fn send(&mut self, message: impl Into<imc::Message>) -> anyhow::Result<()> {
+        let timestamp = self.world.now().utc.seconds();
+        let header = Header { timestamp, src: CONSOLE, dst: self.own, ..Header::default() };
+        self.tell(Input::Packet(Peer::Tcp(1), Packet::new(header, message).encode()?))
+    }
+
+    /// Records and logs what happened, and looks at it.
+    fn take(&mut self) -> anyhow::Result<()> {
+        while !self.happened.is_empty() {
+            for (now, happening) in std::mem::take(&mut self.happened) {
+                self.take_one(now, happening)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take_one(&mut self, now: Now, happening: Happening) -> anyhow::Result<()> {
+        match (&mut self.recorder, &happening) {
+            (None, _) => {}
+            (Some(recorder), Happening::Told(input)) => recorder.told(now, input)?,
+            (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output)?,
+        }
+        let Happening::Wanted(output) = happening else { return Ok(()) };
+        self.watch.see(self.own, &output)?;
+        let Some(journal) = &mut self.journal else { return Ok(()) };
+        match &output {
+            Output::OpenLog { label, utc } => {
+                let opened = Input::LogOpened(Ok(journal.open(now.mono, *utc, label)?));
+                let happened = &mut self.happened;
+                self.world.tell(opened, &mut |now, happening| happened.push((now, happening)));
+            }
+            Output::Packet { bytes, .. } => journal.write(now.mono, bytes)?,
+            Output::Console(_, text) => journal.line(now.mono, &format!("[{}] - {text}", now.utc))?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn line(&self, now_s: f64) {
+        let truth = self.world.vessel.truth();
+        let cross = self.watch.cross_m.map_or_else(|| "-".to_owned(), |cross_m| format!("{cross_m:+.2} m"));
+        println!(
+            "{now_s:7.0} s {:7.1} m {:7.1} m {:5.2}  {:6.0}°  {:5.0}°  {cross:>11}  {} {}",
+            truth.state.position.north_m,
+            truth.state.position.east_m,
+            truth.speed_mps,
+            truth.heading_rad.to_degrees().rem_euclid(360.0),
+            truth.course_rad.to_degrees(),
+            self.watch.plan.plan_id,
+            self.watch.plan.man_id,
+        );
+    }
+
+    fn summary(&self, took: Duration) -> anyhow::Result<()> {
+        let simulated_s = self.world.vessel.now().micros() as f64 / 1e6;
+        let (sum, count) = self.watch.squares;
+        println!(
+            "{simulated_s:.0} s simulated in {:.2} s ({:.0} times real time), {} packets, {} bytes",
+            took.as_secs_f64(),
+            simulated_s / took.as_secs_f64().max(1e-6),
+            self.watch.packets,
+            self.watch.bytes,
+        );
+        if count > 0 {
+            let rms_m = (sum / count as f64).sqrt();
+            println!(
+                "cross-track error as the vessel sees it: RMS {rms_m:.2} m, largest {:.2} m",
+                self.watch.worst_m
+            );
+        }
+        match self.watch.plan.last_outcome {
+            PlanControlStateLastOutcome::Success => println!("plan '{}' completed", self.watch.plan.plan_id),
+            PlanControlStateLastOutcome::Failure => bail!("plan '{}' failed", self.watch.plan.plan_id),
+            _ => println!("no plan ended"),
+        }
+        Ok(())
+    }
+}
+
+impl Watch {
+    fn see(&mut self, own: Address, output: &Output) -> anyhow::Result<()> {
+        match output {
+            Output::Console(level, text) if *level >= Level::Warning => println!("{text}"),
+            Output::Packet { bytes, .. } => {
+                self.packets += 1;
+                self.bytes += bytes.len() as u64;
+                let view = PacketView::new(bytes)?;
+                if view.src() != own {
+                    return Ok(());
+                }
+                if let Some(state) = imc::decode::<PlanControlState>(&view)? {
+                    self.plan = state;
+                } else if let Some(state) = imc::decode::<VehicleState>(&view)? {
+                    self.ready = state.op_mode == VehicleStateOpMode::Service;
+                } else if let Some(state) = imc::decode::<PathControlState>(&view)? {
+                    let cross_m = f64::from(state.y);
+                    self.cross_m = Some(cross_m);
+                    self.worst_m = self.worst_m.max(cross_m.abs());
+                    self.squares = (self.squares.0 + cross_m * cross_m, self.squares.1 + 1);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn start(plan: &PlanSpecification) -> PlanControl {
+    PlanControl {
+        r#type: PlanControlType::Request,
+        op: PlanControlOp::Start,
+        request_id: 1,
+        plan_id: plan.plan_id.clone(),
+        arg: Some(plan.clone().into()),
+        ..PlanControl::default()
+    }
+}
+
+fn configuration(arguments: &SimulateArguments) -> anyhow::Result<Config> {
+    if let Some(path) = &arguments.config {
+        return setup::load(path, "Simulation");
+    }
+    let files = InMemory::new().with("otter.ini", crate::OTTER_INI);
+    Ok(Config::load(&files, "otter.ini".as_ref(), &["Simulation"]))
+}
+
+fn vessel(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyhow::Result<sim::VesselConfig> {
+    let mut vessel = setup::vessel(config, utc, arguments.seed)?;
+    vessel.heading_rad = units::wrap_pi(arguments.heading.to_radians());
+    if let Some(payload_kg) = arguments.payload {
+        vessel.payload_kg = payload_kg;
+    }
+    if arguments.perfect {
+        let GnssConfig { rate_hz, baud, .. } = vessel.gnss;
+        vessel.gnss = GnssConfig { rate_hz, baud, ..GnssConfig::default() }.perfect();
+    }
+    if let Some(text) = &arguments.current {
+        let (speed_mps, to_deg) = pair(text).context("--current")?;
+        (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) =
+            (speed_mps, to_deg.to_radians());
+    }
+    if let Some(text) = &arguments.wind {
+        let (speed_mps, from_deg) = pair(text).context("--wind")?;
+        let from_rad = from_deg.to_radians();
+        vessel.environment.wind = WindConfig { speed_mps, from_rad, ..vessel.environment.wind };
+    }
+    Ok(vessel)
+}
+
+/// Two numbers with a comma between.
+pub(crate) fn pair(text: &str) -> anyhow::Result<(f64, f64)> {
+    let (first, second) = text.split_once(',').with_context(|| format!("`{text}` is not two numbers"))?;
+    Ok((first.trim().parse()?, second.trim().parse()?))
+}
+
+/// A number of seconds, or `None` for DONE.
+fn seconds(text: &str) -> anyhow::Result<Option<f64>> {
+    if text.eq_ignore_ascii_case("done") {
+        return Ok(None);
+    }
+    let seconds: f64 = text.trim_end_matches('s').parse().with_context(|| format!("--until {text}"))?;
+    if !(0.0..=LONGEST_S).contains(&seconds) {
+        bail!("--until {text} is not within 0 to {LONGEST_S} s");
+    }
+    Ok(Some(seconds))
+}
