@@ -6,6 +6,8 @@
 //! Depths are metres below the chart's sounding datum, negative where it dries.
 #![cfg_attr(test, expect(clippy::float_cmp, reason = "tests compare with values that are exact"))]
 
+mod crc32;
+pub mod depth_index;
 pub mod geojson;
 pub mod iso8211;
 pub mod s57;

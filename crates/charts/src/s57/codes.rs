@@ -50,6 +50,8 @@ impl ObjectClass {
     pub const DEPARE: Self = Self(42);
     /// `DEPCNT`.
     pub const DEPCNT: Self = Self(43);
+    /// `DISMAR`.
+    pub const DISMAR: Self = Self(44);
     /// `DRGARE`.
     pub const DRGARE: Self = Self(46);
     /// `DRYDOC`.
@@ -156,6 +158,8 @@ impl AttributeCode {
     pub const VALDCO: Self = Self(174);
     /// `VALSOU`.
     pub const VALSOU: Self = Self(179);
+    /// `VERCCL`.
+    pub const VERCCL: Self = Self(182);
     /// `VERCLR`.
     pub const VERCLR: Self = Self(181);
     /// `VERCOP`.

@@ -5,9 +5,9 @@
 
 use super::catalogue::Catalogue;
 use super::cell::Cell;
-use super::crc32::crc32;
 use super::error::{S57Error, S57Problem};
 use super::store::Notice;
+use crate::crc32::crc32;
 use std::collections::BTreeMap;
 
 /// A file by its path in the tree.

@@ -12,7 +12,6 @@ mod assemble;
 mod catalogue;
 mod cell;
 mod codes;
-mod crc32;
 mod error;
 mod exchange;
 mod geometry;

@@ -1,7 +1,7 @@
-//! The checksum of catalogue files: CRC-32 of ISO 3309 and IEEE 802.3 (S-57 appendix B.1, 5.6.3).
+//! The checksum of catalogue files and of saved indexes: CRC-32 of ISO 3309 and IEEE 802.3 (S-57 appendix B.1, 5.6.3).
 
 /// The checksum of some bytes.
-pub(super) fn crc32(bytes: &[u8]) -> u32 {
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0_u32, |crc, byte| {
         let at = (crc ^ u32::from(*byte)) & 0xFF;
         TABLE[at as usize] ^ (crc >> 8)
