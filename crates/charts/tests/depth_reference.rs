@@ -32,10 +32,19 @@ fn charts() -> Option<&'static Charts> {
     static CHARTS: OnceLock<Option<Charts>> = OnceLock::new();
     let make = || {
         let mut cells = Vec::new();
-        for (name, updates) in [("GB4X0000", 0), ("GB5X01NE", 0), ("GB5X01NW", 0), ("GB5X01SE", 0), ("US5WA22M", 4)] {
+        for (name, updates) in
+            [("GB4X0000", 0), ("GB5X01NE", 0), ("GB5X01NW", 0), ("GB5X01SE", 0), ("US5WA22M", 4)]
+        {
             cells.push(read(name, updates)?);
         }
-        cells.sort_by_key(|cell| (std::cmp::Reverse(cell.id.band), cell.parameters.scale, std::cmp::Reverse(cell.id.issue_date.clone()), cell.id.name.clone()));
+        cells.sort_by_key(|cell| {
+            (
+                std::cmp::Reverse(cell.id.band),
+                cell.parameters.scale,
+                std::cmp::Reverse(cell.id.issue_date.clone()),
+                cell.id.name.clone(),
+            )
+        });
         let mut builder = IndexBuilder::new();
         cells.iter().rev().for_each(|cell| builder.add_cell(cell).unwrap());
         Some(Charts { cells, index: builder.build().unwrap() })
@@ -87,7 +96,8 @@ fn severity(feature: &Feature) -> Option<f64> {
     if LAND.contains(&class) {
         return Some(-4000.0);
     }
-    if OBSTACLES.contains(&class) || class.starts_with("BCN") || class.starts_with("BOY") || class == "DISMAR" {
+    if OBSTACLES.contains(&class) || class.starts_with("BCN") || class.starts_with("BOY") || class == "DISMAR"
+    {
         return Some(-3000.0);
     }
     match class {
@@ -150,7 +160,10 @@ impl Charts {
                 low = (low.0.min(point.lon_deg), low.1.min(point.lat_deg));
                 high = (high.0.max(point.lon_deg), high.1.max(point.lat_deg));
             }
-            low.0 <= at.lon_deg + dlon && high.0 >= at.lon_deg - dlon && low.1 <= at.lat_deg + dlat && high.1 >= at.lat_deg - dlat
+            low.0 <= at.lon_deg + dlon
+                && high.0 >= at.lon_deg - dlon
+                && low.1 <= at.lat_deg + dlat
+                && high.1 >= at.lat_deg - dlat
         };
         let features = self.cells[cell].features.iter().filter(touches);
         features
@@ -164,7 +177,8 @@ impl Charts {
     /// The worst object that comes within `reach_m` of a leg's samples, among the objects of one cell.
     fn corridor(&self, cell: usize, samples: &[LatLon], reach_m: f64) -> f64 {
         let middle = samples[samples.len() / 2];
-        let all_m = LocalFrame::new(middle).to_local(samples[0]).distance_m(LocalPoint::default()) + reach_m + 5.0;
+        let all_m =
+            LocalFrame::new(middle).to_local(samples[0]).distance_m(LocalPoint::default()) + reach_m + 5.0;
         let at = GeoPoint { lon_deg: middle.lon_deg(), lat_deg: middle.lat_deg() };
         let near = self.near(cell, at, all_m);
         // Segments once, so that 0.1 m steps stay affordable.
@@ -177,7 +191,9 @@ impl Charts {
             };
             match &feature.geometry {
                 Geometry::Point(point) => pieces.push((*point, *point, *severity)),
-                Geometry::Soundings(list) => pieces.extend(list.iter().map(|one| (one.at, one.at, one.depth_m))),
+                Geometry::Soundings(list) => {
+                    pieces.extend(list.iter().map(|one| (one.at, one.at, one.depth_m)));
+                }
                 Geometry::Lines(paths) => paths.iter().for_each(|path| add(&path.points)),
                 Geometry::Area(area) => area.rings().for_each(|ring| add(&ring.points)),
                 Geometry::None | Geometry::Unreadable { .. } => {}
@@ -230,7 +246,10 @@ fn points_have_the_depth_that_a_scan_of_all_polygons_finds() {
         let place = within(area, &mut next);
         let expected = charts.state(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() });
         let found = charts.index.depth_at(place, &Demand::default());
-        assert!((of_water(found.water) - expected).abs() < 1e-9, "{place:?}: {found:?} instead of {expected}");
+        assert!(
+            (of_water(found.water) - expected).abs() < 1e-9,
+            "{place:?}: {found:?} instead of {expected}"
+        );
     }
 }
 
@@ -262,7 +281,10 @@ fn no_corridor_is_deeper_than_its_samples_and_none_shallower_than_its_margin() {
         let wide = charts.corridor(tacoma, &samples, found.half_width_m + 0.2);
         let value = of_water(found.water);
         assert!(value <= exact + 1e-9, "{leg:?} {half_width_m}: {found:?} but samples find {exact}");
-        assert!(value >= wide - 1e-9, "{leg:?} {half_width_m}: {found:?} but nothing within the margin is below {wide}");
+        assert!(
+            value >= wide - 1e-9,
+            "{leg:?} {half_width_m}: {found:?} but nothing within the margin is below {wide}"
+        );
         assert!(found.half_width_m - half_width_m < 0.15, "{found:?}");
         for depth_m in [0.0, 1.0, 5.0, 20.0] {
             let danger = charts.index.first_danger_along(leg, half_width_m, &Demand::least_depth(depth_m));
@@ -288,7 +310,10 @@ fn check_that_nothing_comes_before(
     let before = ((along_m - 0.3) / 0.1).floor();
     if before > 1.0 {
         let worst = charts.corridor(cell, &samples[..before as usize], half_width_m);
-        assert!(worst >= depth_m, "{worst} lies before {along_m} m, where {depth_m} m is said to be missed first");
+        assert!(
+            worst >= depth_m,
+            "{worst} lies before {along_m} m, where {depth_m} m is said to be missed first"
+        );
     }
 }
 
@@ -308,9 +333,12 @@ fn where_cells_overlap_and_end_no_point_of_a_corridor_is_worse_than_it() {
         let pick = (next() * (borders.len() - 1) as f64) as usize;
         let (a, b, t) = (borders[pick], borders[pick + 1], next());
         let mix = |a: f64, b: f64| a + (b - a) * t;
-        let Ok(near) = LatLon::from_deg(mix(a.lat_deg, b.lat_deg), mix(a.lon_deg, b.lon_deg)) else { continue };
+        let Ok(near) = LatLon::from_deg(mix(a.lat_deg, b.lat_deg), mix(a.lon_deg, b.lon_deg)) else {
+            continue;
+        };
         let frame = LocalFrame::new(near);
-        let mut beside = || frame.to_place(LocalPoint { north_m: 160.0 * next() - 80.0, east_m: 160.0 * next() - 80.0 });
+        let mut beside =
+            || frame.to_place(LocalPoint { north_m: 160.0 * next() - 80.0, east_m: 160.0 * next() - 80.0 });
         let leg = Leg { from: beside(), to: beside() };
         let half_width_m = 25.0 * next();
         let found = charts.index.shallowest_along(leg, half_width_m, &Demand::default());
@@ -343,7 +371,10 @@ fn where_cells_overlap_and_end_no_point_of_a_corridor_is_worse_than_it() {
                     charts.state(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() })
                 })
                 .collect();
-            assert!(states.iter().any(|state| *state <= value + 1e-9), "{leg:?}: {found:?}, but around it {states:?}");
+            assert!(
+                states.iter().any(|state| *state <= value + 1e-9),
+                "{leg:?}: {found:?}, but around it {states:?}"
+            );
         }
         seams += usize::from(answering.len() > 1);
     }

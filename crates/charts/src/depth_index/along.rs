@@ -99,16 +99,13 @@ impl DepthIndex {
 
     /// The worst in the corridor of a leg: all places within `half_width_m` of it, its round ends included.
     pub fn shallowest_along(&self, leg: Leg, half_width_m: f64, demand: &Demand) -> DepthAnswer {
-        let mut worst: Option<DepthAnswer> = None;
-        for piece in self.pieces(leg, half_width_m, demand) {
+        let answers = self.pieces(leg, half_width_m, demand).map(|piece| {
             let hit = self.worst_of(&piece, demand);
-            let answer = self.answer(&piece, hit, demand);
-            let deeper = worst.as_ref().is_some_and(|worst| order(worst) <= order(&answer));
-            if !deeper {
-                worst = Some(answer);
-            }
-        }
-        worst.expect("invariant: a leg has a piece")
+            self.answer(&piece, hit, demand)
+        });
+        let worst = answers.reduce(|worst, one| if order(&worst) <= order(&one) { worst } else { one });
+        // A leg always has a piece.
+        worst.unwrap_or_else(|| self.depth_at(leg.from, demand))
     }
 
     /// The first danger on a leg: where a disc of the half width, moving along, first touches something that is
@@ -341,7 +338,7 @@ fn divide(leg: Leg) -> impl Iterator<Item = (Spot, Spot)> {
     let from = Spot::of(leg.from);
     let mut to = Spot::of(leg.to);
     to.x = unwrap_near(to.x, from.x);
-    let frame = Frame::at((from.y + to.y) / 2.0);
+    let frame = Frame::at(f64::midpoint(from.y, to.y));
     // The frame of the steeper end bends most.
     let piece_m = Frame::at(from.y).piece_m().min(Frame::at(to.y).piece_m());
     let length_m = frame.distance_m(from, to).max((to.y - from.y).abs() * frame.ky_m);

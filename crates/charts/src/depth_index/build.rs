@@ -159,7 +159,7 @@ impl IndexBuilder {
         let objects = &index.objects;
         let areas = &index.areas;
         index.places = Places::build(areas, |area| {
-            let object = &objects[areas.areas[area as usize].object as usize];
+            let object = &objects[areas.list[area as usize].object as usize];
             (object.source, object.role, object.stored.least_mm())
         });
         grow_trees(&mut index, &lines);
@@ -274,13 +274,13 @@ fn push_area(areas: &mut Areas, object: u32, rings: &[Vec<Vertex>]) {
         areas.rings.push(Ring { first, count, boxes });
     }
     let rings = areas.rings.len() as u32 - first_ring;
-    areas.areas.push(AreaEntry { object, first_ring, rings });
+    areas.list.push(AreaEntry { object, first_ring, rings });
 }
 
 /// A source that does not say where it has data has them where its skin is.
 fn cover_by_skin(index: &mut DepthIndex, covered: &[bool]) {
-    for at in 0..index.areas.areas.len() {
-        let area = index.areas.areas[at];
+    for at in 0..index.areas.list.len() {
+        let area = index.areas.list[at];
         let object = &index.objects[area.object as usize];
         if object.role != Role::Skin || covered[object.source as usize] {
             continue;
@@ -288,13 +288,13 @@ fn cover_by_skin(index: &mut DepthIndex, covered: &[bool]) {
         let coverage = ChartObject { role: Role::Coverage, stored: Stored::NoData, ..object.clone() };
         let object = index.objects.len() as u32;
         index.objects.push(coverage);
-        index.areas.areas.push(AreaEntry { object, ..area });
+        index.areas.list.push(AreaEntry { object, ..area });
     }
 }
 
 fn grow_trees(index: &mut DepthIndex, lines: &[(u32, u32, u32)]) {
     let mut runs = seams::Runs::default();
-    for area in &index.areas.areas {
+    for area in &index.areas.list {
         for ring in index.areas.rings_of(*area) {
             runs.add(&index.objects[area.object as usize], area.object, ring.first, ring.count);
         }

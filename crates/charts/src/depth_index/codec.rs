@@ -39,8 +39,8 @@ impl DepthIndex {
         out.list(&self.objects, Writer::object);
         out.list(&self.areas.vertices, |out, vertex| out.vertex(*vertex));
         out.list(&self.areas.rings, |out, ring| out.u32s(&[ring.first, ring.count, ring.boxes]));
-        out.list(&self.areas.boxes, |out, bounds| out.bounds(bounds));
-        out.list(&self.areas.areas, |out, area| out.u32s(&[area.object, area.first_ring, area.rings]));
+        out.list(&self.areas.boxes, Writer::bounds);
+        out.list(&self.areas.list, |out, area| out.u32s(&[area.object, area.first_ring, area.rings]));
         out.vertex(self.places.corner);
         out.0.extend(self.places.side.to_le_bytes());
         out.list(&self.places.nodes, |out, node| out.u32s(&[node.first, node.count]));
@@ -104,7 +104,7 @@ impl DepthIndex {
                 && within(ring.first, ring.count, vertices)
                 && within(ring.boxes, boxes, areas.boxes.len())
         });
-        let areas_sound = areas.areas.iter().all(|area| {
+        let areas_sound = areas.list.iter().all(|area| {
             within(area.first_ring, area.rings, areas.rings.len())
                 && (area.object as usize) < self.objects.len()
         });
@@ -136,7 +136,7 @@ impl DepthIndex {
                 (node.first as usize).saturating_add(node.count as usize) <= entries.len()
             }
         });
-        sided && noded && entries.iter().all(|entry| ((entry & !WHOLE) as usize) < self.areas.areas.len())
+        sided && noded && entries.iter().all(|entry| ((entry & !WHOLE) as usize) < self.areas.list.len())
     }
 }
 
@@ -146,11 +146,15 @@ impl Writer {
     fn list<T>(&mut self, items: &[T], mut write: impl FnMut(&mut Self, &T)) {
         // Tables are indexed by u32.
         self.u32s(&[items.len() as u32]);
-        items.iter().for_each(|item| write(self, item));
+        for item in items {
+            write(self, item);
+        }
     }
 
     fn u32s(&mut self, values: &[u32]) {
-        values.iter().for_each(|value| self.0.extend(value.to_le_bytes()));
+        for value in values {
+            self.0.extend(value.to_le_bytes());
+        }
     }
 
     fn i32(&mut self, value: i32) {
@@ -158,7 +162,9 @@ impl Writer {
     }
 
     fn vertex(&mut self, vertex: Vertex) {
-        vertex.iter().for_each(|value| self.i32(*value));
+        for value in vertex {
+            self.i32(value);
+        }
     }
 
     fn bounds(&mut self, bounds: &Bounds) {
@@ -220,7 +226,7 @@ impl Reader<'_> {
         let area = |reader: &mut Self| {
             Some(AreaEntry { object: reader.u32()?, first_ring: reader.u32()?, rings: reader.u32()? })
         };
-        index.areas.areas = self.list(12, area)?;
+        index.areas.list = self.list(12, area)?;
         index.places.corner = self.vertex()?;
         index.places.side = i64::from_le_bytes(self.array()?);
         index.places.nodes =

@@ -94,7 +94,7 @@ pub(super) struct Frame {
     /// Metres per unit of latitude.
     pub(super) ky_m: f64,
     /// How fast the first changes: its relative change per metre north.
-    pub(super) bend_per_m: f64,
+    pub(super) bend: f64,
 }
 
 impl Frame {
@@ -111,7 +111,7 @@ impl Frame {
             kx_m: parallel_m * per_unit,
             ky_m: meridian_m * per_unit,
             // d(ln parallel)/d(north) = tan(lat)/N; the meridian's own change is below 1 % of 1/N.
-            bend_per_m: ((sin_lat.abs() / cos_lat.max(1e-6)) + 0.02) / 6.33e6,
+            bend: ((sin_lat.abs() / cos_lat.max(1e-6)) + 0.02) / 6.33e6,
         }
     }
 
@@ -122,21 +122,21 @@ impl Frame {
     /// By how much a width must grow so that nothing within it on the ground is missed: rounding, the bow of
     /// the geodesic over a piece of that length, and the change of scale over the reach.
     pub(super) fn slack_m(&self, length_m: f64, half_width_m: f64) -> f64 {
-        let bow_m = length_m * length_m * self.bend_per_m / 8.0;
-        let scale = (length_m / 2.0 + half_width_m) * self.bend_per_m;
+        let bow_m = length_m * length_m * self.bend / 8.0;
+        let scale = (length_m / 2.0 + half_width_m) * self.bend;
         ROUNDING_M + bow_m + half_width_m * scale
     }
 
     /// The longest piece of a leg whose bow stays within 5 cm (m).
     pub(super) fn piece_m(&self) -> f64 {
-        (0.4 / self.bend_per_m).sqrt().clamp(50.0, 2_000.0)
+        (0.4 / self.bend).sqrt().clamp(50.0, 2_000.0)
     }
 }
 
 /// Distance of two near places (m): the frame halfway, whose error grows with the cube of the distance
 /// (below 1 mm at 1 km and 1 m at 10 km at 63°N).
 pub(super) fn distance_m(a: Spot, b: Spot) -> f64 {
-    Frame::at((a.y + b.y) / 2.0).distance_m(a, b)
+    Frame::at(f64::midpoint(a.y, b.y)).distance_m(a, b)
 }
 
 /// The longitude of `x` that lies within half a turn of `near`.

@@ -51,7 +51,7 @@ impl DepthIndex {
         let mut answering = None;
         for entry in self.places.leaf(at) {
             let area = entry & !WHOLE;
-            let id = self.areas.areas[area as usize].object;
+            let id = self.areas.list[area as usize].object;
             let object = &self.objects[id as usize];
             let coverage = object.role == Role::Coverage;
             match answering {
@@ -96,7 +96,7 @@ impl DepthIndex {
     pub(super) fn note_unassessed(&mut self) {
         let mut assessed = vec![false; self.sources.len()];
         let mut bounds = vec![Bounds::EMPTY; self.sources.len()];
-        for area in &self.areas.areas {
+        for area in &self.areas.list {
             let object = &self.objects[area.object as usize];
             let source = object.source as usize;
             assessed[source] |= object.role == Role::Quality;

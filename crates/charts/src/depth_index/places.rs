@@ -29,7 +29,7 @@ pub(super) struct Areas {
     pub(super) vertices: Vec<Vertex>,
     pub(super) rings: Vec<Ring>,
     pub(super) boxes: Vec<Bounds>,
-    pub(super) areas: Vec<AreaEntry>,
+    pub(super) list: Vec<AreaEntry>,
 }
 
 impl Areas {
@@ -39,7 +39,7 @@ impl Areas {
 
     /// Whether an area holds a point, by the even-odd rule over its rings.
     pub(super) fn contains(&self, area: u32, at: Spot) -> bool {
-        let rings = self.rings_of(self.areas[area as usize]);
+        let rings = self.rings_of(self.list[area as usize]);
         rings.iter().fold(false, |odd, ring| odd ^ ring.odd(&self.vertices, &self.boxes, at))
     }
 }
@@ -91,7 +91,7 @@ impl Places {
     pub(super) fn build<O: Ord>(areas: &Areas, key: impl Fn(u32) -> O) -> Self {
         let mut borders = Vec::with_capacity(areas.vertices.len());
         let mut whole = Bounds::EMPTY;
-        for (area, entry) in areas.areas.iter().enumerate() {
+        for (area, entry) in areas.list.iter().enumerate() {
             for ring in areas.rings_of(*entry) {
                 whole.add(Bounds::of(ring.vertices(&areas.vertices)));
                 let segments = ring.first..ring.first + ring.segments() as u32;
@@ -108,7 +108,7 @@ impl Places {
         let budget = borders.len() * 2 + 1000;
         let mut build = Build { areas, key, places, budget };
         let corner = [i64::from(whole.min[0]), i64::from(whole.min[1])];
-        build.fill(0, corner, side, borders, Vec::new());
+        build.fill(0, corner, side, &borders, Vec::new());
         build.places
     }
 
@@ -144,9 +144,9 @@ impl Places {
 }
 
 impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
-    fn fill(&mut self, node: usize, corner: [i64; 2], side: i64, borders: Vec<Border>, whole: Vec<u32>) {
+    fn fill(&mut self, node: usize, corner: [i64; 2], side: i64, borders: &[Border], whole: Vec<u32>) {
         if borders.len() <= SPLIT_AT || side <= SMALLEST || self.budget < 4 {
-            self.leaf(node, &borders, whole);
+            self.leaf(node, borders, whole);
             return;
         }
         self.budget -= 4;
@@ -171,7 +171,7 @@ impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
             let middle = Spot { x: (low[0] + half / 2) as f64 + 0.5, y: (low[1] + half / 2) as f64 + 0.5 };
             let gone = present.iter().copied().filter(|area| here.binary_search(area).is_err());
             child_whole.extend(gone.filter(|area| self.areas.contains(*area, middle)));
-            self.fill(first + child as usize, low, half, inside, child_whole);
+            self.fill(first + child as usize, low, half, &inside, child_whole);
         }
     }
 

@@ -35,7 +35,7 @@ pub(super) struct Nearest {
 
 impl Strip {
     pub(super) fn new(from: Spot, to: Spot, half_width_m: f64) -> Self {
-        let frame = Frame::at((from.y + to.y) / 2.0);
+        let frame = Frame::at(f64::midpoint(from.y, to.y));
         let (dx, dy) = ((to.x - from.x) * frame.kx_m, (to.y - from.y) * frame.ky_m);
         let length_m = dx.hypot(dy);
         let (cos, sin) = if length_m > 0.0 { (dx / length_m, dy / length_m) } else { (1.0, 0.0) };
@@ -92,7 +92,7 @@ impl Strip {
         if x0 > self.window[2] || x1 < self.window[0] || y0 > self.window[3] || y1 < self.window[1] {
             return false;
         }
-        let (cx, cy) = ((x0 + x1) / 2.0 - self.from.x, (y0 + y1) / 2.0 - self.from.y);
+        let (cx, cy) = (f64::midpoint(x0, x1) - self.from.x, f64::midpoint(y0, y1) - self.from.y);
         let (hx, hy) = ((x1 - x0) / 2.0, (y1 - y0) / 2.0);
         let v = cx * self.vx + cy * self.vy;
         v.abs() - (hx * self.vx.abs() + hy * self.vy.abs()) <= self.reach_m
@@ -165,14 +165,14 @@ impl Strip {
         }
         // Rounding can lose a grazing touch; the nearest point is a touch in any case.
         let along_m = first.min(nearest.on.u.max(0.0)).clamp(0.0, self.length_m);
-        Some((along_m, self.nearest_to(along_m, a, b)))
+        Some((along_m, nearest_to(along_m, a, b)))
     }
+}
 
-    /// The point of a segment nearest to the leg's point at `along_m`.
-    fn nearest_to(&self, along_m: f64, a: Across, b: Across) -> Across {
-        let (du, dv) = (b.u - a.u, b.v - a.v);
-        let square = du * du + dv * dv;
-        let t = if square > 0.0 { (((along_m - a.u) * du - a.v * dv) / square).clamp(0.0, 1.0) } else { 0.0 };
-        Across { u: a.u + t * du, v: a.v + t * dv }
-    }
+/// The point of a segment nearest to the leg's point at `along_m`.
+fn nearest_to(along_m: f64, a: Across, b: Across) -> Across {
+    let (du, dv) = (b.u - a.u, b.v - a.v);
+    let square = du * du + dv * dv;
+    let t = if square > 0.0 { (((along_m - a.u) * du - a.v * dv) / square).clamp(0.0, 1.0) } else { 0.0 };
+    Across { u: a.u + t * du, v: a.v + t * dv }
 }

@@ -54,8 +54,8 @@ impl Ring {
             let level = from..boxes.len();
             for group in level.clone().step_by(FAN) {
                 let mut bounds = Bounds::EMPTY;
-                for child in group..(group + FAN).min(level.end) {
-                    bounds.add(boxes[child]);
+                for child in &boxes[group..(group + FAN).min(level.end)] {
+                    bounds.add(*child);
                 }
                 boxes.push(bounds);
             }

@@ -74,7 +74,7 @@ pub(super) fn best_scale_only(index: &mut DepthIndex, runs: Vec<Run>) -> Vec<Run
 /// Runs along all borders of coverage and of incomplete skins, for what lies just beyond.
 pub(super) fn borders(index: &mut DepthIndex) -> Vec<Run> {
     let several = index.sources.len() > 1;
-    let all = several.then(|| tree_of(index, |object| object.role <= Role::Danger)).unwrap_or_default();
+    let all = if several { tree_of(index, |object| object.role <= Role::Danger) } else { Tree::default() };
     let mut found: BTreeSet<(Vertex, Vertex, u32)> = BTreeSet::new();
     for (a, b, source) in border_segments(index) {
         let cuts = crossings(index, &all, a, b, |object| object.source != source);
@@ -114,7 +114,7 @@ fn push_piece(vertices: &mut Vec<Vertex>, a: Vertex, b: Vertex, object: u32) -> 
 fn border_segments(index: &DepthIndex) -> Vec<(Vertex, Vertex, u32)> {
     let incomplete = incomplete_skins(index);
     let (mut borders, mut skins) = (Vec::new(), Vec::new());
-    for area in &index.areas.areas {
+    for area in &index.areas.list {
         let object = &index.objects[area.object as usize];
         let list = match object.role {
             Role::Coverage => &mut borders,
@@ -139,7 +139,7 @@ fn border_segments(index: &DepthIndex) -> Vec<(Vertex, Vertex, u32)> {
 /// Whether a source's skin does not add up to its coverage, exactly, in whole units.
 fn incomplete_skins(index: &DepthIndex) -> Vec<bool> {
     let mut sums = vec![0_i128; index.sources.len()];
-    for area in &index.areas.areas {
+    for area in &index.areas.list {
         let object = &index.objects[area.object as usize];
         let sign = match object.role {
             Role::Coverage => -1,
@@ -177,12 +177,12 @@ fn coverage_bounds(index: &DepthIndex) -> Vec<(u32, Bounds)> {
         rings.for_each(|ring| bounds.add(Bounds::of(ring.vertices(&index.areas.vertices))));
         (object.role == Role::Coverage).then_some((object.source, bounds))
     };
-    index.areas.areas.iter().filter_map(of_area).collect()
+    index.areas.list.iter().filter_map(of_area).collect()
 }
 
 fn tree_of(index: &DepthIndex, wanted: impl Fn(&ChartObject) -> bool) -> Tree {
     let mut runs = Vec::new();
-    for area in &index.areas.areas {
+    for area in &index.areas.list {
         if wanted(&index.objects[area.object as usize]) {
             for ring in index.areas.rings_of(*area) {
                 runs.extend(cut(area.object, ring.first, ring.count));
@@ -256,5 +256,5 @@ fn split(a: Vertex, b: Vertex, cuts: &[f64]) -> impl Iterator<Item = (Vertex, Ve
 
 fn halfway(a: Vertex, b: Vertex) -> Spot {
     let (a, b) = (Spot::of_vertex(a), Spot::of_vertex(b));
-    Spot { x: (a.x + b.x) / 2.0, y: (a.y + b.y) / 2.0 }
+    Spot { x: f64::midpoint(a.x, b.x), y: f64::midpoint(a.y, b.y) }
 }

@@ -161,10 +161,11 @@ impl<'a> Reader<'a> {
             self.definitions.get(&field.tag).ok_or_else(|| fail(Iso8211Problem::Undescribed(field.tag)))?;
         let body = match (level, field.bytes) {
             (LexicalLevel::Ucs2, [body @ .., FIELD_TERMINATOR, 0]) | (_, [body @ .., FIELD_TERMINATOR]) => {
-                body
+                Some(body)
             }
-            _ => return Err(fail(Iso8211Problem::Unterminated(field.tag))),
+            _ => None,
         };
+        let body = body.ok_or_else(|| fail(Iso8211Problem::Unterminated(field.tag)))?;
         Ok(Rows::new(definition, body, level, record.number, field.offset))
     }
 }
