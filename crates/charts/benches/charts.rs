@@ -46,7 +46,9 @@ fn read(cell: &CellFiles) -> Cell {
 
 fn index(cells: &[Cell]) -> DepthIndex {
     let mut builder = IndexBuilder::new();
-    cells.iter().for_each(|cell| builder.add_cell(cell).expect("positions are on the globe"));
+    for cell in cells {
+        builder.add_cell(cell).expect("positions are on the globe");
+    }
     builder.build().expect("it is not too large")
 }
 

@@ -91,7 +91,7 @@ fn compare_class(key: &str, class: &str, expected: &Value, features: &[&Feature]
             "points" => count(soundings.len()),
             "holes" => count(areas.iter().map(|area| area.holes.len()).sum()),
             "vertices" => {
-                count(areas.iter().flat_map(|area| area.rings()).map(|ring| ring.points.len()).sum())
+                count(areas.iter().flat_map(|area| area.rings()).map(|ring| ring.points.len()).sum());
             }
             "geometry" => {
                 let mut kinds: BTreeMap<&str, u64> = BTreeMap::new();

@@ -6,10 +6,14 @@
 use super::coords::{Bounds, Spot, TURN, Vertex};
 use super::ring::Ring;
 
+/// A leaf with so few areas is not split, however long their borders: each is asked in logarithmic time.
+const FEW_AREAS: usize = 5;
 /// Segments at which a leaf is split.
-const SPLIT_AT: usize = 16;
-/// Sides below this are not split (units; 0.7 m).
-const SMALLEST: i64 = 64;
+const SPLIT_AT: usize = 32;
+/// Segments that are moved together near the root.
+const TOGETHER: u32 = 16;
+/// Sides below this are not split (units; 3 m).
+const SMALLEST: i64 = 256;
 /// Marks an entry whose area holds the whole leaf.
 pub(super) const WHOLE: u32 = 1 << 31;
 /// Marks an inner node.
@@ -35,6 +39,11 @@ pub(super) struct Areas {
 impl Areas {
     pub(super) fn rings_of(&self, area: AreaEntry) -> &[Ring] {
         &self.rings[area.first_ring as usize..(area.first_ring + area.rings) as usize]
+    }
+
+    fn border(&self, area: u32, vertex: u32, count: u32) -> Border {
+        let bounds = Bounds::of(&self.vertices[vertex as usize..=(vertex + count) as usize]);
+        Border { area, vertex, count, bounds }
     }
 
     /// Whether an area holds a point, by the even-odd rule over its rings.
@@ -69,12 +78,15 @@ pub(super) struct Places {
     pub(super) entries: Vec<u32>,
 }
 
-/// A segment of an area's border.
+/// Consecutive segments of an area's border. Near the root they are moved by the dozen, near the leaves singly.
 #[derive(Clone, Copy)]
 struct Border {
     area: u32,
     /// Its first vertex.
     vertex: u32,
+    /// Segments.
+    count: u32,
+    bounds: Bounds,
 }
 
 struct Build<'a, K> {
@@ -89,13 +101,16 @@ struct Build<'a, K> {
 impl Places {
     /// Builds the tree; `key` gives the order in which areas of a leaf are looked at.
     pub(super) fn build<O: Ord>(areas: &Areas, key: impl Fn(u32) -> O) -> Self {
-        let mut borders = Vec::with_capacity(areas.vertices.len());
+        let mut borders = Vec::with_capacity(areas.vertices.len() / TOGETHER as usize + areas.rings.len());
         let mut whole = Bounds::EMPTY;
         for (area, entry) in areas.list.iter().enumerate() {
             for ring in areas.rings_of(*entry) {
                 whole.add(Bounds::of(ring.vertices(&areas.vertices)));
-                let segments = ring.first..ring.first + ring.segments() as u32;
-                borders.extend(segments.map(|vertex| Border { area: area as u32, vertex }));
+                let (first, end) = (ring.first, ring.first + ring.segments() as u32);
+                borders.extend((first..end).step_by(TOGETHER as usize).map(|vertex| {
+                    let count = TOGETHER.min(end - vertex);
+                    areas.border(area as u32, vertex, count)
+                }));
             }
         }
         if borders.is_empty() {
@@ -105,7 +120,7 @@ impl Places {
         let side = (span(0).max(span(1)) as u64).next_power_of_two() as i64;
         let places =
             Self { corner: whole.min, side, nodes: vec![Quad { first: 0, count: 0 }], entries: Vec::new() };
-        let budget = borders.len() * 2 + 1000;
+        let budget = areas.vertices.len() * 2 + 1000;
         let mut build = Build { areas, key, places, budget };
         let corner = [i64::from(whole.min[0]), i64::from(whole.min[1])];
         build.fill(0, corner, side, &borders, Vec::new());
@@ -145,7 +160,25 @@ impl Places {
 
 impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
     fn fill(&mut self, node: usize, corner: [i64; 2], side: i64, borders: &[Border], whole: Vec<u32>) {
-        if borders.len() <= SPLIT_AT || side <= SMALLEST || self.budget < 4 {
+        let few = borders.len() <= SPLIT_AT;
+        let present = areas_of(borders);
+        if present.len() <= FEW_AREAS {
+            self.leaf(node, borders, whole);
+            return;
+        }
+        if few && borders.iter().any(|border| border.count > 1) {
+            let single = |border: &Border| {
+                let Border { area, vertex, count, .. } = *border;
+                (vertex..vertex + count).map(move |vertex| (area, vertex))
+            };
+            let singles =
+                borders.iter().flat_map(single).map(|(area, vertex)| self.areas.border(area, vertex, 1));
+            let singles: Vec<Border> = singles.filter(|border| self.crosses(border, corner, side)).collect();
+            let whole = self.settle(&present, &singles, corner, side, whole);
+            self.fill(node, corner, side, &singles, whole);
+            return;
+        }
+        if few || side <= SMALLEST || self.budget < 4 {
             self.leaf(node, borders, whole);
             return;
         }
@@ -154,31 +187,35 @@ impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
         self.places.nodes[node] = Quad { first: first as u32, count: INNER };
         self.places.nodes.extend([Quad { first: 0, count: 0 }; 4]);
         let half = side / 2;
-        let mut present: Vec<u32> = borders.iter().map(|border| border.area).collect();
-        present.dedup();
-        present.sort_unstable();
-        present.dedup();
         for child in 0..4 {
             let low = [corner[0] + (child & 1) * half, corner[1] + (child >> 1) * half];
             let inside: Vec<Border> =
-                borders.iter().copied().filter(|border| self.crosses(*border, low, half)).collect();
-            let mut here: Vec<u32> = inside.iter().map(|border| border.area).collect();
-            here.dedup();
-            here.sort_unstable();
-            here.dedup();
-            let mut child_whole = whole.clone();
-            // Off the grid of vertices, and far enough from every border that does not cross the child.
-            let middle = Spot { x: (low[0] + half / 2) as f64 + 0.5, y: (low[1] + half / 2) as f64 + 0.5 };
-            let gone = present.iter().copied().filter(|area| here.binary_search(area).is_err());
-            child_whole.extend(gone.filter(|area| self.areas.contains(*area, middle)));
-            self.fill(first + child as usize, low, half, &inside, child_whole);
+                borders.iter().filter(|border| self.crosses(border, low, half)).copied().collect();
+            let whole = self.settle(&present, &inside, low, half, whole.clone());
+            self.fill(first + child as usize, low, half, &inside, whole);
         }
     }
 
+    /// Adds to `whole` the areas whose border was present before and is not among `borders`, and that hold the
+    /// square.
+    fn settle(
+        &self,
+        present: &[u32],
+        borders: &[Border],
+        low: [i64; 2],
+        side: i64,
+        mut whole: Vec<u32>,
+    ) -> Vec<u32> {
+        let here = areas_of(borders);
+        // Off the grid of vertices; no border that is gone crosses the square, so any point of it will do.
+        let middle = Spot { x: (low[0] + side / 2) as f64 + 0.5, y: (low[1] + side / 2) as f64 + 0.5 };
+        let gone = present.iter().copied().filter(|area| here.binary_search(area).is_err());
+        whole.extend(gone.filter(|area| self.areas.contains(*area, middle)));
+        whole
+    }
+
     fn leaf(&mut self, node: usize, borders: &[Border], whole: Vec<u32>) {
-        let mut areas: Vec<u32> = borders.iter().map(|border| border.area).collect();
-        areas.sort_unstable();
-        areas.dedup();
+        let mut areas = areas_of(borders);
         areas.extend(whole.into_iter().map(|area| area | WHOLE));
         areas.sort_by_key(|entry| ((self.key)(entry & !WHOLE), *entry));
         let first = self.places.entries.len() as u32;
@@ -187,27 +224,29 @@ impl<O: Ord, K: Fn(u32) -> O> Build<'_, K> {
     }
 
     /// Whether a segment may run through a square; it may err towards yes, never towards no.
-    fn crosses(&self, border: Border, low: [i64; 2], side: i64) -> bool {
+    fn crosses(&self, border: &Border, low: [i64; 2], side: i64) -> bool {
+        let Bounds { min, max } = border.bounds;
+        let apart =
+            (0..2).any(|axis| i64::from(min[axis]) > low[axis] + side || i64::from(max[axis]) < low[axis]);
+        if apart || border.count > 1 {
+            return !apart;
+        }
         let vertex = border.vertex as usize;
         let (a, b) = (self.areas.vertices[vertex], self.areas.vertices[vertex + 1]);
-        let wide = |value: i32| i64::from(value);
-        let apart = (0..2).any(|axis| {
-            wide(a[axis].min(b[axis])) > low[axis] + side || wide(a[axis].max(b[axis])) < low[axis]
-        });
-        if apart {
-            return false;
-        }
-        // On which side of the segment's line the corners lie.
-        let (dx, dy) = (i128::from(b[0]) - i128::from(a[0]), i128::from(b[1]) - i128::from(a[1]));
-        let of_corner = |x: i64, y: i64| {
-            dx * (i128::from(y) - i128::from(a[1])) - dy * (i128::from(x) - i128::from(a[0]))
-        };
-        let corners = [
-            of_corner(low[0], low[1]),
-            of_corner(low[0] + side, low[1]),
-            of_corner(low[0], low[1] + side),
-            of_corner(low[0] + side, low[1] + side),
-        ];
-        !(corners.iter().all(|side| *side > 0) || corners.iter().all(|side| *side < 0))
+        // Separated by the segment's line: the middle lies farther from it than the square reaches. 4096 covers
+        // the rounding of products up to 2^64.
+        let (dx, dy) = (f64::from(b[0]) - f64::from(a[0]), f64::from(b[1]) - f64::from(a[1]));
+        let half = side as f64 / 2.0;
+        let (cx, cy) = (low[0] as f64 + half - f64::from(a[0]), low[1] as f64 + half - f64::from(a[1]));
+        (dx * cy - dy * cx).abs() <= half * (dx.abs() + dy.abs()) + 4096.0
     }
+}
+
+/// The areas that borders belong to, each once, in order.
+fn areas_of(borders: &[Border]) -> Vec<u32> {
+    let mut areas: Vec<u32> = borders.iter().map(|border| border.area).collect();
+    areas.dedup();
+    areas.sort_unstable();
+    areas.dedup();
+    areas
 }
