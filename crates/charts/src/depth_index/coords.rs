@@ -34,17 +34,22 @@ impl Spot {
         Self { x: f64::from(vertex[0]), y: f64::from(vertex[1]) }
     }
 
-    pub(super) fn place(self) -> LatLon {
+    /// The same place with its longitude from -180° to below 180°.
+    pub(super) fn wrapped(self) -> Self {
         let half = TURN / 2.0;
-        let x = if self.x > half {
+        let x = if self.x >= half {
             self.x - TURN
         } else if self.x < -half {
             self.x + TURN
         } else {
             self.x
         };
+        Self { x, ..self }
+    }
+
+    pub(super) fn place(self) -> LatLon {
         let lat_deg = (self.y / PER_DEGREE).clamp(-90.0, 90.0);
-        let lon_deg = (x / PER_DEGREE).clamp(-180.0, 180.0);
+        let lon_deg = (self.wrapped().x / PER_DEGREE).clamp(-180.0, 180.0);
         LatLon::from_deg(lat_deg, lon_deg).expect("invariant: clamped to the range")
     }
 }

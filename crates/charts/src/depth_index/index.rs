@@ -48,6 +48,8 @@ impl DepthIndex {
 
     /// Visits the objects of the best source whose areas hold a point; `None` where no source covers it.
     pub(super) fn visit_at(&self, at: Spot, mut visit: impl FnMut(u32, &ChartObject)) -> Option<u32> {
+        // ±180° is one meridian; areas are asked on the side on which they are written.
+        let at = at.wrapped();
         let mut answering = None;
         for entry in self.places.leaf(at) {
             let area = entry & !WHOLE;

@@ -3,7 +3,7 @@
 //! A leaf lists the areas that hold all of it, and those whose border runs through it, which are asked one by
 //! one. Leaves are split until few border segments are left.
 
-use super::coords::{Bounds, Spot, TURN, Vertex};
+use super::coords::{Bounds, Spot, Vertex};
 use super::ring::Ring;
 
 /// A leaf with so few areas is not split, however long their borders: each is asked in logarithmic time.
@@ -127,20 +127,13 @@ impl Places {
         build.places
     }
 
-    /// The entries of the leaf that holds a point.
+    /// The entries of the leaf that holds a point, whose longitude is within ±180°.
     pub(super) fn leaf(&self, at: Spot) -> &[u32] {
-        let half = TURN / 2.0;
-        let x = if at.x > half {
-            at.x - TURN
-        } else if at.x < -half {
-            at.x + TURN
-        } else {
-            at.x
-        };
         if self.nodes.is_empty() {
             return &[];
         }
-        let (dx, dy) = ((x - f64::from(self.corner[0])).floor(), (at.y - f64::from(self.corner[1])).floor());
+        let (dx, dy) =
+            ((at.x - f64::from(self.corner[0])).floor(), (at.y - f64::from(self.corner[1])).floor());
         let side = self.side as f64;
         if !(dx >= 0.0 && dy >= 0.0 && dx < side && dy < side) {
             return &[];
