@@ -5,7 +5,7 @@
 
 use charts::depth_index::{Demand, DepthIndex, IndexBuilder, Leg};
 use charts::iso8211::{LexicalLevel, Reader};
-use charts::s57::{Catalogue, Cell, Geometry, NamedBytes};
+use charts::s57::{Catalogue, Cell, GeoPoint, Geometry, NamedBytes};
 use charts::utm::{Datum, Utm};
 use charts::xyz::Vertical;
 use charts::{geojson, xyz};
@@ -50,7 +50,7 @@ pub(crate) fn s57(data: &[u8]) {
     builder.add_cell(&cell).expect("positions were checked");
     let index = builder.build().expect("small");
     let around = cell.features.iter().find(|feature| !matches!(feature.geometry, Geometry::None));
-    let place = around.and_then(|feature| feature.geometry.points().next()).and_then(|point| point.place());
+    let place = around.and_then(|feature| feature.geometry.points().next()).and_then(GeoPoint::place);
     let place = place.unwrap_or_else(|| LatLon::from_deg(63.01, 10.02).expect("in range"));
     ask(&index, place);
     assert_eq!(DepthIndex::from_bytes(&index.to_bytes()).as_ref(), Ok(&index));

@@ -87,10 +87,14 @@ impl<'a> Assembler<'a> {
     fn lines(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
         let mut paths: Vec<Path> = Vec::new();
         let mut end = None;
+        let mut missing = None;
         for pointer in &feature.pointers {
             let used = match self.edge(pointer) {
                 Ok(used) => used,
-                Err(reason) => return Ok(Geometry::Unreadable { paths, reason }),
+                Err(reason) => {
+                    (end, missing) = (None, Some(reason));
+                    continue;
+                }
             };
             if end != Some(used.from) {
                 paths.push(Path::default());
@@ -99,27 +103,35 @@ impl<'a> Assembler<'a> {
             let at = paths.len() - 1;
             self.append(&mut paths[at], &used)?;
         }
+        if let Some(reason) = missing {
+            return Ok(Geometry::Unreadable { paths, reason });
+        }
         Ok(Geometry::Lines(paths))
     }
 
     fn area(&mut self, feature: &StoredFeature) -> Result<Geometry, S57Problem> {
         let mut area = Area::default();
-        let mut all = Vec::with_capacity(feature.pointers.len());
-        for pointer in &feature.pointers {
-            match self.edge(pointer) {
-                Ok(used) => all.push(used),
-                Err(reason) => return Ok(unreadable(reason)),
+        let (used, missing): (Vec<_>, Vec<_>) =
+            feature.pointers.iter().map(|pointer| self.edge(pointer)).partition(Result::is_ok);
+        let all = used.into_iter().flatten();
+        if let Some(Err(reason)) = missing.into_iter().next() {
+            // What there is of the boundary still tells where the danger is.
+            let mut paths = Vec::new();
+            for used in all {
+                let mut path = Path::default();
+                self.append(&mut path, &used)?;
+                paths.push(path);
             }
+            return Ok(Geometry::Unreadable { paths, reason });
         }
-        let (holes, exteriors): (Vec<_>, Vec<_>) =
-            all.into_iter().partition(|used| used.pointer.usage == INTERIOR);
-        for (edges, interior) in [(exteriors, false), (holes, true)] {
-            let (rings, whole) = self.rings(&edges)?;
-            if !whole {
-                let paths = area.exteriors.into_iter().chain(rings).collect();
-                let reason = "its boundary does not close".to_owned();
-                return Ok(Geometry::Unreadable { paths, reason });
-            }
+        let (holes, exteriors): (Vec<_>, Vec<_>) = all.partition(|used| used.pointer.usage == INTERIOR);
+        let (exteriors, exteriors_close) = self.rings(&exteriors)?;
+        let (holes, holes_close) = self.rings(&holes)?;
+        if !(exteriors_close && holes_close) {
+            let paths = exteriors.into_iter().chain(holes).collect();
+            return Ok(Geometry::Unreadable { paths, reason: "its boundary does not close".to_owned() });
+        }
+        for (rings, interior) in [(exteriors, false), (holes, true)] {
             for mut ring in rings {
                 if (ring.signed_area_deg2() > 0.0) != interior {
                     reverse(&mut ring);
@@ -142,6 +154,7 @@ impl<'a> Assembler<'a> {
         let mut taken = vec![false; edges.len()];
         let mut rings = Vec::new();
         let mut next_free = 0;
+        let mut whole = true;
         while let Some(first) = (next_free..edges.len()).find(|at| !taken[*at]) {
             next_free = first;
             let mut ring = Path::default();
@@ -156,14 +169,14 @@ impl<'a> Assembler<'a> {
                 let follows = edges.get(at + 1).is_some_and(|next| !taken[at + 1] && next.from == end);
                 let next = if follows { Some(at + 1) } else { free_from(&mut by_start, end, &taken) };
                 let Some(next) = next else {
-                    rings.push(ring);
-                    return Ok((rings, false));
+                    whole = false;
+                    break;
                 };
                 at = next;
             }
             rings.push(ring);
         }
-        Ok((rings, true))
+        Ok((rings, whole))
     }
 
     fn edge<'p>(&self, pointer: &'p Pointer) -> Result<Use<'p>, String>

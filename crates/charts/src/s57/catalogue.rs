@@ -1,7 +1,7 @@
 //! The list of files in an exchange set: CATALOG.031 (S-57 part 3, 7.2; appendix B.1, 5.6.1).
 
 use super::error::S57Error;
-use super::records::container;
+use super::fields::container;
 use crate::iso8211::{Iso8211Problem, LexicalLevel, Reader, Value};
 
 /// One file of an exchange set.

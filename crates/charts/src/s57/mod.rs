@@ -14,6 +14,7 @@ mod cell;
 mod codes;
 mod error;
 mod exchange;
+mod fields;
 mod geometry;
 mod records;
 mod skin;

@@ -2,8 +2,9 @@
 
 use super::cell::{Attribute, ObjectId};
 use super::error::{Place, S57Error, S57Problem};
+use super::fields::FileReader;
 use super::records::{
-    Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, Edits, FeatureRecord, FileReader,
+    Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, Edits, FeatureRecord,
     Instruction, Link, Name, Pointer, VectorRecord,
 };
 use std::collections::BTreeMap;

@@ -5,9 +5,8 @@
 
 use super::cell::Attribute;
 use super::error::{S57Error, S57Problem};
-use super::records::{
-    Control, DataRecord, DatasetId, Edits, FeatureRecord, FileReader, Instruction, VectorRecord,
-};
+use super::fields::FileReader;
+use super::records::{Control, DataRecord, DatasetId, Edits, FeatureRecord, Instruction, VectorRecord};
 use super::store::{Notice, Store, StoredFeature, StoredVector, at};
 
 /// Deletes an attribute when it stands alone as its value (S-57 part 3, 8.4.2.2.b and 8.4.2.3).
@@ -184,18 +183,18 @@ mod tests {
     use super::*;
     use crate::s57::AttributeCode;
 
-    fn control(instruction: Instruction, index: usize, count: usize) -> Option<Control> {
-        Some(Control { instruction, index, count })
+    fn control(instruction: Instruction, index: usize, count: usize) -> Control {
+        Control { instruction, index, count }
     }
 
     #[test]
     fn lists_are_edited_in_order() {
         let mut list = vec![1, 2, 3, 4];
         let edits = vec![
-            (control(Instruction::Insert, 5, 1), vec![5]),
-            (control(Instruction::Delete, 1, 2), vec![]),
-            (control(Instruction::Modify, 1, 1), vec![30]),
-            (control(Instruction::Insert, 1, 2), vec![10, 20]),
+            (Some(control(Instruction::Insert, 5, 1)), vec![5]),
+            (Some(control(Instruction::Delete, 1, 2)), vec![]),
+            (Some(control(Instruction::Modify, 1, 1)), vec![30]),
+            (Some(control(Instruction::Insert, 1, 2)), vec![10, 20]),
         ];
         edit(&mut list, edits).unwrap();
         assert_eq!(list, [10, 20, 30, 4, 5]);
@@ -211,7 +210,7 @@ mod tests {
             (Instruction::Modify, 1, 1, vec![]),
             (Instruction::Delete, usize::MAX, usize::MAX, vec![]),
         ] {
-            assert!(edit(&mut vec![1], vec![(control(instruction, index, count), items)]).is_err());
+            assert!(edit(&mut vec![1], vec![(Some(control(instruction, index, count)), items)]).is_err());
         }
     }
 

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test uses a part")]
 
+use std::fmt::Write as _;
+
 pub(crate) const DEPARE: u16 = 42;
 pub(crate) const LNDARE: u16 = 71;
 pub(crate) const M_COVR: u16 = 302;
@@ -76,7 +78,7 @@ type Fields = Vec<(&'static str, Vec<u8>)>;
 fn whole(leader: [&str; 2], fields: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let (mut directory, mut area) = (String::new(), Vec::<u8>::new());
     for (tag, data) in fields {
-        directory += &format!("{tag}{:05}{:05}", data.len(), area.len());
+        write!(directory, "{tag}{:05}{:05}", data.len(), area.len()).unwrap();
         area.extend(data);
     }
     let base = 24 + directory.len() + 1;
