@@ -50,7 +50,7 @@ impl DepthIndex {
     pub(super) fn visit_at(&self, at: Spot, mut visit: impl FnMut(u32, &ChartObject)) -> Option<u32> {
         // ±180° is one meridian; areas are asked on the side on which they are written.
         let at = at.wrapped();
-        let mut answering = None;
+        let (mut answering, mut skinned) = (None, false);
         for entry in self.places.leaf(at) {
             let area = entry & !WHOLE;
             let id = self.areas.list[area as usize].object;
@@ -62,9 +62,14 @@ impl DepthIndex {
                 None if !coverage => continue,
                 Some(_) | None => {}
             }
+            // A skin does not overlap itself; should it, the shallower area stands first in the leaf.
+            if skinned && object.role == Role::Skin {
+                continue;
+            }
             if entry & WHOLE == 0 && !self.areas.contains(area, at) {
                 continue;
             }
+            skinned |= object.role == Role::Skin;
             if coverage { answering = Some(object.source) } else { visit(id, object) }
         }
         answering
