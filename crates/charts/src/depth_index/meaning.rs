@@ -1,0 +1,105 @@
+//! What a chart object means for a small vessel.
+//!
+//! S-57 appendix A, chapters 1 and 2; the choices are those of facts/charts.md, section 8: what is not known
+//! to be deep is not deep. A danger without a depth blocks, unless the chart says that its depth lies within
+//! that of the area around it (EXPSOU 1). Piles, buoys, beacons, platforms and fish farms block always.
+
+use super::object::{Role, Stored, millimetres};
+use crate::s57::{AttributeCode as Attr, Feature, Geometry, ObjectClass as Class, SKIN_CLASSES};
+
+/// Role and meaning of a feature; `None` for what has none for a vessel's way.
+pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
+    let is_area = matches!(feature.geometry, Geometry::Area(_));
+    let skin = if is_area && SKIN_CLASSES.contains(&feature.class) { Role::Skin } else { Role::Danger };
+    match feature.class {
+        Class::M_COVR => (feature.code(Attr::CATCOV) == Some(1)).then_some((Role::Coverage, Stored::NoData)),
+        Class::M_QUAL => Some((Role::Quality, Stored::NoData)),
+        Class::DEPARE | Class::DRGARE => Some((skin, depth_area(feature))),
+        Class::UNSARE => Some((skin, Stored::Unknown)),
+        Class::LNDARE
+        | Class::PONTON
+        | Class::HULKES
+        | Class::FLODOC
+        | Class::SLCONS
+        | Class::COALNE
+        | Class::DAMCON
+        | Class::CAUSWY
+        | Class::DYKCON
+        | Class::DRYDOC => Some((skin, Stored::Land)),
+        Class::UWTROC | Class::WRECKS | Class::OBSTRN => danger(feature).map(|stored| (Role::Danger, stored)),
+        // Each sounding has its own depth; this is the meaning of one that cannot be read.
+        Class::SOUNDG => Some((Role::Danger, Stored::Unknown)),
+        Class::BRIDGE | Class::CBLOHD | Class::PIPOHD | Class::CONVYR => {
+            Some((Role::Overhead, Stored::Overhead(clearance_mm(feature))))
+        }
+        class if OBSTACLES.contains(&class) => Some((Role::Danger, Stored::Obstacle)),
+        class if class == Class::LIGHTS || class == Class::DAYMAR => Some((Role::Interest, Stored::NoData)),
+        _ => None,
+    }
+}
+
+/// What stands or floats in the way.
+const OBSTACLES: [Class; 24] = [
+    Class::BCNCAR,
+    Class::BCNISD,
+    Class::BCNLAT,
+    Class::BCNSAW,
+    Class::BCNSPP,
+    Class::BOYCAR,
+    Class::BOYINB,
+    Class::BOYISD,
+    Class::BOYLAT,
+    Class::BOYSAW,
+    Class::BOYSPP,
+    Class::FSHFAC,
+    Class::GATCON,
+    Class::ICEARE,
+    Class::LITFLT,
+    Class::LITVES,
+    Class::LOGPON,
+    Class::MARCUL,
+    Class::MORFAC,
+    Class::OFSPLF,
+    Class::OILBAR,
+    Class::PILPNT,
+    Class::PYLONS,
+    Class::DISMAR,
+];
+
+/// Whether an operator asks for it by name: the points of interest of the thesis' table A.1 and more of their
+/// kind.
+pub(super) fn is_of_interest(class: Class) -> bool {
+    let dangers = [Class::OBSTRN, Class::UWTROC, Class::WRECKS, Class::LIGHTS, Class::DAYMAR];
+    OBSTACLES.contains(&class) || dangers.contains(&class)
+}
+
+/// A missing DRVAL1 is unknown, not 0.
+fn depth_area(feature: &Feature) -> Stored {
+    let greatest = feature.number(Attr::DRVAL2).map(millimetres);
+    feature.number(Attr::DRVAL1).map_or(Stored::Unknown, |least| Stored::Depth(millimetres(least), greatest))
+}
+
+fn danger(feature: &Feature) -> Option<Stored> {
+    /// QUASOU: depth unknown.
+    const DEPTH_UNKNOWN: u32 = 2;
+    /// WATLEV: always under water.
+    const ALWAYS_UNDER_WATER: u32 = 3;
+    /// EXPSOU: within the range of depth of the surrounding area.
+    const WITHIN_AREA: u32 = 1;
+    let unknown = feature.list(Attr::QUASOU).any(|code| code == DEPTH_UNKNOWN);
+    match feature.number(Attr::VALSOU).filter(|_| !unknown) {
+        Some(depth_m) => Some(Stored::Depth(millimetres(depth_m), None)),
+        None if feature.code(Attr::WATLEV) == Some(ALWAYS_UNDER_WATER)
+            && feature.code(Attr::EXPSOU) == Some(WITHIN_AREA) =>
+        {
+            None
+        }
+        None => Some(Stored::Unknown),
+    }
+}
+
+/// The least of all clearances that are given.
+fn clearance_mm(feature: &Feature) -> Option<i32> {
+    let codes = [Attr::VERCLR, Attr::VERCCL, Attr::VERCSA];
+    codes.into_iter().filter_map(|code| feature.number(code)).map(millimetres).min()
+}

@@ -1,0 +1,43 @@
+//! How deep is it: exact answers from chart polygons, lines and points.
+//!
+//! Every safety question about depth has its one implementation here (design.md, rule 3). An index is built
+//! from cells ([`IndexBuilder`]), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
+//! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
+//! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
+//! [`DepthIndex::points_of_interest`].
+//!
+//! # Rules
+//! - Where cells overlap, the finest band, then the largest scale, then the newest issue answers, exactly up to
+//!   its border of coverage: coarser objects are cut off there when the index is built.
+//! - What no cell covers, or a cell covers without a depth area, is [`Water::NoData`] and never navigable.
+//! - A corridor touches an area if its start lies within it or its border comes within the half width. No
+//!   samples are taken, so nothing fits between them.
+//! - A leg is the geodesic between its ends. It is looked at in pieces of at most 2 km, straight in a local
+//!   frame; every width grows by the bound of what that neglects (some centimetres). So a corridor may be
+//!   called dangerous for something just outside, never safe for something inside.
+//! - A line of the chart is straight in longitude and latitude between its vertices, as all S-57 readers draw
+//!   it.
+//! - Depths are kept in millimetres, rounded to the shallower side; positions in 1e-7 degrees.
+
+mod along;
+mod build;
+mod codec;
+mod coords;
+mod demand;
+mod index;
+mod meaning;
+mod nearest;
+mod object;
+mod places;
+mod plane;
+mod ring;
+mod seams;
+mod tree;
+
+pub use along::{DepthAnswer, Leg};
+pub use build::{BuildError, IndexBuilder};
+pub use codec::IndexError;
+pub use demand::{ChartTrust, Demand, ZoneError};
+pub use index::DepthIndex;
+pub use nearest::Nearby;
+pub use object::{ChartObject, Source, Water};

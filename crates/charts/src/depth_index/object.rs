@@ -1,0 +1,162 @@
+//! What an index knows of a chart object, and of the chart that it is from.
+
+use crate::s57::{ObjectClass, ObjectId};
+
+/// What there is at a place, or on the way, in the order in which it decides: the first is the worst.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Water {
+    /// Land, or a construction that stands on the ground.
+    Land,
+    /// Something that stands or floats in the way whatever the depth: a pile, a buoy, a fish farm.
+    Obstacle,
+    /// A danger whose depth the chart does not tell, or an unsurveyed area.
+    UnknownDepth,
+    /// Not charted. Never navigable.
+    NoData,
+    /// Something overhead that the vessel does not fit under; `None` where the chart does not tell how high.
+    TooLow {
+        /// Clearance above high water (m).
+        clearance_m: Option<f64>,
+    },
+    /// Water.
+    Depth {
+        /// Least charted depth (m); negative where it dries by that much.
+        least_m: f64,
+        /// Greatest charted depth of the area (m), where given.
+        greatest_m: Option<f64>,
+    },
+}
+
+impl Water {
+    /// The least charted depth (m), if it is water of known depth.
+    pub fn least_m(self) -> Option<f64> {
+        if let Self::Depth { least_m, .. } = self { Some(least_m) } else { None }
+    }
+
+    /// Whether it falls dry at chart datum and is covered at higher water.
+    pub fn is_intertidal(self) -> bool {
+        self.least_m().is_some_and(|least_m| least_m < 0.0)
+    }
+}
+
+/// [`Water`] as stored: depths in whole millimetres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stored {
+    Land,
+    Obstacle,
+    Unknown,
+    NoData,
+    /// Clearance (mm).
+    Overhead(Option<i32>),
+    /// Least and greatest depth (mm).
+    Depth(i32, Option<i32>),
+}
+
+impl Stored {
+    /// What decides between two: less is worse. No depth is below any depth.
+    pub(super) fn least_mm(self) -> i32 {
+        match self {
+            Self::Land => i32::MIN,
+            Self::Obstacle => i32::MIN + 1,
+            Self::Unknown => i32::MIN + 2,
+            Self::NoData => i32::MIN + 3,
+            Self::Overhead(_) => i32::MIN + 4,
+            Self::Depth(least_mm, _) => least_mm,
+        }
+    }
+
+    pub(super) fn water(self) -> Water {
+        let metres = |mm: i32| f64::from(mm) / 1000.0;
+        match self {
+            Self::Land => Water::Land,
+            Self::Obstacle => Water::Obstacle,
+            Self::Unknown => Water::UnknownDepth,
+            Self::NoData => Water::NoData,
+            Self::Overhead(clearance) => Water::TooLow { clearance_m: clearance.map(metres) },
+            Self::Depth(least, greatest) => {
+                Water::Depth { least_m: metres(least), greatest_m: greatest.map(metres) }
+            }
+        }
+    }
+}
+
+/// Depths are kept in millimetres, rounded to the shallower side and within ±2000 km.
+pub(super) fn millimetres(depth_m: f64) -> i32 {
+    // 2.3 m is 2299.9999999999995 mm in floating point; a nanometre is no depth.
+    (depth_m * 1000.0 + 1e-6).floor().clamp(-2e9, 2e9) as i32
+}
+
+/// What a chart object does in an index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Role {
+    /// Says where its cell has data.
+    Coverage,
+    /// Part of the skin of the Earth: depth areas, land.
+    Skin,
+    /// A danger within the skin.
+    Danger,
+    /// Says how well the sea is surveyed.
+    Quality,
+    /// Above the water.
+    Overhead,
+    /// Of interest, but no danger.
+    Interest,
+}
+
+/// One chart object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChartObject {
+    /// Class.
+    pub class: ObjectClass,
+    /// Identity over editions.
+    pub id: ObjectId,
+    /// Record number in its cell.
+    pub record: u32,
+    /// Index of its source: [`super::DepthIndex::source`].
+    pub source: u32,
+    /// Name, where it has one.
+    pub name: Option<String>,
+    /// Zone of confidence (CATZOC 1 to 6), of quality areas.
+    pub zone: Option<u8>,
+    pub(super) stored: Stored,
+    pub(super) role: Role,
+    pub(super) interest: bool,
+}
+
+impl ChartObject {
+    /// What it means for a vessel.
+    pub fn water(&self) -> Water {
+        self.stored.water()
+    }
+}
+
+/// Where objects come from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Source {
+    /// Name of the cell or file.
+    pub name: String,
+    /// Edition.
+    pub edition: String,
+    /// Number of the last update.
+    pub update: String,
+    /// Date of issue (YYYYMMDD).
+    pub issue_date: String,
+    /// Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+    pub band: u8,
+    /// Compilation scale, 1 : this; 0 if unknown.
+    pub scale: u32,
+    /// Datum of depths (S-57 code VERDAT); 0 if unknown.
+    pub sounding_datum: u8,
+    /// Whether it only adds to cells (soundings): no cell hides it, and it makes nothing navigable.
+    pub supplement: bool,
+}
+
+impl Source {
+    /// Less answers before more: finer band, larger scale, newer issue, then the name so that the order is
+    /// the same in every run.
+    pub(super) fn rank(&self) -> impl Ord + use<> {
+        let scale = if self.scale == 0 { u32::MAX } else { self.scale };
+        let newer = std::cmp::Reverse(self.issue_date.clone());
+        (std::cmp::Reverse(self.band), scale, newer, self.name.clone())
+    }
+}

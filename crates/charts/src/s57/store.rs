@@ -1,0 +1,191 @@
+//! A cell's records between reading and assembly: what updates work on.
+
+use super::cell::{Attribute, ObjectId};
+use super::error::{Place, S57Error, S57Problem};
+use super::fields::FileReader;
+use super::records::{
+    Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, Edits, FeatureRecord,
+    Instruction, Link, Name, Pointer, VectorRecord,
+};
+use std::collections::BTreeMap;
+
+/// Something that was read but is not as it should be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Notice {
+    /// The file.
+    pub file: String,
+    /// The feature's record number, where it concerns one.
+    pub feature: Option<u32>,
+    /// What it is.
+    pub text: String,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct StoredFeature {
+    pub(super) primitive: u8,
+    pub(super) group: u8,
+    pub(super) class: u16,
+    pub(super) version: u16,
+    pub(super) object: ObjectId,
+    pub(super) attributes: Vec<Attribute>,
+    pub(super) national: Vec<Attribute>,
+    pub(super) links: Vec<Link>,
+    pub(super) pointers: Vec<Pointer>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct StoredVector {
+    pub(super) version: u16,
+    pub(super) attributes: Vec<Attribute>,
+    pub(super) pointers: Vec<Pointer>,
+    pub(super) coordinates: Vec<Coordinate>,
+    pub(super) has_depths: bool,
+}
+
+/// All records of a cell.
+#[derive(Debug, Clone)]
+pub(super) struct Store {
+    pub(super) id: DatasetId,
+    pub(super) structure: DatasetStructure,
+    pub(super) parameters: DatasetParameters,
+    pub(super) features: BTreeMap<u32, StoredFeature>,
+    pub(super) vectors: BTreeMap<Name, StoredVector>,
+    pub(super) notices: Vec<Notice>,
+    /// Bytes of the base and its updates: what bounds the geometry that is believed.
+    pub(super) bytes: usize,
+    /// The update that the base contained when it came: 0 unless it is a re-issue.
+    pub(super) reissue: u32,
+}
+
+impl Store {
+    /// Reads a base cell.
+    pub(super) fn read_base(file: &str, bytes: &[u8]) -> Result<Self, S57Error> {
+        let mut reader = FileReader::new(file, bytes)?;
+        let (mut id, mut structure, mut parameters) = (None, None, None);
+        let (mut features, mut vectors) = (BTreeMap::new(), BTreeMap::new());
+        while let Some((place, record)) = reader.next_record()? {
+            let fail = |problem| S57Error { file: file.to_owned(), place: Some(place), problem };
+            match record {
+                DataRecord::Id(found, found_structure) => {
+                    if found.purpose == 2 {
+                        return Err(fail(S57Problem::NotABase));
+                    }
+                    (id, structure) = (Some(found), found_structure);
+                }
+                DataRecord::Parameters(found) => parameters = Some(found),
+                DataRecord::Feature(record) => {
+                    let key = record.id;
+                    if features.insert(key, StoredFeature::from_record(record).map_err(fail)?).is_some() {
+                        return Err(fail(repeated("feature", key)));
+                    }
+                }
+                DataRecord::Vector(record) => {
+                    let key = record.name;
+                    if vectors.insert(key, StoredVector::from_record(record).map_err(fail)?).is_some() {
+                        return Err(fail(repeated("vector record", key.id)));
+                    }
+                }
+                DataRecord::Other => {}
+            }
+        }
+        let whole = |problem| S57Error { file: file.to_owned(), place: None, problem };
+        let id = id.ok_or_else(|| whole(S57Problem::NoIdentification))?;
+        let parameters = parameters.ok_or_else(|| whole(S57Problem::NoParameters))?;
+        let structure = structure.unwrap_or_default();
+        let reissue = id.update.parse().unwrap_or(0);
+        let mut store = {
+            let (notices, bytes) = (Vec::new(), bytes.len());
+            Self { id, structure, parameters, features, vectors, notices, bytes, reissue }
+        };
+        if store.id.edition == "0" {
+            return Err(whole(S57Problem::Cancelled));
+        }
+        store.compare_counts(file);
+        Ok(store)
+    }
+
+    /// The head of the file says how many records there are: a file cut between two records shows here.
+    fn compare_counts(&mut self, file: &str) {
+        let of_kind = |kind: u8| self.vectors.keys().filter(|name| name.kind == kind).count() as u32;
+        let features = self.features.len() as u32;
+        let said = &self.structure;
+        let announced = said.meta_features.saturating_add(said.geo_features).saturating_add(said.collections);
+        let counts = [
+            ("features", announced, features),
+            ("isolated nodes", said.isolated_nodes, of_kind(super::records::ISOLATED_NODE)),
+            ("connected nodes", said.connected_nodes, of_kind(super::records::CONNECTED_NODE)),
+            ("edges", said.edges, of_kind(super::records::EDGE)),
+        ];
+        for (what, said, found) in counts {
+            if said != 0 && said != found {
+                let text = format!("the head of the file announces {said} {what}, but it has {found}");
+                self.notices.push(Notice { file: file.to_owned(), feature: None, text });
+            }
+        }
+    }
+}
+
+fn repeated(kind: &'static str, id: u32) -> S57Problem {
+    S57Problem::Record { kind, id, what: "there twice" }
+}
+
+impl StoredFeature {
+    pub(super) fn from_record(record: FeatureRecord) -> Result<Self, S57Problem> {
+        let id = record.id;
+        let fail = |what| S57Problem::Record { kind: "feature", id, what };
+        if record.instruction != Instruction::Insert {
+            return Err(fail("to be changed or deleted, but not there"));
+        }
+        Ok(Self {
+            primitive: record.primitive,
+            group: record.group,
+            class: record.class,
+            version: record.version,
+            object: record.object.ok_or_else(|| fail("without an object identifier (FOID)"))?,
+            attributes: record.attributes,
+            national: record.national,
+            links: whole_list(record.links).ok_or_else(|| fail("given in pieces"))?,
+            pointers: whole_list(record.pointers).ok_or_else(|| fail("given in pieces"))?,
+        })
+    }
+}
+
+impl StoredVector {
+    pub(super) fn from_record(record: VectorRecord) -> Result<Self, S57Problem> {
+        let id = record.name.id;
+        let fail = |what| S57Problem::Record { kind: "vector record", id, what };
+        if record.instruction != Instruction::Insert {
+            return Err(fail("to be changed or deleted, but not there"));
+        }
+        Ok(Self {
+            version: record.version,
+            attributes: record.attributes,
+            pointers: whole_list(record.pointers).ok_or_else(|| fail("given in pieces"))?,
+            coordinates: whole_list(record.coordinates).ok_or_else(|| fail("given in pieces"))?,
+            has_depths: record.has_depths,
+        })
+    }
+}
+
+/// The list of a record that is inserted. Some producers put an "insert" control before it.
+fn whole_list<T>(edits: Edits<T>) -> Option<Vec<T>> {
+    let mut list = Vec::new();
+    for (control, items) in edits {
+        let appends = control.is_none_or(|control| {
+            control.instruction == Instruction::Insert
+                && control.index == list.len() + 1
+                && control.count == items.len()
+        });
+        if !appends {
+            return None;
+        }
+        // The usual record has one list: it is moved, not copied.
+        if list.is_empty() { list = items } else { list.extend(items) }
+    }
+    Some(list)
+}
+
+/// The file and record that an update's change comes from.
+pub(super) fn at(file: &str, place: Place, problem: S57Problem) -> S57Error {
+    S57Error { file: file.to_owned(), place: Some(place), problem }
+}
