@@ -5,13 +5,14 @@
 
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS := imc_packet imc_deframer imc_json imc_lsf
+FUZZ_TARGETS := imc_packet imc_deframer imc_json imc_lsf \
+  $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/charts_*.rs))
 
 say = @printf '\n== %s\n' "$(1)"
 
 help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
-	@echo "make demo    write a sample log of a fish-tracking boat and look into it"
+	@echo "make demo    sail a simulated Otter through a short plan and look into its log"
 	@echo "make bench   measure and print speeds"
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
@@ -39,13 +40,15 @@ test: setup
 
 demo: setup
 	$(call say,Building)
-	cargo build --release --locked --package imc-cli --package imc --example sample_log
+	cargo build --release --locked --package vehicle-agent --package imc-cli
 	@sh scripts/demo
 
 bench: setup
 	$(call say,Speeds on one core)
 	cargo bench --locked --package imc --bench imc
 	@sh scripts/bench-pyimclsts
+	cargo bench --locked --package charts
+	@sh scripts/bench-agent
 
 fuzz: setup
 	@cargo fuzz --version >/dev/null 2>&1 || { \
