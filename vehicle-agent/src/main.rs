@@ -1,5 +1,6 @@
 //! The program aboard an Otter.
 
+mod chart;
 mod host;
 mod journal;
 mod net;
@@ -10,6 +11,7 @@ mod run;
 mod setup;
 mod simulate;
 mod store;
+mod track;
 mod world;
 
 use clap::{Parser, Subcommand};
