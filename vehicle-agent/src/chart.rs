@@ -14,7 +14,7 @@ const MAP: Panel = Panel { left: 76.0, top: 128.0, width: 400.0, height: 400.0 }
 const CURVES_TOP: f64 = MAP.top;
 const CURVES_LEFT: f64 = 566.0;
 const CURVES_WIDTH: f64 = 446.0;
-const CURVES_GAP: f64 = 56.0;
+const CURVES_GAP: f64 = 52.0;
 /// Points closer than this to the drawn line are left out (px).
 const TOLERANCE: f64 = 0.33;
 /// A map shows at least this many metres.
@@ -111,9 +111,9 @@ impl Chart {
         let count = self.curves.len().max(1) as f64;
         let height = (MAP.height + CURVES_GAP) / count - CURVES_GAP;
         let mut top = CURVES_TOP;
-        for curve in &self.curves {
+        for (left, curve) in (0..self.curves.len()).rev().zip(&self.curves) {
             let panel = Panel { left: CURVES_LEFT, top, width: CURVES_WIDTH, height };
-            curve.draw(panel, self.end_s(), &mut page);
+            curve.draw(panel, self.end_s(), left == 0, &mut page);
             top += height + CURVES_GAP;
         }
         page.add("</svg>");
@@ -136,7 +136,7 @@ impl Chart {
         };
         let view = View { panel: MAP, x: around(x), y: around(y) };
         page.text((MAP.left, MAP.top - 10.0), 13.0, Anchor::Start, true, "Track, north up");
-        view.grid(page, "east (m)", "north (m)", 1.0);
+        view.grid(page, "east (m)", "north (m)", 1.0, 56.0);
         view.line(page, &self.plan, PLAN, 4.0, "");
         for &(centre, radius_m) in &self.circles {
             let ((cx, cy), r) = (view.place(centre), radius_m / span_m * MAP.width);
@@ -172,7 +172,7 @@ impl Chart {
 }
 
 impl Curve {
-    fn draw(&self, panel: Panel, end_s: f64, page: &mut Page) {
+    fn draw(&self, panel: Panel, end_s: f64, last: bool, page: &mut Page) {
         let (unit_s, time) = if end_s > 600.0 { (60.0, "time (min)") } else { (1.0, "time (s)") };
         let values = self.pieces.iter().chain(&self.wanted).flatten().map(|point| point.1);
         let (low, high) = bounds(values.chain([0.0]));
@@ -185,12 +185,12 @@ impl Curve {
                 page.shade(Panel { left, width: right - left, ..panel });
             }
         }
-        view.grid(page, time, &self.unit, unit_s);
-        for piece in &self.wanted {
-            view.line(page, piece, PLAN, 2.5, "7 4");
-        }
+        view.grid(page, if last { time } else { "" }, &self.unit, unit_s, 28.0);
         for piece in &self.pieces {
             view.line(page, piece, TRACK, 1.4, "");
+        }
+        for piece in &self.wanted {
+            view.line(page, piece, PLAN, 2.5, "7 4");
         }
         let y = panel.top - 10.0;
         page.text((panel.left, y), 13.0, Anchor::Start, true, &self.title);
@@ -218,8 +218,8 @@ impl View {
         (left + across * width, top + (1.0 - up) * height)
     }
 
-    /// Lines at round values with their labels; x is labelled in units of `x_unit`.
-    fn grid(&self, page: &mut Page, x_title: &str, y_title: &str, x_unit: f64) {
+    /// Lines at round values with their labels; x is labelled in units of `x_unit`, y lines are at least `y_px` apart.
+    fn grid(&self, page: &mut Page, x_title: &str, y_title: &str, x_unit: f64, y_px: f64) {
         let Panel { left, top, width, height } = self.panel;
         let (right, bottom) = (left + width, top + height);
         let (step, decimals) = step((self.x.1 - self.x.0) / x_unit, width / 56.0);
@@ -228,7 +228,7 @@ impl View {
             page.segment((x, top), (x, bottom), GRID, 1.0, "");
             page.text((x, bottom + 17.0), 11.5, Anchor::Middle, false, &number(value, decimals));
         }
-        let (step, decimals) = self::step(self.y.1 - self.y.0, height / 32.0);
+        let (step, decimals) = self::step(self.y.1 - self.y.0, height / y_px);
         for value in multiples(self.y.0, self.y.1, step) {
             let (_, y) = self.place((self.x.0, value));
             let colour = if value.abs() < step / 2.0 { "#888888" } else { GRID };
@@ -239,7 +239,9 @@ impl View {
             "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" \
              stroke=\"{INK}\"/>"
         ));
-        page.text((left + width / 2.0, bottom + 36.0), 12.0, Anchor::Middle, false, x_title);
+        if !x_title.is_empty() {
+            page.text((left + width / 2.0, bottom + 36.0), 12.0, Anchor::Middle, false, x_title);
+        }
         let (x, y) = (left - 52.0, top + height / 2.0);
         page.add(&format!(
             "<text transform=\"translate({x:.1} {y:.1}) rotate(-90)\" font-size=\"12\" fill=\"{INK}\" \

@@ -142,7 +142,7 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
     }
     if let (Some(track), Some(path)) = (&run.track, &arguments.svg) {
         let chart = track.chart(&conditions(&vessel(arguments, &config, utc)?));
-        println!("truth: {}", chart.notes.join("; "));
+        chart.notes.iter().for_each(|note| println!("{note}"));
         std::fs::write(path, chart.to_svg()).with_context(|| format!("writing {}", path.display()))?;
     }
     run.summary(begun.elapsed())

@@ -121,7 +121,7 @@ impl Track {
             let rms_m = (settled.iter().map(|m| m * m).sum::<f64>() / settled.len() as f64).sqrt();
             let worst_m = settled.iter().fold(0.0, |worst: f64, m| worst.max(m.abs()));
             parts.push(format!(
-                "true cross-track error after settling: RMS {rms_m:.2} m, largest {worst_m:.2} m"
+                "True cross-track error after settling: RMS {rms_m:.2} m, largest {worst_m:.2} m"
             ));
         }
         let swings = self.samples.iter().filter_map(|sample| self.swing_m(sample));
@@ -136,7 +136,7 @@ impl Track {
             let turning = share(ranges.iter().filter(|(_, _, motors)| *motors).count());
             let most_m = ranges.iter().fold(0.0, |most: f64, (range_m, ..)| most.max(*range_m));
             parts.push(format!(
-                "true distance from the station: largest {most_m:.2} m, inside {inside:.1} % of the time, \
+                "True distance from the station: largest {most_m:.2} m, inside {inside:.1} % of the time, \
                  motors on {turning:.1} %"
             ));
         }
@@ -190,7 +190,7 @@ impl Track {
             unit: "error (m)".to_owned(),
             pieces: self.pieces(cross_m),
             shades: self.spans(|sample| self.settled(sample).is_some()),
-            shade_title: "counts".to_owned(),
+            shade_title: "settled".to_owned(),
             ..Curve::default()
         }
     }
