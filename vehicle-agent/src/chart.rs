@@ -148,7 +148,9 @@ impl Chart {
             }
         }
         view.line(page, &self.track, TRACK, 1.6, "");
-        if let (Some(first), Some(last)) = (self.track.first(), self.track.last()) {
+        let mut finite = self.track.iter().filter(|point| point.0.is_finite() && point.1.is_finite());
+        if let Some(first) = finite.next() {
+            let last = finite.next_back().unwrap_or(first);
             page.start(view.place(*first));
             page.end(view.place(*last));
         }
@@ -176,7 +178,7 @@ impl Curve {
         let (unit_s, time) = if end_s > 600.0 { (60.0, "time (min)") } else { (1.0, "time (s)") };
         let values = self.pieces.iter().chain(&self.wanted).flatten().map(|point| point.1);
         let (low, high) = bounds(values.chain([0.0]));
-        let margin = ((high - low) * 0.06).max(0.02);
+        let margin = ((high - low) * 0.06).max(0.05);
         let floor = if low < 0.0 { low - margin } else { 0.0 };
         let view = View { panel, x: (0.0, end_s), y: (floor, high + margin) };
         for &(from_s, to_s) in &self.shades {

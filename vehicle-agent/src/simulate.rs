@@ -210,7 +210,8 @@ impl Run {
             if let Some(track) = &mut self.track {
                 let running = self.watch.plan.state == PlanControlStateState::Executing;
                 let maneuver = self.watch.plan.man_id.to_str_lossy();
-                track.see(now_s, running.then_some(&*maneuver), &self.world.vessel.truth());
+                let truth = self.world.vessel.truth();
+                track.see(now_s, running.then_some(&*maneuver), truth.state.position, truth.speed_mps);
             }
             if let Some(factor) = factor {
                 let ahead_s = now_s / factor - begun.elapsed().as_secs_f64();

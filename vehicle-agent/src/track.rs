@@ -6,7 +6,6 @@
 
 use crate::chart::{Chart, Curve, Point};
 use imc::messages::{Goto, Message, PlanManeuver, PlanSpecification, SpeedUnits, StationKeeping};
-use sim::Truth;
 use units::{LatLon, LocalFrame, LocalPoint};
 
 /// Time between two samples (s).
@@ -78,8 +77,8 @@ impl Track {
         self.motors_since |= turning;
     }
 
-    /// Time passed; the maneuver is that of a running plan.
-    pub(crate) fn see(&mut self, now_s: f64, maneuver: Option<&str>, truth: &Truth) {
+    /// Time passed; the maneuver is that of a running plan, place and speed are the true ones.
+    pub(crate) fn see(&mut self, now_s: f64, maneuver: Option<&str>, at: LocalPoint, speed_mps: f64) {
         let Some(stage) = maneuver.and_then(|id| self.stages.iter().position(|(name, _)| name == id)) else {
             return;
         };
@@ -88,7 +87,6 @@ impl Track {
             return;
         }
         let motors = std::mem::replace(&mut self.motors_since, self.motors) || self.motors;
-        let (at, speed_mps) = (truth.state.position, truth.speed_mps);
         self.samples.push(Sample { time_s, at, speed_mps, stage, motors });
     }
 
@@ -298,5 +296,64 @@ fn spoken(duration_s: f64) -> String {
     match (seconds / 60, seconds % 60) {
         (0, seconds) => format!("{seconds} s"),
         (minutes, seconds) => format!("{minutes} min {seconds} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn at(north_m: f64, east_m: f64) -> LocalPoint {
+        LocalPoint { north_m, east_m }
+    }
+
+    fn track(wants: &[Want]) -> Track {
+        let stages = wants.iter().zip(1..).map(|(want, number)| (format!("{number}"), *want)).collect();
+        Track {
+            name: "test".to_owned(),
+            stages,
+            samples: Vec::new(),
+            begun_s: None,
+            motors: false,
+            motors_since: false,
+        }
+    }
+
+    #[test]
+    fn errors_count_after_settling_and_swings_outside_turns() {
+        let leg = |to| Want::Leg { to, speed_mps: Some(1.5) };
+        let mut track = track(&[leg(at(100.0, 0.0)), leg(at(100.0, 100.0))]);
+        for metre in 0..=100 {
+            let cross_m = if metre <= 40 { 5.0 } else { 0.5 };
+            let start = if metre == 0 { at(0.0, 0.0) } else { at(f64::from(metre), cross_m) };
+            track.see(f64::from(metre), Some("1"), start, 1.0);
+        }
+        for metre in 0..=100 {
+            // A turn to starboard swings out to the north, which is port of a leg to the east.
+            let north_m = if metre == 10 { 103.0 } else { 99.5 };
+            track.see(f64::from(101 + metre), Some("2"), at(north_m, f64::from(metre)), 1.0);
+        }
+        track.see(500.0, None, at(0.0, 0.0), 0.0);
+        let figures = track.figures();
+        assert!(figures.contains("RMS 0.50 m, largest 0.50 m"), "{figures}");
+        assert!(figures.contains("outside a turn 3.00 m"), "{figures}");
+        let chart = track.chart("calm");
+        assert_eq!((chart.track.len(), chart.plan.len(), chart.curves[0].pieces.len()), (202, 3, 2));
+        assert_eq!(chart.title, "Plan \"test\", 3 min 21 s");
+        assert!(chart.to_svg().contains("RMS 0.50 m"));
+    }
+
+    #[test]
+    fn stations_tell_distance_and_motors() {
+        let mut track = track(&[Want::Station { centre: at(0.0, 0.0), radius_m: 10.0 }]);
+        for second in 0..100 {
+            track.motors(second % 4 == 0);
+            track.see(f64::from(second), Some("1"), at(0.0, if second < 25 { 11.0 } else { 9.0 }), 0.0);
+        }
+        let figures = track.figures();
+        assert!(figures.contains("largest 11.00 m, inside 75.0 %"), "{figures}");
+        // A motor that was on at the end of a period was on in the next one too, until told otherwise.
+        assert!(figures.contains("motors on 50.0 %"), "{figures}");
+        assert_eq!(track.chart("").circles, [((0.0, 0.0), 10.0)]);
     }
 }
