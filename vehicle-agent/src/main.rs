@@ -1,5 +1,6 @@
 //! The program aboard an Otter.
 
+mod chart;
 mod host;
 mod journal;
 mod net;
@@ -10,6 +11,7 @@ mod run;
 mod setup;
 mod simulate;
 mod store;
+mod track;
 mod world;
 
 use clap::{Parser, Subcommand};
@@ -40,7 +42,7 @@ enum Command {
     ///
     /// Prints track, speed and cross-track error as it goes, and a summary. Without a plan a short
     /// demonstration is sailed. With --open-loop the bare hull answers constant propeller speeds.
-    Simulate(simulate::SimulateArguments),
+    Simulate(Box<simulate::SimulateArguments>),
     /// Feed a recording of `run --record` or `simulate --record` to a new brain and compare every output.
     ///
     /// Ends with 0 when all bytes agree, with 1 and the first difference otherwise.

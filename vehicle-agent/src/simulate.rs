@@ -5,6 +5,7 @@ use crate::open_loop;
 use crate::plan;
 use crate::recording::{Beginning, Recorder};
 use crate::setup;
+use crate::track::Track;
 use crate::world::{Happening, World};
 use anyhow::{Context as _, bail};
 use clap::Args;
@@ -41,7 +42,7 @@ pub(crate) struct SimulateArguments {
     /// Simulated seconds per second: `max`, or a number.
     #[arg(long, default_value = "max")]
     speed: String,
-    /// Wind: speed (m/s) and the direction it comes from (degrees).
+    /// Wind: speed (m/s) and the direction it comes from (degrees); gusts of 15 % come with it.
     #[arg(long, value_name = "SPEED,FROM_DEG", allow_hyphen_values = true)]
     wind: Option<String>,
     /// Current: speed (m/s) and the direction it flows to (degrees).
@@ -59,6 +60,16 @@ pub(crate) struct SimulateArguments {
     /// A compass without errors.
     #[arg(long)]
     perfect: bool,
+    /// Errors of the compass' positions on each axis (m, standard deviations): noise of each epoch, and the
+    /// slow drift of 300 s that a receiver has.
+    #[arg(long, value_name = "NOISE,DRIFT", default_value = "0.2,0.67", conflicts_with = "perfect")]
+    gnss_error: String,
+    /// Draw the true track, cross-track error and speed while the plan ran as SVG.
+    ///
+    /// Legs between waypoints (Goto) and stations (StationKeeping) are measured; other maneuvers only have
+    /// their track drawn.
+    #[arg(long, value_name = "FILE", conflicts_with = "open_loop")]
+    svg: Option<PathBuf>,
     /// Seconds between printed lines; 0 prints only the summary.
     #[arg(long, default_value_t = 5.0)]
     every: f64,
@@ -95,6 +106,7 @@ struct Run {
     recorder: Option<Recorder>,
     journal: Option<Journal>,
     watch: Watch,
+    track: Option<Track>,
     happened: Vec<(Now, Happening)>,
 }
 
@@ -115,6 +127,9 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
         Some(path) => plan::read(path)?,
         None => plan::demonstration(run.world.vessel.frame().origin()),
     };
+    if arguments.svg.is_some() {
+        run.track = Some(Track::new(&plan, run.world.vessel.frame()));
+    }
     let begun = Instant::now();
     run.tell(Input::Connected(Peer::Tcp(1)))?;
     run.sail(&plan, limit_s.unwrap_or(LONGEST_S), limit_s.is_none(), arguments.every, factor)?;
@@ -124,6 +139,11 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
     }
     if let Some(recorder) = &mut run.recorder {
         recorder.flush()?;
+    }
+    if let (Some(track), Some(path)) = (&run.track, &arguments.svg) {
+        let chart = track.chart(&conditions(&vessel(arguments, &config, utc)?));
+        chart.notes.iter().for_each(|note| println!("{note}"));
+        std::fs::write(path, chart.to_svg()).with_context(|| format!("writing {}", path.display()))?;
     }
     run.summary(begun.elapsed())
 }
@@ -151,7 +171,7 @@ impl Run {
             .map(|base| Journal::new(base, settings.address, Entity::Logger.number(), text));
         let own = settings.address;
         let world = World::new(vessel, Brain::new(settings, now, Vec::new())?);
-        Ok(Self { world, own, recorder, journal, watch: Watch::default(), happened: Vec::new() })
+        Ok(Self { world, own, recorder, journal, watch: Watch::default(), track: None, happened: Vec::new() })
     }
 
     /// Uploads and starts the plan when the vessel is ready, and goes on to the end.
@@ -186,6 +206,12 @@ impl Run {
             if every_s > 0.0 && now_s >= next_line {
                 next_line = now_s + every_s;
                 self.line(now_s);
+            }
+            if let Some(track) = &mut self.track {
+                let running = self.watch.plan.state == PlanControlStateState::Executing;
+                let maneuver = self.watch.plan.man_id.to_str_lossy();
+                let truth = self.world.vessel.truth();
+                track.see(now_s, running.then_some(&*maneuver), truth.state.position, truth.speed_mps);
             }
             if let Some(factor) = factor {
                 let ahead_s = now_s / factor - begun.elapsed().as_secs_f64();
@@ -232,6 +258,9 @@ impl Run {
             (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output)?,
         }
         let Happening::Wanted(output) = happening else { return Ok(()) };
+        if let (Some(track), Output::Motors(motors)) = (&mut self.track, &output) {
+            track.motors(*motors != control::MotorPair::STOPPED);
+        }
         self.watch.see(self.own, &output)?;
         let Some(journal) = &mut self.journal else { return Ok(()) };
         match &output {
@@ -345,6 +374,10 @@ fn vessel(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyho
         let GnssConfig { rate_hz, baud, .. } = vessel.gnss;
         vessel.gnss = GnssConfig { rate_hz, baud, ..GnssConfig::default() }.perfect();
     }
+    if !arguments.perfect {
+        (vessel.gnss.position_white_m, vessel.gnss.position_slow_m) =
+            pair(&arguments.gnss_error).context("--gnss-error")?;
+    }
     if let Some(text) = &arguments.current {
         let (speed_mps, to_deg) = pair(text).context("--current")?;
         (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) =
@@ -356,6 +389,25 @@ fn vessel(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyho
         vessel.environment.wind = WindConfig { speed_mps, from_rad, ..vessel.environment.wind };
     }
     Ok(vessel)
+}
+
+/// The disturbances of a run in a line.
+fn conditions(vessel: &sim::VesselConfig) -> String {
+    let (current, wind, gnss) = (&vessel.environment.current, &vessel.environment.wind, &vessel.gnss);
+    let degrees = |angle_rad: f64| angle_rad.to_degrees().rem_euclid(360.0);
+    let water = match current.speed_mps {
+        0.0 => "no current".to_owned(),
+        speed_mps => format!("current {speed_mps} m/s to {:.0}°", degrees(current.to_rad)),
+    };
+    let air = match wind.speed_mps {
+        0.0 => "no wind".to_owned(),
+        speed_mps => {
+            let (from_deg, share) = (degrees(wind.from_rad), wind.gust_share * 100.0);
+            format!("wind {speed_mps} m/s from {from_deg:.0}° with gusts of {share:.0} %")
+        }
+    };
+    let (noise_m, drift_m) = (gnss.position_white_m, gnss.position_slow_m);
+    format!("{water}; {air}; positions: noise {noise_m} m, slow drift {drift_m} m; seed {}", vessel.seed)
 }
 
 /// Two numbers with a comma between.

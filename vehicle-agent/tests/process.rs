@@ -364,6 +364,25 @@ fn two_simulations_record_the_same_bytes_and_replay() {
 }
 
 #[test]
+fn the_committed_plans_sail_and_draw_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let plans = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/plans");
+    for (name, wanted) in [("leg", "RMS"), ("square", "outside a turn"), ("station", "inside 100.0 %")] {
+        let (plan, svg) = (plans.join(format!("{name}.json")), folder.path().join(name));
+        let out = program()
+            .args(["simulate", "--every", "0", "--gnss-error", "1,0", "--plan"])
+            .arg(plan)
+            .arg("--svg")
+            .arg(&svg)
+            .output()
+            .unwrap();
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        let svg = std::fs::read_to_string(svg).unwrap();
+        assert!(svg.contains(wanted) && svg.ends_with("</svg>\n") && svg.len() < 150_000, "{name}");
+    }
+}
+
+#[test]
 fn checks_the_shipped_configuration_and_refuses_a_broken_one() {
     let good = program().arg("check").arg(ini()).output().unwrap();
     assert!(good.status.success(), "{}", String::from_utf8_lossy(&good.stdout));
