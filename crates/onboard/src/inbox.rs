@@ -117,6 +117,7 @@ impl Brain {
                 self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
             }
             Message::Abort(_) if for_us => {
+                self.supervise.aborted();
                 let abort = mission::Input::Abort { by: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, abort);
             }
@@ -133,7 +134,7 @@ impl Brain {
                     self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
                 }
             }
-            Message::RemoteActions(keys) => {
+            Message::RemoteActions(keys) if commands => {
                 let keys = keys.actions.to_str_lossy().into_owned();
                 self.pilot.keys(&mut self.bus, asker.system.0, &keys);
             }

@@ -33,6 +33,9 @@ pub(crate) struct Supervise {
     limits: OperationalLimits,
     /// The plan that carries out a remedy.
     remedy: Option<String>,
+    /// An operator has set the vessel in motion and nobody has aborted since. Until then no supervisor starts
+    /// the motors: the vessel may lie on its trailer or at the quay.
+    under_way: bool,
     heard: bool,
     violated: bool,
     next_fuel: MonoTime,
@@ -53,6 +56,7 @@ impl Supervise {
             battery: BatteryReserve::new(settings.watch.battery.clone()),
             limits: OperationalLimits::new(settings.watch.limits.clone()),
             remedy: None,
+            under_way: false,
             heard: false,
             violated: false,
             next_fuel: now,
@@ -63,6 +67,11 @@ impl Supervise {
         self.lost_comms.reconfigure(settings.watch.lost_comms.clone());
         self.battery.reconfigure(settings.watch.battery.clone());
         self.limits.reconfigure(settings.watch.limits.clone());
+    }
+
+    /// Somebody aborted: the motors stay still until an operator starts something again.
+    pub(crate) fn aborted(&mut self) {
+        self.under_way = false;
     }
 
     /// A console was heard.
@@ -107,12 +116,14 @@ impl Supervise {
         if !runs || self.remedy.as_ref().is_some_and(|plan_id| *plan_id != state.plan_id) {
             self.remedy = None;
         }
-        match (runs, &self.remedy, desk.pilot.drive()) {
+        let activity = match (runs, &self.remedy, desk.pilot.drive()) {
             (false, ..) => Activity::Idle,
             (true, Some(_), _) => Activity::Remedy,
             (true, None, Drive::Remote(_)) => Activity::Teleoperation,
             (true, None, Drive::Off | Drive::Path) => Activity::Plan,
-        }
+        };
+        self.under_way |= matches!(activity, Activity::Plan | Activity::Teleoperation);
+        activity
     }
 
     fn drain(&mut self, desk: &mut Desk<'_>) {
@@ -172,6 +183,11 @@ impl Supervise {
             Remedy::Stop => {
                 desk.plans.stop_own(desk.bus, desk.pilot);
                 return true;
+            }
+            Remedy::Run { .. } | Remedy::Hold if !self.under_way => {
+                let text = format!("no operator has set the vessel in motion: '{remedy}' is not carried out");
+                desk.bus.entry(by, Level::Warning, text);
+                return false;
             }
             Remedy::Run { plan_id } if desk.plans.has(plan_id) => (plan_id.clone(), None),
             Remedy::Run { plan_id } => {
