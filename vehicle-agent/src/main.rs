@@ -8,12 +8,14 @@ mod open_loop;
 mod plan;
 mod recording;
 mod run;
+mod say;
 mod setup;
 mod simulate;
 mod store;
 mod track;
 mod world;
 
+use crate::say::{complain, say};
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -74,7 +76,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Replay { file } => recording::replay(&file).map(|found| {
             let cut = if found.cut { "; the recording is cut short" } else { "" };
-            println!("{} inputs, {} outputs: identical{cut}", found.inputs, found.outputs);
+            say!("{} inputs, {} outputs: identical{cut}", found.inputs, found.outputs);
         }),
         Command::Check { config, profile, json } => return check(&config, &profile, json),
         Command::Plan(command) => plan::plan(&command),
@@ -82,7 +84,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("lutra-agent: {error:#}");
+            complain!("lutra-agent: {error:#}");
             ExitCode::FAILURE
         }
     }
@@ -91,12 +93,12 @@ fn main() -> ExitCode {
 fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {
     let config = config::Config::load(&config::Disk, path, &[profile]);
     if json {
-        println!("{:#}", config.to_json());
+        say!("{:#}", config.to_json());
     } else {
-        print!("{config}");
+        say!("{config}");
         match setup::settings(&config, 0) {
-            Ok((_, doubts)) => doubts.iter().for_each(|doubt| println!("doubt: {doubt}")),
-            Err(error) => println!("error: {error:#}"),
+            Ok((_, doubts)) => doubts.iter().for_each(|doubt| say!("doubt: {doubt}")),
+            Err(error) => say!("error: {error:#}"),
         }
     }
     if config.report().has_errors() { ExitCode::FAILURE } else { ExitCode::SUCCESS }

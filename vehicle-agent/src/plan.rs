@@ -1,5 +1,6 @@
 //! Plans as files: IMC JSON, GeoJSON lines, GPX routes.
 
+use crate::say::say;
 use anyhow::{Context as _, bail};
 use clap::{Subcommand, ValueEnum};
 use imc::messages::{
@@ -50,28 +51,28 @@ pub(crate) fn plan(command: &PlanCommand) -> anyhow::Result<()> {
             let gpx = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gpx"));
             let places = if gpx { gpx_route(&text)? } else { geojson_line(&serde_json::from_str(&text)?)? };
             let points = places.into_iter().map(|place| goto(place, *speed).into()).collect();
-            println!("{}", to_json(sequence(id, points))?);
+            say!("{}", to_json(sequence(id, points))?);
         }
         PlanCommand::Export { file, form } => {
             let plan = read(file)?;
             let places = waypoints(&plan);
             match form {
-                Form::Imc => println!("{}", to_json(plan)?),
+                Form::Imc => say!("{}", to_json(plan)?),
                 Form::Geojson => {
                     let line: Vec<[f64; 2]> = places.iter().map(|p| [p.lon_deg(), p.lat_deg()]).collect();
                     let name = plan.plan_id.to_str_lossy();
-                    println!(
+                    say!(
                         "{}",
                         json!({"type": "Feature", "properties": {"name": name},
                                "geometry": {"type": "LineString", "coordinates": line}})
                     );
                 }
                 Form::Gpx => {
-                    println!("<?xml version=\"1.0\"?><gpx version=\"1.1\" creator=\"lutra-agent\"><rte>");
+                    say!("<?xml version=\"1.0\"?><gpx version=\"1.1\" creator=\"lutra-agent\"><rte>");
                     for place in places {
-                        println!("<rtept lat=\"{:.8}\" lon=\"{:.8}\"/>", place.lat_deg(), place.lon_deg());
+                        say!("<rtept lat=\"{:.8}\" lon=\"{:.8}\"/>", place.lat_deg(), place.lon_deg());
                     }
-                    println!("</rte></gpx>");
+                    say!("</rte></gpx>");
                 }
             }
         }

@@ -4,6 +4,7 @@ use crate::host::Host;
 use crate::journal::{Journal, Room};
 use crate::net::{Event, Net, Ports};
 use crate::recording::{Beginning, Recorder};
+use crate::say::{Console, complain, say};
 use crate::setup;
 use crate::store::Store;
 use crate::world::{Happening, World};
@@ -69,6 +70,7 @@ struct Agent {
     config: Config,
     logs: PathBuf,
     quiet: bool,
+    console: Console,
     happened: Vec<(Now, Happening)>,
 }
 
@@ -82,7 +84,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
     }
     let config = setup::load(&arguments.config, &arguments.profile)?;
     let mut agent = Agent::start(arguments, config)?;
-    println!("listening {}", agent.net.listening);
+    say!("listening {}", agent.net.listening);
     std::io::stdout().flush().ok();
     let started = Instant::now();
     let mut next_host = Duration::ZERO;
@@ -103,7 +105,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
         recorder.flush()?;
     }
     let (dropped, unsent) = (agent.net.dropped(), agent.net.unsent);
-    println!("motors stopped, log closed; datagrams dropped: {dropped}, not sent: {unsent}");
+    say!("motors stopped, log closed; datagrams dropped: {dropped}, not sent: {unsent}");
     Ok(())
 }
 
@@ -147,13 +149,14 @@ impl Agent {
             config,
             logs,
             quiet: arguments.quiet,
+            console: Console::start(),
             happened: Vec::new(),
         };
         for doubt in doubts {
-            eprintln!("warning: {doubt}");
+            complain!("warning: {doubt}");
         }
         for path in unreadable {
-            eprintln!("error: the plan in {path} cannot be read; it is left where it is");
+            complain!("error: the plan in {path} cannot be read; it is left where it is");
         }
         let reachable = agent.net.reachable.clone();
         agent.tell(Input::Reachable(reachable));
@@ -219,7 +222,7 @@ impl Agent {
                     (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output),
                 };
                 if let Err(error) = recorded {
-                    eprintln!("error: the recording ends: {error}");
+                    complain!("error: the recording ends: {error}");
                     self.recorder = None;
                 }
                 if let Happening::Wanted(output) = happening {
@@ -290,7 +293,7 @@ impl Agent {
             Level::Error => "error",
         };
         if level >= Level::Warning || (!self.quiet && level >= Level::Info) {
-            eprintln!("{} {name}: {text}", now.utc);
+            self.console.line(format!("{} {name}: {text}", now.utc));
         }
         let written = self.journal.line(now.mono, &format!("[{}] - {name} - {text}", now.utc));
         self.logged(written);

@@ -4,6 +4,7 @@ use crate::journal::Journal;
 use crate::open_loop;
 use crate::plan;
 use crate::recording::{Beginning, Recorder};
+use crate::say::{complain, say};
 use crate::setup;
 use crate::track::Track;
 use crate::world::{Happening, World};
@@ -142,7 +143,7 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
     }
     if let (Some(track), Some(path)) = (&run.track, &arguments.svg) {
         let chart = track.chart(&conditions(&vessel(arguments, &config, utc)?));
-        chart.notes.iter().for_each(|note| println!("{note}"));
+        chart.notes.iter().for_each(|note| say!("{note}"));
         std::fs::write(path, chart.to_svg()).with_context(|| format!("writing {}", path.display()))?;
     }
     run.summary(begun.elapsed())
@@ -152,7 +153,7 @@ impl Run {
     fn begin(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyhow::Result<Self> {
         let (settings, doubts) = setup::settings(config, arguments.seed)?;
         for doubt in doubts {
-            eprintln!("warning: {doubt}");
+            complain!("warning: {doubt}");
         }
         let vessel = Vessel::new(&vessel(arguments, config, utc)?)?;
         let now = Now { mono: vessel.now(), utc };
@@ -186,7 +187,7 @@ impl Run {
         let begun = Instant::now();
         let (mut started, mut next_line, mut next_beat) = (false, 0.0, 0.0);
         if every_s > 0.0 {
-            println!("    time    north     east  speed  heading  course  cross-track  plan");
+            say!("    time    north     east  speed  heading  course  cross-track  plan");
         }
         loop {
             let now_s = self.world.vessel.now().micros() as f64 / 1e6;
@@ -279,7 +280,7 @@ impl Run {
     fn line(&self, now_s: f64) {
         let truth = self.world.vessel.truth();
         let cross = self.watch.cross_m.map_or_else(|| "-".to_owned(), |cross_m| format!("{cross_m:+.2} m"));
-        println!(
+        say!(
             "{now_s:7.0} s {:7.1} m {:7.1} m {:5.2}  {:6.0}°  {:5.0}°  {cross:>11}  {} {}",
             truth.state.position.north_m,
             truth.state.position.east_m,
@@ -294,7 +295,7 @@ impl Run {
     fn summary(&self, took: Duration) -> anyhow::Result<()> {
         let simulated_s = self.world.vessel.now().micros() as f64 / 1e6;
         let (sum, count) = self.watch.squares;
-        println!(
+        say!(
             "{simulated_s:.0} s simulated in {:.2} s ({:.0} times real time), {} packets, {} bytes",
             took.as_secs_f64(),
             simulated_s / took.as_secs_f64().max(1e-6),
@@ -303,15 +304,15 @@ impl Run {
         );
         if count > 0 {
             let rms_m = (sum / count as f64).sqrt();
-            println!(
+            say!(
                 "cross-track error as the vessel sees it: RMS {rms_m:.2} m, largest {:.2} m",
                 self.watch.worst_m
             );
         }
         match self.watch.plan.last_outcome {
-            PlanControlStateLastOutcome::Success => println!("plan '{}' completed", self.watch.plan.plan_id),
+            PlanControlStateLastOutcome::Success => say!("plan '{}' completed", self.watch.plan.plan_id),
             PlanControlStateLastOutcome::Failure => bail!("plan '{}' failed", self.watch.plan.plan_id),
-            _ => println!("no plan ended"),
+            _ => say!("no plan ended"),
         }
         Ok(())
     }
@@ -320,7 +321,7 @@ impl Run {
 impl Watch {
     fn see(&mut self, own: Address, output: &Output) -> anyhow::Result<()> {
         match output {
-            Output::Console(level, text) if *level >= Level::Warning => println!("{text}"),
+            Output::Console(level, text) if *level >= Level::Warning => say!("{text}"),
             Output::Packet { bytes, .. } => {
                 self.packets += 1;
                 self.bytes += bytes.len() as u64;
