@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help test demo bench fuzz fmt audit setup
+.PHONY: help test demo interop bench fuzz fmt audit setup
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
@@ -12,6 +12,7 @@ say = @printf '\n== %s\n' "$(1)"
 help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
 	@echo "make demo    write a sample log of a fish-tracking boat and look into it"
+	@echo "make interop sail a scripted mission with pyimclsts (from PyPI) as the console"
 	@echo "make bench   measure and print speeds"
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
@@ -41,6 +42,10 @@ demo: setup
 	$(call say,Building)
 	cargo build --release --locked --package imc-cli --package imc --example sample_log
 	@sh scripts/demo
+
+interop: setup
+	$(call say,A mission by a foreign console)
+	@sh scripts/interop-pyimclsts
 
 bench: setup
 	$(call say,Speeds on one core)
