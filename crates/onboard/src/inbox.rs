@@ -119,6 +119,7 @@ impl Brain {
             Message::Abort(_) if for_us => {
                 let abort = mission::Input::Abort { by: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, abort);
+                self.hold_conditions();
             }
             Message::TeleoperationDone(_) if commands => {
                 let done = Event::TeleoperationDone { from: asker.system.0 };
