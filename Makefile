@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help test demo bench fuzz fmt audit setup
+.PHONY: help test demo interop bench fuzz fmt audit setup
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
@@ -13,6 +13,7 @@ say = @printf '\n== %s\n' "$(1)"
 help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
 	@echo "make demo    sail a simulated Otter through a short plan and look into its log"
+	@echo "make interop sail a scripted mission with pyimclsts (from PyPI) as the console"
 	@echo "make bench   measure and print speeds"
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
@@ -42,6 +43,10 @@ demo: setup
 	$(call say,Building)
 	cargo build --release --locked --package vehicle-agent --package imc-cli
 	@sh scripts/demo
+
+interop: setup
+	$(call say,A mission by a foreign console)
+	@sh scripts/interop-pyimclsts
 
 bench: setup
 	$(call say,Speeds on one core)

@@ -83,10 +83,11 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
         signal_hook::flag::register(signal, Arc::clone(&ending)).context("signals")?;
     }
     let config = setup::load(&arguments.config, &arguments.profile)?;
+    // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
+    let started = Instant::now();
     let mut agent = Agent::start(arguments, config)?;
     say!("listening {}", agent.net.listening);
     std::io::stdout().flush().ok();
-    let started = Instant::now();
     let mut next_host = Duration::ZERO;
     while !ending.load(Ordering::Relaxed) {
         let elapsed = started.elapsed();

@@ -251,6 +251,22 @@ fn a_scripted_mission_from_outside() {
 }
 
 #[test]
+fn its_times_do_not_lag_by_the_time_it_took_to_start() {
+    let folder = TempDir::new().unwrap();
+    let agent = Agent::start(folder.path(), &[]);
+    let mut console = Console::connect(&agent);
+    let mut late = f64::INFINITY;
+    // The best of some: other programs may hold up any one of them.
+    for _ in 0..30 {
+        let made = console
+            .wait("estimate", |packet| packet.get::<EstimatedState>().map(|_| packet.header.timestamp));
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+        late = late.min(now.as_secs_f64() - made);
+    }
+    assert!((-0.005..0.05).contains(&late), "{late} s");
+}
+
+#[test]
 fn a_console_in_contact_by_datagrams() {
     let folder = TempDir::new().unwrap();
     let agent = Agent::start(folder.path(), &[]);

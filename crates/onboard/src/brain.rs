@@ -273,6 +273,12 @@ impl Brain {
         }
     }
 
+    /// After an abort the vessel stays in error until the engine hears of the watched parts again: in a second,
+    /// as with DUNE, and not whenever their next report happens to be due.
+    pub(crate) fn hold_conditions(&mut self) {
+        self.next_conditions = self.bus.mono() + SECOND;
+    }
+
     /// Tells the engine how the watched parts are doing, when that changed.
     fn tell_conditions(&mut self) {
         let watched = &self.settings.watch.monitored;

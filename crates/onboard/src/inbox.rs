@@ -120,6 +120,7 @@ impl Brain {
                 self.supervise.aborted();
                 let abort = mission::Input::Abort { by: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, abort);
+                self.hold_conditions();
             }
             Message::TeleoperationDone(_) if commands => {
                 let done = Event::TeleoperationDone { from: asker.system.0 };

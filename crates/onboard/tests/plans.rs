@@ -141,6 +141,22 @@ fn an_abort_stops_at_once_and_must_be_addressed() {
 }
 
 #[test]
+fn an_abort_holds_the_error_for_a_second_whenever_it_comes() {
+    for after in [10.0, 10.2, 10.5, 10.8] {
+        let mut sea = Sea::new().ready();
+        sea.upload(&triangle());
+        sea.ask(PlanControlOp::Start, "triangle", None);
+        sea.run(after);
+        sea.send(Abort);
+        sea.run(0.9);
+        assert_eq!(sea.mode(), VehicleStateOpMode::Error, "{after}");
+        let early = sea.ask(PlanControlOp::Start, "triangle", None);
+        assert_eq!(sea.replies(early)[0].r#type, PlanControlType::Failure, "{after}");
+        assert!(sea.run_until(0.4, |sea| sea.mode() == VehicleStateOpMode::Service), "{after}");
+    }
+}
+
+#[test]
 fn an_unknown_plan_fails_and_another_replaces_the_running_one() {
     let mut sea = Sea::new().ready();
     let unknown = sea.ask(PlanControlOp::Start, "nowhere", None);
