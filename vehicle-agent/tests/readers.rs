@@ -1,7 +1,5 @@
 //! A reader that went away or a full disk behind a redirected log stops no vessel.
 
-#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
-
 use std::fs::OpenOptions;
 use std::io::{BufRead as _, BufReader};
 use std::process::{Command, Stdio};
