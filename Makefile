@@ -52,7 +52,7 @@ bench: setup
 	$(call say,Speeds on one core)
 	cargo bench --locked --package imc --bench imc
 	@sh scripts/bench-pyimclsts
-	cargo bench --locked --package charts
+	cargo bench --locked --package charts --bench charts
 	@sh scripts/bench-agent
 
 fuzz: setup
