@@ -19,7 +19,7 @@ fn estimated_state() -> EstimatedState {
 fn plan() -> PlanSpecification {
     let waypoint = |at: usize| PlanManeuver {
         maneuver_id: format!("wp{at}").as_str().into(),
-        data: Some(Goto { lat: 1.107, lon: 0.18, speed: 1.2, ..Goto::default() }.into()),
+        data: Goto { lat: 1.107, lon: 0.18, speed: 1.2, ..Goto::default() }.into(),
         ..PlanManeuver::default()
     };
     let transition = |at: usize| PlanTransition {

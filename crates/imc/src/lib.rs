@@ -29,6 +29,8 @@ pub mod lsf;
     reason = "generated, with numbers as the catalogue has them"
 )]
 pub mod messages;
+mod nested;
+mod packed;
 mod packet;
 pub mod plan_digest;
 pub mod position;
@@ -47,6 +49,7 @@ pub use header::{
 };
 pub use list::MessageList;
 pub use messages::{Message, Payload};
+pub use nested::Nested;
 pub use packet::{
     Body, DecodeError, EncodeError, Packet, ShortPayload, decode, encode_into, encode_payload, readdress_into,
 };

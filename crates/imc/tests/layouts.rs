@@ -67,7 +67,7 @@ fn a_short_payload_is_damage_unless_asked_for() {
 
 fn nested(depth: usize) -> Message {
     (0..depth).fold(PlanControl::default().into(), |inner: Message, _| {
-        PlanDB { arg: Some(inner), ..PlanDB::default() }.into()
+        PlanDB { arg: inner.into(), ..PlanDB::default() }.into()
     })
 }
 
@@ -112,14 +112,12 @@ fn what_does_not_fit_is_refused_and_leaves_nothing() {
 #[test]
 fn reflection_names_places_units_and_labels() {
     let state = FollowRefState {
-        reference: Some(
-            Reference {
-                speed: Some(imc::messages::DesiredSpeed { value: 1.5, ..Default::default() }.into()),
-                lat: 1.1,
-                ..Reference::default()
-            }
-            .into(),
-        ),
+        reference: Reference {
+            speed: imc::messages::DesiredSpeed { value: 1.5, ..Default::default() }.into(),
+            lat: 1.1,
+            ..Reference::default()
+        }
+        .into(),
         state: imc::messages::FollowRefStateState::Loiter,
         ..FollowRefState::default()
     };
@@ -151,7 +149,7 @@ fn people_may_write_labels_names_and_little_else() {
     let control = packet.get::<PlanControl>().unwrap();
     assert_eq!(control.op, imc::messages::PlanControlOp::Stop);
     assert_eq!(control.flags.bits(), 3);
-    assert_eq!(control.arg, None);
+    assert!(control.arg.is_none());
 }
 
 #[test]
