@@ -76,12 +76,16 @@ fn addresses_translate_both_ways() {
             (&"ntnu-otter-01".into(), &10256.into(), &"0x2810".into())
         );
         assert_eq!(found["kind"], "autonomous surface vehicle");
+        assert_eq!(found["lsts"], false);
     }
     let unlisted = shown("my-boat");
     assert_eq!(unlisted["registered"], false);
     assert_eq!(unlisted["id"].as_u64().unwrap() & 0xE000, 0xA000);
     assert_eq!(shown("0x4001")["kind"], "control unit");
-    assert!(run(&["address", "0x2810"], b"").expect(0).text().contains("ntnu-otter-01  0x2810 (10256)"));
+    let told = run(&["address", "0x2810"], b"").expect(0).text();
+    assert!(told.contains("ntnu-otter-01  0x2810 (10256)"));
+    assert!(told.contains("autonomous surface vehicle of another institute than LSTS"));
+    assert!(run(&["address", "0x4001"], b"").expect(0).text().trim_end().ends_with("control unit"));
 }
 
 #[test]

@@ -9,10 +9,10 @@ use std::fmt;
 /// The wire lets any element be null and any element be of another type than the field asks for; both are
 /// kept. [`MessageList::of`] picks the elements of the type wanted.
 ///
-/// The elements are kept as their bytes on the wire and decoded one at a time when they are iterated over, so that
-/// a list of tiny messages takes the memory it took on the wire. Two lists are equal when these bytes are: NaN equals the same NaN
-/// there, and 0 differs from -0. What an older layout of a message lacks, such as the position of a TBRFishTag, has no
-/// place inside another message and comes back as NaN.
+/// The elements are kept as their bytes on the wire, little-endian, and decoded one at a time when they are
+/// iterated over, so that a list of tiny messages takes the memory it took there. Two lists are equal when these
+/// bytes are: a NaN equals the same NaN, and 0 differs from -0. What an older layout of a message lacks, such as
+/// the position of a TBRFishTag, cannot be left out inside another message and comes back as NaN.
 #[derive(Clone, PartialEq, Default)]
 pub struct MessageList {
     elements: Packed,
@@ -77,7 +77,9 @@ impl fmt::Debug for MessageList {
 impl From<Vec<Option<Message>>> for MessageList {
     fn from(messages: Vec<Option<Message>>) -> Self {
         let mut list = Self::default();
-        messages.iter().for_each(|message| list.push_or_null(message.as_ref()));
+        for message in &messages {
+            list.push_or_null(message.as_ref());
+        }
         list.elements.shrink();
         list
     }
@@ -86,7 +88,9 @@ impl From<Vec<Option<Message>>> for MessageList {
 impl<T: Into<Message>> FromIterator<T> for MessageList {
     fn from_iter<I: IntoIterator<Item = T>>(messages: I) -> Self {
         let mut list = Self::default();
-        messages.into_iter().for_each(|message| list.push(message));
+        for message in messages {
+            list.push(message);
+        }
         list.elements.shrink();
         list
     }

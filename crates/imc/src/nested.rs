@@ -6,8 +6,8 @@ use std::fmt;
 
 /// The value of a `message` field: one message of any type, or none.
 ///
-/// Like the elements of a [`crate::MessageList`] the message is kept as its bytes on the wire and decoded when asked
-/// for, and two are equal when these bytes are.
+/// Like the elements of a [`crate::MessageList`] the message is kept as its bytes on the wire and decoded when it
+/// is asked for, and two are equal when these bytes are.
 #[derive(Clone, PartialEq, Default)]
 pub struct Nested(Packed);
 
@@ -52,7 +52,7 @@ impl fmt::Debug for Nested {
 
 impl<T: Into<Message>> From<T> for Nested {
     /// A message that no packet can hold, because a value in it is too long or it nests too deep, becomes none;
-    /// encoding what this is in is then refused as encoding that message would be.
+    /// encoding what it would be in is then refused as encoding the message itself would be.
     fn from(message: T) -> Self {
         let mut packed = Packed::default();
         packed.push(Some(&message.into()));

@@ -1,8 +1,8 @@
 //! Messages inside messages, kept as bytes.
 //!
-//! A nested message costs its sender two bytes, as a struct it would cost us a hundred. So what is nested stays
-//! on the wire, so to speak: its bytes are checked and copied when the packet is decoded, turned to
-//! little-endian if they were not, and become structs one at a time when someone asks.
+//! A message that has two bytes on the wire may have a hundred as a struct. So what comes nested stays bytes: it
+//! is checked when the packet is decoded, kept little-endian whatever it was, and becomes structs one at a time
+//! when someone asks. A decoded packet then holds its own bytes and one struct.
 
 use crate::catalogue::{self, FieldKind, Run};
 use crate::messages::{Message, Payload};
@@ -45,7 +45,8 @@ impl Packed {
         self.fault.as_deref().copied()
     }
 
-    /// Appends a message or null. One that no packet can hold is left out and its fault kept; whether it went in.
+    /// Appends a message or null, and says whether it went in: what no packet can hold is left out and its fault
+    /// kept.
     pub(crate) fn push(&mut self, message: Option<&Message>) -> bool {
         let start = self.bytes.len();
         let mut writer = Writer::new(&mut self.bytes, ByteOrder::Little);
@@ -106,8 +107,8 @@ fn checked<T>(read: Result<T, Fault>) -> T {
     read.expect("invariant: what is packed was checked or written by us")
 }
 
-/// Passes over `count` messages or nulls of a payload from byte `at` on, which stand in a message that is
-/// `depth` deep. Gives where they end and how deep they go themselves.
+/// Passes over `count` messages or nulls of a payload from byte `at` on, which are in a message that is `depth`
+/// deep. Gives where they end and how deep they go themselves.
 pub(crate) fn check(
     bytes: &[u8],
     at: usize,

@@ -211,3 +211,62 @@ fn a_relay_readdresses_without_decoding() {
     imc::readdress_into(&mut out, &PacketView::new(&big.encode().unwrap()).unwrap(), &header);
     assert_eq!(Packet::decode(&out).unwrap(), Packet { header, ..big });
 }
+
+#[test]
+fn lists_keep_what_they_were_given() {
+    let text = || TextMessage { origin: "a".into(), text: "b".into() };
+    let zero = |lat| imc::messages::Goto { lat, ..Default::default() };
+    let mut list = MessageList::from(vec![Some(text().into()), None]);
+    list.push(zero(f64::NAN));
+    assert_eq!((list.len(), list.is_empty()), (3, false));
+    assert_eq!(list.of::<TextMessage>().collect::<Vec<_>>(), [text()]);
+    assert_eq!(list.of::<imc::messages::Goto>().count(), 1);
+    assert_eq!(list.of::<PlanDB>().count(), 0);
+    let kinds: Vec<_> = list.iter().map(|message| message.map(|message| message.abbrev())).collect();
+    assert_eq!(kinds, [Some("TextMessage"), None, Some("Goto")]);
+    // Equal by their bytes.
+    assert_eq!(list, list.clone());
+    assert_ne!(MessageList::from_iter([zero(0.0)]), MessageList::from_iter([zero(-0.0)]));
+    let told = format!("{:?}", MessageList::from(vec![Some(text().into()), None]));
+    assert_eq!(told, r#"MessageList([Some(TextMessage(TextMessage { origin: "a", text: "b" })), None])"#);
+
+    let list = MsgList { msgs: list };
+    for order in [imc::ByteOrder::Little, imc::ByteOrder::Big] {
+        let bytes = Packet { order, ..Packet::new(Header::default(), list.clone()) }.encode().unwrap();
+        assert_eq!(Packet::decode(&bytes).unwrap().get(), Some(&list));
+    }
+}
+
+#[test]
+fn what_cannot_be_packed_is_not_lost_in_silence() {
+    let long = TextMessage { origin: "x".into(), text: "y".repeat(65_536).into() };
+    let fault = EncodeError::Value { message: "MsgList", bytes: 65_536 };
+    let mut msgs = MessageList::from_iter([PlanControl::default()]);
+    msgs.push(long.clone());
+    msgs.push(PlanControl::default());
+    // Left out, and told.
+    assert_eq!((msgs.len(), msgs.iter().flatten().count()), (2, 2));
+    assert!(format!("{msgs:?}").contains("65536"));
+    let list = MsgList { msgs };
+    assert_eq!(Packet::new(Header::default(), list.clone()).encode(), Err(fault.clone()));
+    // Also from deeper down, and in a single place.
+    let around = MsgList { msgs: [list].into_iter().collect() };
+    assert_eq!(Packet::new(Header::default(), around).encode(), Err(fault));
+    let single = PlanDB { arg: long.into(), ..PlanDB::default() };
+    assert!(single.arg.get().is_none() && format!("{:?}", single.arg).contains("65536"));
+    let fault = EncodeError::Value { message: "PlanDB", bytes: 65_536 };
+    assert_eq!(Packet::new(Header::default(), single).encode(), Err(fault));
+}
+
+#[test]
+fn json_of_more_than_a_packet_holds_is_refused() {
+    let elements = vec![json!({"abbrev": "EstimatedState"}); 1_000];
+    let error = read(&json!({"abbrev": "MsgList", "fields": {"msgs": elements}})).unwrap_err();
+    let bytes = 2 + 1_000 * 90;
+    assert_eq!(
+        error.to_string(),
+        format!("MsgList: the payload has {bytes} bytes; a packet holds at most 65535")
+    );
+    let elements = vec![json!({"abbrev": "EstimatedState"}); 1_000];
+    assert!(json::message_from_value(&json!({"abbrev": "MsgList", "fields": {"msgs": elements}})).is_err());
+}

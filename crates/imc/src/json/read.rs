@@ -224,8 +224,8 @@ pub fn unhex(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// A payload being written. What goes beyond the longest payload is counted and not kept: a few bytes of JSON can
-/// ask for a hundred of defaults.
+/// A payload being written. What goes beyond the longest payload is counted and not kept, because a few bytes of
+/// JSON can ask for a hundred of defaults.
 struct Payload {
     out: Vec<u8>,
     bytes: usize,

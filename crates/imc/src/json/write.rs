@@ -110,14 +110,13 @@ pub fn write_header(out: &mut Vec<u8>, header: &Header) {
 
 /// Appends text as a JSON string, or bytes that are no UTF-8 as `{"bytes":"…"}`.
 pub fn write_text(out: &mut Vec<u8>, text: &[u8]) {
-    match str::from_utf8(text) {
+    if let Ok(text) = str::from_utf8(text) {
         // Writing to a vector cannot fail, and every string has a JSON form.
-        Ok(text) => serde_json::to_writer(out, text).unwrap_or_default(),
-        Err(_) => {
-            out.extend_from_slice(br#"{"bytes":"#);
-            quoted_hex(out, text);
-            out.push(b'}');
-        }
+        serde_json::to_writer(out, text).unwrap_or_default();
+    } else {
+        out.extend_from_slice(br#"{"bytes":"#);
+        quoted_hex(out, text);
+        out.push(b'}');
     }
 }
 
