@@ -10,7 +10,9 @@
 //!
 //! Everything here is a function of its arguments: no sockets, clock, threads or randomness. Bytes from
 //! outside never panic, never make it reserve memory by a count they state, and unknown ids, unlisted
-//! numbers, trailing bytes and either byte order survive a round trip.
+//! numbers, trailing bytes and either byte order survive a round trip. Messages inside messages ([`Nested`],
+//! [`MessageList`]) are checked at once and decoded when they are asked for, so that a decoded packet takes
+//! the memory it took on the wire and one struct.
 
 mod address;
 pub mod catalogue;
