@@ -3,8 +3,8 @@
 use flate2::{Compression, write::GzEncoder};
 use imc::catalogue::MESSAGES;
 use imc::messages::{
-    DesiredSpeed, EntityParameter, EntityState, EstimatedState, Goto, PlanManeuver, PlanSpecification,
-    Reference, Rpm, SetEntityParameters, TBRFishTag,
+    DesiredSpeed, EntityParameter, EntityState, EstimatedState, Goto, MsgList, PlanManeuver,
+    PlanSpecification, Reference, Rpm, SetEntityParameters, TBRFishTag,
 };
 use imc::{ByteOrder, Header, Message, Packet, PacketView, ShortPayload, json};
 use std::fs;
@@ -34,7 +34,8 @@ fn messages() -> Vec<Message> {
         TBRFishTag { serial_no: 45, trans_id: 1023, ..TBRFishTag::default() }.into(),
         TBRFishTag { lat: Some(1.1), lon: Some(0.18), ..TBRFishTag::default() }.into(),
         Reference { speed: speed.into(), ..Reference::default() }.into(),
-        plan.into(),
+        plan.clone().into(),
+        MsgList { msgs: [Message::from(plan), Rpm { value: -700 }.into()].into_iter().collect() }.into(),
     ]
 }
 

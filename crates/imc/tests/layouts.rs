@@ -77,6 +77,12 @@ fn nesting_is_bounded_both_ways() {
     assert!(Packet::decode(&deepest).is_ok());
     let error = Packet::new(Header::default(), nested(17)).encode().unwrap_err();
     assert_eq!(error, EncodeError::Depth { message: "PlanDB" });
+    // A list counts as the message it is in.
+    let list =
+        |inner: Message| Packet::new(Header::default(), MsgList { msgs: [inner].into_iter().collect() });
+    let deepest = Packet { order: imc::ByteOrder::Big, ..list(nested(15)) };
+    assert_eq!(Packet::decode(&deepest.encode().unwrap()).unwrap(), deepest);
+    assert_eq!(list(nested(16)).encode().unwrap_err(), EncodeError::Depth { message: "MsgList" });
 
     // 60 nested packets by hand: 8 bytes before each argument, 2 after.
     let mut payload = Vec::new();
