@@ -3,12 +3,13 @@
 use anyhow::{Context as _, bail};
 use config::schema::{control as loops, general, mission as plans, path, simulate, transport, watch};
 use config::{Config, Section, SectionSpec};
-use control::{CourseSpeedConfig, FeedForward, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
+use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
 use imc::Address;
 use mission::{
     BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, TrajectoryConfig, VehicleModel,
 };
-use onboard::{Entity, Settings, parameters};
+use onboard::parameters::{self, Parameter};
+use onboard::{Entity, Settings};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
@@ -50,11 +51,6 @@ pub(crate) fn load(path: &Path, profile: &str) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// The section of the file that holds the parameters of an entity.
-pub(crate) fn section_of<'a>(config: &'a Config, label: &str) -> Option<&'a Section> {
-    config.by_label(label)
-}
-
 /// The brain's settings, and what of the files could not be followed.
 pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, Vec<String>)> {
     let address = config
@@ -70,11 +66,9 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
             if let Some(label) = section.label() {
                 settings.labels.set(entity, label);
             }
-            adopt(section, entity, &mut settings, &mut doubts);
         }
     }
     let general = config.general();
-    settings.path.time_of_arrival_factor_s = general.get(&general::TIME_OF_ARRIVAL_FACTOR);
     match model(&general) {
         Some(model) => settings.mission.engine.model = model,
         None => {
@@ -88,6 +82,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     supervisors(config, &mut settings, &mut doubts);
     maneuvers(config, &mut settings);
     transports(config, &mut settings, &mut doubts);
+    adopt(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
 }
 
@@ -127,26 +122,75 @@ fn base(config: &Config, settings: &mut Settings) {
         settings.guidance.leg = Law::VectorField(VectorFieldConfig::otter());
     }
     for section in config.running(&loops::course_speed::COURSE_SPEED) {
-        // Without a gain of its own the speed table says what a speed needs.
-        let gain = section.get(&loops::course_speed::SPEED_FEEDFORWARD);
-        if gain > 0.0 {
-            settings.control.speed.feed_forward = FeedForward::Gain(gain);
-        }
         if !section.get(&loops::SHARE_SATURATION) {
             settings.control.output.sharing = Sharing::Independent;
         }
     }
 }
 
-/// What the files say of the parameters that the brain knows; what they do not say stays as it is.
-fn adopt(section: &Section, entity: Entity, settings: &mut Settings, doubts: &mut Vec<String>) {
-    for parameter in parameters::all().iter().filter(|parameter| parameter.entity == entity) {
-        let given = section.parameter(parameter.name).filter(|given| given.setting().is_some());
-        let Some(given) = given.filter(|_| parameter.get(settings).is_some()) else { continue };
-        if let Err(error) = parameter.set(settings, &given.value().to_string()) {
-            doubts.push(format!("[{}] {}: {error}; the usual value is used", section.name(), parameter.name));
+/// The values of the parameters that the brain knows, from the files or, where these say nothing, from the
+/// schema: what `check` prints is what is in force.
+fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
+    let mut waiting = parameters::all();
+    // Values that bound each other can need more than one round; each round takes at least one of them.
+    loop {
+        let before = waiting.len();
+        let mut refused = Vec::new();
+        waiting.retain(|parameter| {
+            let Some((section, text)) = home(config, parameter) else { return false };
+            if parameter.get(settings).is_none() {
+                return false;
+            }
+            match parameter.set(settings, &text) {
+                Ok(()) => false,
+                Err(error) => {
+                    refused.push((section, parameter.name, error));
+                    true
+                }
+            }
+        });
+        if waiting.is_empty() || waiting.len() == before {
+            doubts.extend(refused.into_iter().map(|(section, name, error)| {
+                format!("[{section}] {name}: {error}; the usual value is used")
+            }));
+            return;
         }
     }
+}
+
+/// The section in force in which a parameter stands, and its value as text.
+fn home(config: &Config, parameter: &Parameter) -> Option<(String, String)> {
+    let general = std::ptr::eq(*parameter.homes.first()?, &raw const general::GENERAL);
+    let section = if general {
+        config.general()
+    } else {
+        parameter.homes.iter().find_map(|home| config.running(home).next())?.clone()
+    };
+    let value = section.parameter(parameter.name)?.value().to_string();
+    Some((section.name().to_owned(), value))
+}
+
+/// Puts the values of an entity's parameters where the next start reads them.
+///
+/// # Errors
+/// When one has no section in the files that runs: it would not be read.
+pub(crate) fn save(
+    config: &Config,
+    saved: &mut config::Saved,
+    label: &str,
+    values: &[(String, String)],
+) -> anyhow::Result<()> {
+    let (settings, _) = settings(config, 0)?;
+    let entity = settings.labels.find(label).with_context(|| format!("nothing is called {label}"))?;
+    let all = parameters::all();
+    for (name, value) in values {
+        let known =
+            all.iter().find(|one| one.entity == entity && one.name == name && home(config, one).is_some());
+        let parameter = known.with_context(|| format!("no section that runs has `{name}`"))?;
+        let (section, _) = home(config, parameter).context("no section")?;
+        saved.set(&section, name, value);
+    }
+    Ok(())
 }
 
 fn monitored(config: &Config, settings: &mut Settings) {
@@ -192,19 +236,14 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
             teleoperation: ladder(section.get(&watch::lost_comms::DURING_TELEOPERATION)),
             before_first_contact: false,
         };
-        settings.mission.hold_radius_m = section.get(&watch::lost_comms::HOLD_RADIUS);
     }
     let default = BatteryConfig::default();
     settings.watch.battery = BatteryConfig { reserve_remedy: None, critical_remedy: None, ..default };
     for section in config.running(&watch::fuel::FUEL) {
-        let reserve = section.get(&watch::fuel::ERROR_LEVEL) / 100.0;
         let plan = section.get(&watch::fuel::RESERVE_PLAN);
         let action = section.get(&watch::fuel::RESERVE_ACTION);
         let remedy = remedy(action, if plan.is_empty() { &home } else { &plan });
         settings.watch.battery = BatteryConfig {
-            low: section.get(&watch::fuel::WARNING_LEVEL) / 100.0,
-            reserve,
-            critical: reserve / 2.0,
             critical_remedy: remedy.is_some().then_some(Remedy::Hold),
             reserve_remedy: remedy,
             ..BatteryConfig::default()
@@ -262,7 +301,6 @@ fn maneuvers(config: &Config, settings: &mut Settings) {
     }
     for section in config.running(&plans::maneuver::FOLLOW_REFERENCE) {
         let reference = &mut mission.engine.maneuver.reference;
-        reference.tolerance_m = section.get(&plans::maneuver::HORIZONTAL_TOLERANCE);
         reference.default_radius_m = section.get(&plans::maneuver::FOLLOW_RADIUS);
     }
 }
@@ -284,10 +322,9 @@ fn transports(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>
             .is_some_and(|given| given.setting().is_some())
         {
             let listed = section.get(&transport::udp::MESSAGES);
-            let carried =
-                |id: u16| imc::catalogue::by_id(id).is_some_and(|m| listed.iter().any(|l| l == m.abbrev));
-            settings.node.udp.left_out =
-                (0..u16::MAX).filter(|id| !carried(*id) || *id == ANNOUNCE).collect();
+            let all = imc::catalogue::MESSAGES.iter();
+            let left_out = all.filter(|m| m.id == ANNOUNCE || !listed.iter().any(|l| l == m.abbrev));
+            settings.node.udp.left_out = left_out.map(|m| m.id).collect();
         }
         for (host, port) in section.get(&transport::udp::STATIC_DESTINATIONS) {
             match format!("{host}:{port}").parse() {
@@ -323,4 +360,116 @@ pub(crate) fn vessel(config: &Config, start: UtcTime, seed: u64) -> anyhow::Resu
         vessel.environment.current.to_rad = east.atan2(north);
     }
     Ok(vessel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::{InMemory, Ini, Saved};
+    use onboard::parameters::Access;
+
+    const OTTER: &str = "etc/otter.ini";
+
+    fn load(text: &str, saved: &str) -> Config {
+        let files = InMemory::new().with(OTTER, text).with("etc/ntnu-otter-01-saved.ini", saved);
+        let config = Config::load(&files, Path::new(OTTER), &["Simulation"]);
+        assert!(!config.report().has_errors(), "{}", config.report());
+        config
+    }
+
+    fn values(settings: &Settings) -> Vec<(&'static str, Option<String>)> {
+        parameters::all().iter().map(|parameter| (parameter.name, parameter.get(settings))).collect()
+    }
+
+    /// The same vessel with the force controller in place of the one by propeller speed.
+    fn setups() -> [String; 2] {
+        let rpm = crate::OTTER_INI.to_owned();
+        let (before, after) = rpm.split_once("[Control.ASV.HeadingAndSpeed]").unwrap();
+        let after = after.replacen("Enabled = Always", "Enabled = Hardware", 1);
+        let force = after.replacen("Enabled = Never", "Enabled = Simulation", 1);
+        let force = format!("{before}[Control.ASV.HeadingAndSpeed]{force}");
+        [rpm, force]
+    }
+
+    #[test]
+    fn what_check_prints_is_what_is_in_force() {
+        for text in setups() {
+            let config = load(&text, "");
+            let (settings, doubts) = settings(&config, 1).unwrap();
+            assert_eq!(doubts, Vec::<String>::new());
+            let mut seen = 0;
+            for parameter in parameters::all() {
+                let Some((section, printed)) = home(&config, &parameter) else { continue };
+                let Some(in_force) = parameter.get(&settings) else { continue };
+                assert_eq!(in_force, printed, "[{section}] {}", parameter.name);
+                seen += 1;
+            }
+            assert!(seen > 25, "{seen}");
+        }
+    }
+
+    #[test]
+    fn every_parameter_set_and_saved_is_the_same_after_a_restart() {
+        for text in setups() {
+            let config = load(&text, "");
+            let (before, _) = settings(&config, 1).unwrap();
+            for parameter in parameters::all().iter().filter(|parameter| parameter.access == Access::Live) {
+                let Some(old) = parameter.get(&before) else { continue };
+                if home(&config, parameter).is_none() {
+                    continue; // its task does not run, so that no console is told of it to any effect
+                }
+                let mut changed = before.clone();
+                let other = ["1", "0.5", "2", "7", "20", "600", "0.1, 0.2, 0.3"];
+                let new = other.iter().find(|new| **new != old && parameter.set(&mut changed, new).is_ok());
+                let new = new.unwrap_or_else(|| panic!("{}", parameter.name));
+                let mut saved = Saved::default();
+                let label = before.labels.of(parameter.entity);
+                let wanted = values(&changed);
+                let own = [(parameter.name.to_owned(), parameter.get(&changed).unwrap())];
+                save(&config, &mut saved, label, &own).unwrap();
+                let again = load(&text, &saved.to_text().unwrap());
+                let (after, doubts) = settings(&again, 1).unwrap();
+                assert_eq!(values(&after), wanted, "{} = {new}", parameter.name);
+                assert_eq!(doubts, Vec::<String>::new());
+            }
+        }
+    }
+
+    #[test]
+    fn the_levels_of_the_battery_mean_the_same_on_the_wire_and_in_the_file() {
+        let levels = "Warning Level = 50\nReserve Level = 40\nError Level = 15\nReserve Action = hold\n";
+        let text = format!("{}\n[Monitors.FuelLevel]\n{levels}", crate::OTTER_INI);
+        let (settings, _) = settings(&load(&text, ""), 1).unwrap();
+        let battery = settings.watch.battery;
+        assert!((battery.low - 0.5).abs() < 1e-12 && (battery.reserve - 0.4).abs() < 1e-12);
+        assert!((battery.critical - 0.15).abs() < 1e-12);
+        assert_eq!(
+            (battery.reserve_remedy, battery.critical_remedy),
+            (Some(Remedy::Hold), Some(Remedy::Hold))
+        );
+    }
+
+    #[test]
+    fn a_saved_value_of_an_older_version_does_not_keep_the_vessel_ashore() {
+        let saved = "[Supervisors.OperationalLimits]\nMaximum Speed = -1\n[Control.ASV.HeadingAndSpeed]\n\
+                     Ramp Actuation Limit = 0.001\nYaw PID Gains = 2, 0, 0\n";
+        let config = load(crate::OTTER_INI, saved);
+        let (settings, doubts) = settings(&config, 1).unwrap();
+        assert_eq!(settings.watch.limits.max_speed_mps, Some(3.1));
+        assert!((settings.control.yaw.pid.kp - 2.0).abs() < f64::EPSILON);
+        assert_eq!(settings.control.output.ramp_per_s, None);
+        assert_eq!(doubts.len(), 1, "{doubts:?}");
+        let now = onboard::Now { mono: units::MonoTime::default(), utc: UtcTime::default() };
+        onboard::Brain::new(settings, now, Vec::new()).unwrap();
+    }
+
+    #[test]
+    fn what_has_no_section_that_runs_is_not_said_to_be_saved() {
+        let config = load(&crate::OTTER_INI.replace("[Maneuver.FollowReference.ASV]", "[Ignored]"), "");
+        let value = [("Horizontal Tolerance".to_owned(), "20".to_owned())];
+        let mut saved = Saved::from_ini(&Ini::default());
+        let label = settings(&config, 1).unwrap().0.labels.of(Entity::Maneuver).to_owned();
+        assert!(save(&config, &mut saved, &label, &value).is_err());
+        assert_eq!(saved, Saved::default());
+    }
 }

@@ -178,7 +178,7 @@ fn numbers_used_once(config: &Config, found: &mut Found) {
 /// Pairs of limits of which the first must not exceed the second.
 fn limits(config: &Config, found: &mut Found) {
     use mission::maneuver;
-    let ordered: [(&'static SectionSpec, &Param<f64>, &Param<f64>); 6] = [
+    let ordered: [(&'static SectionSpec, &Param<f64>, &Param<f64>); 7] = [
         (
             &control::course_speed::COURSE_SPEED,
             &control::course_speed::MINIMUM_RPM,
@@ -189,7 +189,8 @@ fn limits(config: &Config, found: &mut Found) {
             &control::course_speed_force::MINIMUM_FORCE,
             &control::course_speed_force::MAXIMUM_FORCE,
         ),
-        (&watch::fuel::FUEL, &watch::fuel::ERROR_LEVEL, &watch::fuel::WARNING_LEVEL),
+        (&watch::fuel::FUEL, &watch::fuel::ERROR_LEVEL, &watch::fuel::RESERVE_LEVEL),
+        (&watch::fuel::FUEL, &watch::fuel::RESERVE_LEVEL, &watch::fuel::WARNING_LEVEL),
         (&watch::host::HOST, &watch::host::DISK_ERROR, &watch::host::DISK_WARNING),
         (&maneuver::MULTIPLEXER, &maneuver::SCHEDULED_MINIMUM, &maneuver::SCHEDULED_MAXIMUM),
         (&maneuver::FOLLOW_TRAJECTORY, &maneuver::TRAJECTORY_MINIMUM, &maneuver::TRAJECTORY_MAXIMUM),

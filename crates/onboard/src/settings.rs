@@ -87,6 +87,8 @@ pub struct WatchSettings {
     pub cpu_percent: f64,
     /// Free disk (%) below which a fault is told.
     pub disk_free_percent: f64,
+    /// Free disk (%) below which it is an error.
+    pub disk_error_percent: f64,
     /// Memory (MiB) above which a fault is told.
     pub memory_mib: f64,
     /// Difference between the computer's clock and the satellites' that is a fault (s).
@@ -153,6 +155,7 @@ impl Default for WatchSettings {
             limits: LimitsConfig::default(),
             cpu_percent: 90.0,
             disk_free_percent: 5.0,
+            disk_error_percent: 2.0,
             memory_mib: 200.0,
             clock_offset_s: 2.0,
         }
@@ -174,6 +177,26 @@ impl Default for MissionSettings {
 }
 
 impl Settings {
+    /// Whether every part takes its values and none contradicts another.
+    ///
+    /// # Errors
+    /// Says what is wrong.
+    pub fn validate(&self) -> Result<(), String> {
+        let text = |error: control::InvalidConfig| error.to_string();
+        self.control.validate().map_err(text)?;
+        self.guidance.validate().map_err(text)?;
+        self.path.validate().map_err(text)?;
+        self.remote.validate().map_err(text)?;
+        let BatteryConfig { low, reserve, critical, .. } = self.watch.battery;
+        if critical > reserve || reserve > low {
+            return Err("the levels of the battery must fall from warning to reserve to error".to_owned());
+        }
+        if self.watch.disk_error_percent > self.watch.disk_free_percent {
+            return Err("the disk's warning level must not be below its error level".to_owned());
+        }
+        Ok(())
+    }
+
     /// An Otter with this name and address, everything else as usual.
     pub fn otter(name: &str, address: Address) -> Self {
         Self {

@@ -8,7 +8,7 @@ use common::*;
 use control::MotorPair;
 use imc::Address;
 use imc::messages::*;
-use mission::{LostCommsConfig, Remedy, Step};
+use mission::{LimitsConfig, LostCommsConfig, Remedy, Step};
 use std::time::Duration;
 
 const OTHER: Address = Address(0x4002);
@@ -226,4 +226,38 @@ fn tells_what_it_consists_of_and_ignores_its_own_echo() {
     assert_eq!(sea.mode(), VehicleStateOpMode::default());
     sea.run(1.0);
     assert_eq!(sea.plan_state().state, PlanControlStateState::Ready, "neither echo nor a stray start counts");
+}
+
+#[test]
+fn a_safety_limit_is_not_moved_from_the_bus_and_the_console_is_told_why() {
+    let mut settings = settings();
+    settings.watch.limits =
+        LimitsConfig { max_speed_mps: Some(3.1), speed_remedy: Remedy::Hold, ..LimitsConfig::default() };
+    let mut sea = Sea::with(settings, |_| {}).ready();
+    for (entity, name, value) in [
+        ("Operational Limits", "Maximum Speed", "-1"),
+        ("Operational Limits", "Action", "warn"),
+        ("Fuel Monitor", "Reserve Level", "0"),
+        ("Lost Communications", "Lost Comms Timeout", "86400"),
+        ("Path Control", "ILOS Lookahead Distance", "0"),
+    ] {
+        sea.forget();
+        let parameter = EntityParameter { name: name.into(), value: value.into() };
+        let params = [parameter].into_iter().collect();
+        sea.send(SetEntityParameters { name: entity.into(), params });
+        let told = sea.said.iter().filter(|(_, packet)| packet.header.dst == CONSOLE);
+        let told: Vec<_> = told.filter_map(|(_, packet)| packet.get::<LogBookEntry>()).collect();
+        assert_eq!(told.len(), 1, "{name}");
+        let text = told[0].text.to_string();
+        assert!(text.contains(name) && text.contains("is refused: "), "{text}");
+        assert!(text.contains("file only") || name.starts_with("ILOS"), "{text}");
+        assert!(sea.all::<EntityParameters>().is_empty(), "nothing was taken: {name}");
+    }
+    sea.send(QueryEntityParameters {
+        name: "Operational Limits".into(),
+        visibility: "user".into(),
+        scope: "global".into(),
+    });
+    let told = sea.last::<EntityParameters>().unwrap();
+    assert_eq!(told.params.of::<EntityParameter>().next().unwrap().value, "3.1");
 }
