@@ -176,7 +176,8 @@ impl Console {
 }
 
 fn packet(message: impl Into<Message>) -> Vec<u8> {
-    let header = Header { src: CONSOLE, dst: OTTER, ..Header::default() };
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+    let header = Header { timestamp: since.as_secs_f64(), src: CONSOLE, dst: OTTER, ..Header::default() };
     Packet::new(header, message).encode().unwrap()
 }
 

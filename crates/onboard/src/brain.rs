@@ -12,6 +12,7 @@ use crate::entity::Entity;
 use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
 use crate::navigation::{Estimate, Navigation};
+use crate::operator::Operators;
 use crate::output::{Level, Output};
 use crate::pilot::{Drive, Pilot};
 use crate::plans::Plans;
@@ -42,6 +43,7 @@ pub struct Brain {
     pub(crate) plans: Plans,
     pub(crate) sensors: Sensors,
     pub(crate) discovery: Discovery,
+    pub(crate) operators: Operators,
     pub(crate) supervise: Supervise,
     detections: Detections,
     clock: Clock,
@@ -82,6 +84,7 @@ impl Brain {
             log_name: String::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
+            operators: Operators::default(),
             supervise: Supervise::new(&settings, now.mono),
             detections: Detections::default(),
             clock: Clock::default(),

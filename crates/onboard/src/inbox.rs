@@ -6,7 +6,10 @@ use crate::discovery;
 use crate::entity::Entity;
 use crate::input::Peer;
 use crate::node::Contact;
+use crate::operator::{Keys, Unfit};
 use crate::output::{Level, Output};
+use crate::pilot::Drive;
+use control::RemoteActions;
 use imc::messages::{
     EntityListOp, LoggingControl, LoggingControlOp, Message, RemoteActionsRequest, RemoteActionsRequestOp,
 };
@@ -35,6 +38,7 @@ impl Brain {
         if let Contact::New(name) = contact {
             self.bus.entry(Entity::Udp, Level::Info, format!("{name} ({}) is in contact", header.src));
         }
+        self.operators.heard(now, header.src, header.timestamp);
         if header.src.is_ccu() {
             self.supervise.contact(now);
         }
@@ -45,7 +49,43 @@ impl Brain {
         };
         self.bus.pass_on(bytes, passed);
         let asker = Asker { system: header.src, entity: header.src_ent };
+        if let Message::RemoteActions(keys) = message {
+            if header.dst == self.bus.address() || header.dst == Address::BROADCAST {
+                self.keys(from, header.src, header.timestamp, &keys.actions.to_str_lossy());
+            }
+            return;
+        }
+        let before = self.plans.plan_state().run;
         self.message(asker, header.dst, header.dst_ent, message);
+        if self.plans.plan_state().run != before && matches!(message, Message::PlanControl(_)) {
+            self.operators.started(header.src, from);
+        }
+    }
+
+    /// Keys of an operator, if they may still act.
+    fn keys(&mut self, from: Peer, system: Address, sent_s: f64, text: &str) {
+        let Drive::Remote(operator) = self.pilot.drive() else { return };
+        let operator = operator.map(Address);
+        if operator.is_some_and(|operator| operator != system) {
+            return;
+        }
+        let host = self.bus.node.host_of(system);
+        let keys = Keys { system, from, sent_s, operator };
+        let admitted = self.operators.admit(self.bus.mono(), self.settings.longest_key_age, &keys, host);
+        match admitted {
+            Ok(()) => self.pilot.keys(&mut self.bus, system.0, text),
+            Err(unfit) => {
+                if self.operators.is_news() {
+                    self.bus.entry(Entity::Remote, Level::Warning, unfit.to_string());
+                }
+                let (actions, _) = RemoteActions::parse(text);
+                // Stopping is never too late.
+                if matches!(unfit, Unfit::Late(_)) && (actions.exit || actions.stop) {
+                    let stop = if actions.exit { "Exit=1" } else { "Stop=1" };
+                    self.pilot.keys(&mut self.bus, system.0, stop);
+                }
+            }
+        }
     }
 
     /// The name of a system: as announced, else as configured.
@@ -134,10 +174,6 @@ impl Brain {
                     let seen = Event::Sighting(Sighting { system: asker.system.0, place });
                     self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
                 }
-            }
-            Message::RemoteActions(keys) if commands => {
-                let keys = keys.actions.to_str_lossy().into_owned();
-                self.pilot.keys(&mut self.bus, asker.system.0, &keys);
             }
             _ => {}
         }

@@ -21,6 +21,7 @@ mod inbox;
 mod input;
 mod navigation;
 mod node;
+mod operator;
 mod output;
 pub mod parameters;
 mod pilot;

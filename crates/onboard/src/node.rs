@@ -11,7 +11,7 @@ use crate::settings::{NodeSettings, TransportSettings};
 use imc::Address;
 use imc::messages::Announce;
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::SocketAddrV4;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::Duration;
 use units::MonoTime;
 
@@ -106,6 +106,11 @@ impl Node {
         let was = system.contact.is_some_and(|(_, heard)| now.since(heard) < timeout);
         system.contact = Some((socket, now));
         if was { Contact::Known } else { Contact::New(system.name.clone()) }
+    }
+
+    /// Where a system is in contact by UDP.
+    pub(crate) fn host_of(&self, id: Address) -> Option<Ipv4Addr> {
+        self.systems.get(&id)?.contact.map(|(at, _)| *at.ip())
     }
 
     /// The name a system announced.

@@ -157,6 +157,7 @@ fn control_loops() -> Vec<Parameter> {
         ),
         of(FORCE, course_speed_force::MINIMUM_COURSE_SPEED.spec, Choice(course_speed, set_course_speed)),
         remote(remote::CONNECTION_TIMEOUT.spec, Number(|s| Some(&mut s.remote.connection_timeout_s), 1.0)),
+        remote(remote::LONGEST_AGE.spec, Place::Span(|s| Some(&mut s.longest_key_age))).file_only(),
         remote(remote::THRUST_SCALE.spec, Number(|s| Some(&mut s.remote.thrust_scale), 1.0)),
     ]
 }

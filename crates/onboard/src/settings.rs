@@ -32,6 +32,8 @@ pub struct Settings {
     pub path: PathConfig,
     /// Manual control.
     pub remote: RemoteConfig,
+    /// Keys of an operator that took longer than this beyond the fastest packet have no effect.
+    pub longest_key_age: Duration,
     /// Discovery and transports.
     pub node: NodeSettings,
     /// Names of other systems, by address.
@@ -210,6 +212,7 @@ impl Settings {
             guidance: GuidanceConfig::default(),
             path: PathConfig::default(),
             remote: RemoteConfig::default(),
+            longest_key_age: Duration::from_secs(1),
             node: NodeSettings::default(),
             names: BTreeMap::new(),
             watch: WatchSettings::default(),

@@ -169,6 +169,9 @@ pub mod remote {
     pub const CONNECTION_TIMEOUT: Param<f64> = float("Connection Timeout", 1.0, Unit::Second)
         .within(0.2, 10.0)
         .doc("Without a stick value for so long the motors stop; the Otters use 2 s.");
+    pub const LONGEST_AGE: Param<f64> = float("Maximum Command Age", 1.0, Unit::Second)
+        .within(0.2, 5.0)
+        .doc("Lutra: keys that took so much longer than the fastest packet of their sender have no effect.");
     pub const THRUST_SCALE: Param<f64> =
         float("Thrust Scale", 1.0, Unit::Actuation).within(0.01, 1.0).doc("Actuation at full stick.");
     pub const RC_MODE: Param<i64> = int("RC mode", 0, Unit::None)
@@ -188,6 +191,14 @@ pub mod remote {
     .doc("Manual control from a console.")
     .groups(&[
         OF_EVERY_TASK,
-        &[FREQUENCY.spec, CONNECTION_TIMEOUT.spec, THRUST_SCALE.spec, RC_MODE.spec, SKEW.spec, MIXING.spec],
+        &[
+            FREQUENCY.spec,
+            CONNECTION_TIMEOUT.spec,
+            LONGEST_AGE.spec,
+            THRUST_SCALE.spec,
+            RC_MODE.spec,
+            SKEW.spec,
+            MIXING.spec,
+        ],
     ]);
 }
