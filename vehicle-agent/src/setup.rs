@@ -244,6 +244,8 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
         let action = section.get(&watch::fuel::RESERVE_ACTION);
         let remedy = remedy(action, if plan.is_empty() { &home } else { &plan });
         settings.watch.battery = BatteryConfig {
+            low_v: Some(section.get(&watch::fuel::WARNING_VOLTAGE)).filter(|voltage_v| *voltage_v > 0.0),
+            reserve_v: Some(section.get(&watch::fuel::ERROR_VOLTAGE)).filter(|voltage_v| *voltage_v > 0.0),
             critical_remedy: remedy.is_some().then_some(Remedy::Hold),
             reserve_remedy: remedy,
             ..BatteryConfig::default()
@@ -260,10 +262,8 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
                 None
             }
         };
-        let Some(remedy) = remedy(section.get(&watch::limits::ACTION), &home) else {
-            doubts.push(format!("[{}] limits that only warn are not watched", section.name()));
-            continue;
-        };
+        // Without a remedy they are watched and told of.
+        let remedy = remedy(section.get(&watch::limits::ACTION), &home);
         settings.mission.limits.area.clone_from(&area);
         settings.watch.limits = LimitsConfig {
             area,

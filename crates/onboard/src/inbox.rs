@@ -11,7 +11,8 @@ use crate::output::{Level, Output};
 use crate::pilot::Drive;
 use control::RemoteActions;
 use imc::messages::{
-    EntityListOp, LoggingControl, LoggingControlOp, Message, RemoteActionsRequest, RemoteActionsRequestOp,
+    EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType,
+    RemoteActionsRequest, RemoteActionsRequestOp,
 };
 use imc::{ANY_ENTITY, Address, Packet};
 use mission::{Event, Sighting};
@@ -50,15 +51,22 @@ impl Brain {
         self.bus.pass_on(bytes, passed);
         let asker = Asker { system: header.src, entity: header.src_ent };
         if let Message::RemoteActions(keys) = message {
-            if header.dst == self.bus.address() || header.dst == Address::BROADCAST {
+            if self.is_command(header.dst) {
                 self.keys(from, header.src, header.timestamp, &keys.actions.to_str_lossy());
             }
             return;
         }
         let before = self.plans.plan_state().run;
         self.message(asker, header.dst, header.dst_ent, message);
-        if self.plans.plan_state().run != before && matches!(message, Message::PlanControl(_)) {
-            self.operators.started(header.src, from);
+        if let Message::PlanControl(request) = message {
+            let run = self.plans.plan_state().run;
+            let stops = request.op == PlanControlOp::Stop && request.r#type == PlanControlType::Request;
+            if run != before || (stops && self.is_command(header.dst)) {
+                self.supervise.stepped_in();
+            }
+            if run.is_some() && run != before {
+                self.operators.started(header.src, from);
+            }
         }
     }
 
@@ -88,6 +96,12 @@ impl Brain {
         }
     }
 
+    /// Whether what goes to this address may change the vessel's ways: it names the vessel, or is broadcast on
+    /// purpose.
+    fn is_command(&self, to: Address) -> bool {
+        to == self.bus.address() || to == Address::BROADCAST
+    }
+
     /// The name of a system: as announced, else as configured.
     fn name_of(&self, system: Address) -> String {
         let configured = || self.settings.names.get(&system.0).map(String::as_str);
@@ -113,8 +127,7 @@ impl Brain {
     pub(crate) fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
         let for_us = to == self.bus.address();
         let for_all = to.is_everyone();
-        // What changes the vessel's ways must name it, or broadcast on purpose.
-        let commands = for_us || to == Address::BROADCAST;
+        let commands = self.is_command(to);
         if !(for_us || for_all) {
             return;
         }

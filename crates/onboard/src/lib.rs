@@ -10,6 +10,7 @@
 //! states, discovery, contacts, parameters, the log book.
 
 mod adjust;
+mod arbiter;
 mod authority;
 mod brain;
 mod bus;

@@ -231,8 +231,11 @@ fn tells_what_it_consists_of_and_ignores_its_own_echo() {
 #[test]
 fn a_safety_limit_is_not_moved_from_the_bus_and_the_console_is_told_why() {
     let mut settings = settings();
-    settings.watch.limits =
-        LimitsConfig { max_speed_mps: Some(3.1), speed_remedy: Remedy::Hold, ..LimitsConfig::default() };
+    settings.watch.limits = LimitsConfig {
+        max_speed_mps: Some(3.1),
+        speed_remedy: Some(Remedy::Hold),
+        ..LimitsConfig::default()
+    };
     let mut sea = Sea::with(settings, |_| {}).ready();
     for (entity, name, value) in [
         ("Operational Limits", "Maximum Speed", "-1"),

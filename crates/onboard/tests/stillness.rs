@@ -138,8 +138,11 @@ fn start(argument: impl Into<Message>) -> PlanControl {
 #[test]
 fn a_vessel_on_a_trailer_does_not_hold_its_station() {
     let mut settings = settings();
-    settings.watch.limits =
-        LimitsConfig { max_speed_mps: Some(3.1), speed_remedy: Remedy::Hold, ..LimitsConfig::default() };
+    settings.watch.limits = LimitsConfig {
+        max_speed_mps: Some(3.1),
+        speed_remedy: Some(Remedy::Hold),
+        ..LimitsConfig::default()
+    };
     let thrust = greatest_thrust(settings, 0..60, 6.0, |_| Vec::new());
     assert!(thrust.abs() < f64::EPSILON, "{thrust}");
 }
