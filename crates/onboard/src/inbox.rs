@@ -11,7 +11,7 @@ use crate::output::{Level, Output};
 use crate::pilot::Drive;
 use control::RemoteActions;
 use imc::messages::{
-    EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType,
+    EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType, PlanDBOp,
     RemoteActionsRequest, RemoteActionsRequestOp,
 };
 use imc::{ANY_ENTITY, Address, Packet};
@@ -51,7 +51,7 @@ impl Brain {
         self.bus.pass_on(bytes, passed);
         let asker = Asker { system: header.src, entity: header.src_ent };
         if let Message::RemoteActions(keys) = message {
-            if self.is_command(header.dst) {
+            if header.dst == self.bus.address() {
                 self.keys(from, header.src, header.timestamp, &keys.actions.to_str_lossy());
             }
             return;
@@ -61,7 +61,7 @@ impl Brain {
         if let Message::PlanControl(request) = message {
             let run = self.plans.plan_state().run;
             let stops = request.op == PlanControlOp::Stop && request.r#type == PlanControlType::Request;
-            if run != before || (stops && self.is_command(header.dst)) {
+            if run != before || (stops && self.may_stop(header.dst)) {
                 self.supervise.stepped_in();
             }
             if run.is_some() && run != before {
@@ -96,9 +96,9 @@ impl Brain {
         }
     }
 
-    /// Whether what goes to this address may change the vessel's ways: it names the vessel, or is broadcast on
-    /// purpose.
-    fn is_command(&self, to: Address) -> bool {
+    /// Whether what goes to this address may stop the vessel: it names the vessel, or is broadcast on purpose.
+    /// To stop too many vessels does less harm than to start too many, so what sets one in motion must name it.
+    fn may_stop(&self, to: Address) -> bool {
         to == self.bus.address() || to == Address::BROADCAST
     }
 
@@ -127,7 +127,7 @@ impl Brain {
     pub(crate) fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
         let for_us = to == self.bus.address();
         let for_all = to.is_everyone();
-        let commands = self.is_command(to);
+        let may_stop = self.may_stop(to);
         if !(for_us || for_all) {
             return;
         }
@@ -146,7 +146,7 @@ impl Brain {
                 }
                 None => {}
             },
-            Message::LoggingControl(request) if commands => self.logging(asker, request),
+            Message::LoggingControl(request) if for_us => self.logging(asker, request),
             Message::LogBookControl(request) => discovery::log_book(&mut self.bus, asker, request),
             Message::RemoteActionsRequest(request) if request.op == RemoteActionsRequestOp::Query => {
                 let report = RemoteActionsRequest {
@@ -156,30 +156,30 @@ impl Brain {
                 self.bus.send(Entity::Remote, &report);
             }
             Message::QueryEntityParameters(query) => self.query_parameters(asker, query),
-            Message::SetEntityParameters(set) if commands => self.set_parameters(asker, set),
-            Message::SaveEntityParameters(save) if commands => {
+            Message::SetEntityParameters(set) if for_us => self.set_parameters(asker, set),
+            Message::SaveEntityParameters(save) if for_us => {
                 let label = save.name.to_str_lossy().into_owned();
                 self.save_parameters(&label);
             }
-            Message::PlanDB(request) if commands => {
+            Message::PlanDB(request) if for_us || (may_stop && reads(request.op)) => {
                 let name = self.name_of(asker.system);
                 self.plans.database(&mut self.bus, asker, &name, request);
             }
-            Message::PlanControl(request) if commands => {
+            Message::PlanControl(request) if for_us || (may_stop && request.op == PlanControlOp::Stop) => {
                 let name = self.name_of(asker.system);
                 self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
             }
-            Message::Abort(_) if for_us => {
+            Message::Abort(_) if may_stop => {
                 self.supervise.aborted();
                 let abort = mission::Input::Abort { by: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, abort);
                 self.hold_conditions();
             }
-            Message::TeleoperationDone(_) if commands => {
+            Message::TeleoperationDone(_) if may_stop => {
                 let done = Event::TeleoperationDone { from: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(done));
             }
-            Message::Reference(reference) if commands => {
+            Message::Reference(reference) if for_us => {
                 self.plans.reference(&mut self.bus, &mut self.pilot, asker, reference);
             }
             Message::Announce(announce) => {
@@ -191,4 +191,9 @@ impl Brain {
             _ => {}
         }
     }
+}
+
+/// Whether an operation on the plan database changes nothing.
+fn reads(op: PlanDBOp) -> bool {
+    matches!(op, PlanDBOp::Get | PlanDBOp::GetInfo | PlanDBOp::GetState | PlanDBOp::GetDstate)
 }

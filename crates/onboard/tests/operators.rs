@@ -102,6 +102,19 @@ fn follows_references_until_their_source_falls_silent() {
 }
 
 #[test]
+fn a_commander_without_a_time_limit_has_one() {
+    let mut sea = Sea::new().ready();
+    sea.ask(
+        PlanControlOp::Start,
+        "follow",
+        Some(FollowReference { timeout: 0.0, ..Default::default() }.into()),
+    );
+    sea.run(20.0);
+    assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
+    assert!(sea.run_until(15.0, |sea| sea.plan_state().state == PlanControlStateState::Ready));
+}
+
+#[test]
 fn parameters_are_told_changed_refused_and_saved() {
     let mut sea = Sea::new().ready();
     let query = |name: &str, scope: &str| QueryEntityParameters {
