@@ -11,6 +11,7 @@ use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
 use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
+use crate::intake::Intake;
 use crate::navigation::{Estimate, Navigation};
 use crate::operator::Operators;
 use crate::output::{Level, Output};
@@ -44,6 +45,7 @@ pub struct Brain {
     pub(crate) sensors: Sensors,
     pub(crate) discovery: Discovery,
     pub(crate) operators: Operators,
+    pub(crate) intake: Intake,
     pub(crate) supervise: Supervise,
     detections: Detections,
     clock: Clock,
@@ -85,6 +87,7 @@ impl Brain {
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
             operators: Operators::default(),
+            intake: Intake::new(now.mono),
             supervise: Supervise::new(&settings, now.mono),
             detections: Detections::default(),
             clock: Clock::default(),
@@ -226,6 +229,10 @@ impl Brain {
             self.next_second = now + SECOND;
             if let Some(estimate) = &self.estimate {
                 self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
+            }
+            if let Some(packets) = self.intake.declare(now) {
+                let text = format!("too much comes from others: {packets} of their packets are not logged");
+                self.bus.entry(Entity::Logger, Level::Warning, text);
             }
         }
         self.tell_conditions();

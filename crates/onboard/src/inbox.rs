@@ -24,7 +24,9 @@ impl Brain {
         let packet = match Packet::decode(&bytes) {
             Ok(packet) => packet,
             Err(error) => {
-                self.bus.console(Level::Debug, format!("a packet is refused: {error}"));
+                if self.intake.admits(self.bus.mono(), Address::NULL, bytes.len()) {
+                    self.bus.console(Level::Debug, format!("a packet is refused: {error}"));
+                }
                 return;
             }
         };
@@ -44,11 +46,13 @@ impl Brain {
             self.supervise.contact(now);
         }
         // What others say is logged; announcements also reach those who only listen by TCP.
-        let passed = match message {
-            Message::Announce(_) => self.bus.node.tcp_but(from),
-            _ => Vec::new(),
-        };
-        self.bus.pass_on(bytes, passed);
+        if self.intake.admits(now, header.src, bytes.len()) {
+            let passed = match message {
+                Message::Announce(_) => self.bus.node.tcp_but(from),
+                _ => Vec::new(),
+            };
+            self.bus.pass_on(bytes, passed);
+        }
         let asker = Asker { system: header.src, entity: header.src_ent };
         if let Message::RemoteActions(keys) = message {
             if header.dst == self.bus.address() {

@@ -20,6 +20,7 @@ mod entity;
 mod health;
 mod inbox;
 mod input;
+mod intake;
 mod navigation;
 mod node;
 mod operator;
