@@ -1,12 +1,13 @@
 //! From configuration files to the settings of the brain and of the simulated vessel.
 
 use anyhow::{Context as _, bail};
-use config::schema::{control as loops, general, mission as plans, path, simulate, transport, watch};
+use config::schema::{control as loops, device, general, mission as plans, path, simulate, transport, watch};
 use config::{Config, Section, SectionSpec};
 use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
 use imc::Address;
 use mission::{
-    BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, TrajectoryConfig, VehicleModel,
+    BatteryConfig, FollowSystemConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy,
+    ScheduledGotoConfig, Speed, Step, TrajectoryConfig, VehicleModel,
 };
 use onboard::parameters::{self, Parameter};
 use onboard::{Entity, Settings};
@@ -76,9 +77,10 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
                 .push("[General] the speed conversion is no rising table; the usual one is used".to_owned());
         }
     }
+    settings.mission.limits.max_depth_m = general.get(&general::MAXIMUM_DEPTH);
     settings.mission.capacity_wh = general.get(&general::BATTERY_CAPACITY);
     settings.watch.cpu_percent = general.get(&general::CPU_MAXIMUM);
-    monitored(config, &mut settings);
+    monitored(config, &mut settings, &mut doubts);
     supervisors(config, &mut settings, &mut doubts);
     maneuvers(config, &mut settings);
     transports(config, &mut settings, &mut doubts);
@@ -193,26 +195,59 @@ pub(crate) fn save(
     Ok(())
 }
 
-fn monitored(config: &Config, settings: &mut Settings) {
+fn monitored(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
+    let hardware = config.profiles().selected().iter().any(|profile| profile == "Hardware");
     for section in config.running(&watch::entities::ENTITIES) {
-        let known: Vec<Entity> = section
-            .get(&watch::entities::MONITORED)
-            .iter()
-            .filter_map(|label| settings.labels.find(label))
-            .collect();
+        let mut labels = section.get(&watch::entities::MONITORED);
+        if hardware {
+            labels.extend(section.get(&watch::entities::MONITORED_HARDWARE));
+        }
         let motors = [Entity::MotorPort, Entity::MotorStarboard];
         // In order and once each; the vessel never sails without its motors' feedback.
+        let known = parts(config, settings, section, &labels, doubts);
         let all: BTreeSet<Entity> = known.into_iter().chain(motors).collect();
         settings.watch.monitored = all.into_iter().collect();
+        // Lutra's parts are in one program: those that can fall silent are the devices.
+        let silence = Duration::from_secs_f64(section.get(&watch::entities::REPORT_TIMEOUT));
+        settings.watch.gnss_timeout = settings.watch.gnss_timeout.min(silence);
+        settings.watch.motor_timeout = settings.watch.motor_timeout.min(silence);
     }
     for section in config.running(&watch::vehicle::VEHICLE) {
         let labels = section.get(&watch::vehicle::VITAL_ENTITIES);
-        let vital: Vec<Entity> = labels.iter().filter_map(|label| settings.labels.find(label)).collect();
+        let vital = parts(config, settings, section, &labels, doubts);
         if !vital.is_empty() {
             settings.watch.vital = vital;
         }
         settings.mission.supervisor_report_hz = section.get(&watch::vehicle::FREQUENCY);
+        // A maneuver whose path control does not answer for so long has failed; a second is the least that a
+        // compass of one position a second leaves room for.
+        let answer_s = section.get(&watch::vehicle::HANDLING_TIMEOUT).max(1.0);
+        settings.mission.engine.maneuver.path_silence = Duration::from_secs_f64(answer_s);
     }
+}
+
+/// The parts of the vessel with these labels. The motor card stands for both motors; what else is a task of
+/// the files but no part that Lutra watches is told.
+fn parts(
+    config: &Config,
+    settings: &Settings,
+    section: &Section,
+    labels: &[String],
+    doubts: &mut Vec<String>,
+) -> Vec<Entity> {
+    let card = |label: &str| {
+        let mut cards = config.sections().iter().filter(|section| section.is(&device::torqeedo::TORQEEDO));
+        cards.any(|section| section.label() == Some(label))
+    };
+    let mut found = Vec::new();
+    for label in labels {
+        match settings.labels.find(label) {
+            Some(entity) => found.push(entity),
+            None if card(label) => found.extend([Entity::MotorPort, Entity::MotorStarboard]),
+            None => doubts.push(format!("[{}] `{label}` is no part that Lutra watches", section.name())),
+        }
+    }
+    found
 }
 
 fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
@@ -302,6 +337,26 @@ fn maneuvers(config: &Config, settings: &mut Settings) {
     for section in config.running(&plans::maneuver::FOLLOW_REFERENCE) {
         let reference = &mut mission.engine.maneuver.reference;
         reference.default_radius_m = section.get(&plans::maneuver::FOLLOW_RADIUS);
+        let speed = section.get(&plans::maneuver::FOLLOW_SPEED);
+        reference.default_speed = match section.get(&plans::maneuver::FOLLOW_SPEED_UNITS) {
+            "rpm" => Speed::Rpm(speed),
+            "m/s" => Speed::MetresPerSecond(speed),
+            _ => Speed::Percent(speed),
+        };
+    }
+    for section in config.running(&plans::maneuver::FOLLOW_SYSTEM) {
+        mission.engine.maneuver.system = FollowSystemConfig {
+            min_displace_m: section.get(&plans::maneuver::FOLLOW_DISPLACEMENT),
+            safety_m: section.get(&plans::maneuver::FOLLOW_STOP),
+            slack_m: section.get(&plans::maneuver::FOLLOW_TOLERANCE),
+            silence: Duration::from_secs_f64(section.get(&plans::maneuver::FOLLOW_TIMEOUT)),
+        };
+    }
+    for section in config.running(&plans::maneuver::MULTIPLEXER) {
+        mission.engine.maneuver.scheduled = ScheduledGotoConfig {
+            min_mps: section.get(&plans::maneuver::SCHEDULED_MINIMUM),
+            max_mps: section.get(&plans::maneuver::SCHEDULED_MAXIMUM),
+        };
     }
 }
 
@@ -471,5 +526,34 @@ mod tests {
         let label = settings(&config, 1).unwrap().0.labels.of(Entity::Maneuver).to_owned();
         assert!(save(&config, &mut saved, &label, &value).is_err());
         assert_eq!(saved, Saved::default());
+    }
+
+    #[test]
+    fn voltages_and_silences_of_the_files_are_obeyed() {
+        let more = "[Monitors.FuelLevel]\nWarning Voltage = 26\nError Voltage = 24.5\n\
+                    [Supervisors.Vehicle]\nManeuver Handling Timeout = 3\nVital Entities = GPS\n\
+                    [Monitors.Entities]\nReport Timeout = 1.5\nDefault Monitoring = Navigation, UDP\n\
+                    [Supervisors.OperationalLimits]\nAction = warn\nArea = 63, 10, 64, 10, 64, 11\n";
+        let config = load(&format!("{}\n{more}", crate::OTTER_INI), "");
+        let (settings, doubts) = settings(&config, 1).unwrap();
+        assert_eq!(doubts, Vec::<String>::new());
+        let watch = &settings.watch;
+        assert_eq!((watch.battery.low_v, watch.battery.reserve_v), (Some(26.0), Some(24.5)));
+        assert_eq!(settings.mission.engine.maneuver.path_silence, Duration::from_secs(3));
+        let least = Duration::from_millis(1500);
+        assert_eq!((watch.gnss_timeout, watch.motor_timeout), (least, least));
+        assert_eq!(watch.vital, [Entity::Gps]);
+        assert!(watch.monitored.contains(&Entity::Udp) && watch.monitored.contains(&Entity::MotorPort));
+        assert!(watch.limits.area.is_some() && watch.limits.max_speed_mps.is_some(), "watched");
+        assert_eq!((&watch.limits.area_remedy, &watch.limits.speed_remedy), (&None, &None), "and told");
+        assert!(settings.mission.limits.area.is_some(), "plans must stay inside all the same");
+    }
+
+    #[test]
+    fn a_part_that_lutra_does_not_watch_is_told() {
+        let more = "[Monitors.Entities]\nDefault Monitoring = Navigation, Simulation Engine\n";
+        let config = load(&format!("{}\n{more}", crate::OTTER_INI), "");
+        let (_, doubts) = settings(&config, 1).unwrap();
+        assert_eq!(doubts, ["[Monitors.Entities] `Simulation Engine` is no part that Lutra watches"]);
     }
 }

@@ -146,7 +146,8 @@ impl Config {
 }
 
 impl Section {
-    pub(crate) fn is(&self, spec: &'static SectionSpec) -> bool {
+    /// Whether `spec` describes this section, running or not.
+    pub fn is(&self, spec: &'static SectionSpec) -> bool {
         self.spec.is_some_and(|own| std::ptr::eq(own, spec))
     }
 }

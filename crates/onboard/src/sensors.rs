@@ -14,8 +14,6 @@ use imc::messages::{
 use std::time::Duration;
 use units::MonoTime;
 
-/// Silence of the compass that is an error.
-const GNSS_SILENCE: Duration = Duration::from_secs(4);
 const SECONDS_OF_DAY: i64 = 86_400_000_000;
 
 /// What is known of the sensors.
@@ -153,7 +151,7 @@ impl Sensors {
         let now = bus.mono();
         match self.gnss.map(|at| now.since(at)) {
             None => states.set(bus, Entity::Gps, Condition::Boot, "waiting for the compass"),
-            Some(silence) if silence > GNSS_SILENCE => {
+            Some(silence) if silence > settings.gnss_timeout => {
                 let text = format!("nothing from the compass for {} s", silence.as_secs());
                 states.set(bus, Entity::Gps, Condition::Error, text);
             }

@@ -75,6 +75,8 @@ pub struct WatchSettings {
     pub monitored: Vec<Entity>,
     /// Those that count also for a plan that ignores errors.
     pub vital: Vec<Entity>,
+    /// Silence of the compass that is an error.
+    pub gnss_timeout: Duration,
     /// Silence of a motor's feedback that is an error.
     pub motor_timeout: Duration,
     /// Silence of the batteries that is a fault.
@@ -150,6 +152,7 @@ impl Default for WatchSettings {
         Self {
             monitored: vec![Daemon, Gps, Navigation, Path, MotorPort, MotorStarboard],
             vital: vec![Navigation],
+            gnss_timeout: Duration::from_secs(4),
             motor_timeout: Duration::from_secs(2),
             battery_timeout: Duration::from_secs(10),
             battery: BatteryConfig::default(),

@@ -187,7 +187,7 @@ pub mod maneuver {
     pub const FOLLOW_SPEED_UNITS: Param<&str> =
         choice("Default Speed Units", "percent", &["percent", "rpm", "m/s"])
             .doc("Units of the default speed.");
-    pub const SEPARATION: Param<f64> = float("Minimum Separation", 15.0, Unit::Metre)
+    pub const SEPARATION: Param<f64> = float("Minimum Separation", 0.0, Unit::Metre)
         .within(0.0, 1000.0)
         .doc("Lutra: stop when another vessel is announced closer than this; 0 never stops.");
 
