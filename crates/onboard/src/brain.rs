@@ -72,7 +72,7 @@ impl Brain {
     pub fn new(settings: Settings, now: Now, kept: Vec<Record>) -> Result<Self, control::InvalidConfig> {
         let mut bus = Bus::new(&settings, now);
         let watch = &settings.watch;
-        let states = States::new(watch.monitored.clone(), watch.vital.clone(), now.mono);
+        let states = States::new(watch.monitored.clone(), now.mono);
         let pilot = Pilot::new(&settings)?;
         bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
         bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
@@ -325,11 +325,14 @@ impl Brain {
         set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
         set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
         let text = match (self.pilot.drive(), self.pilot.is_connected()) {
-            (Drive::Remote(_), true) => "an operator steers; motors stop when the messages do",
-            (Drive::Remote(_), false) => "waiting for the operator; motors stopped",
-            (Drive::Off | Drive::Path, _) => "inactive",
+            (Drive::Remote(_), true) => {
+                let silence_s = self.settings.remote.connection_timeout_s;
+                format!("an operator steers; motors stop {silence_s:.1} s after the last message")
+            }
+            (Drive::Remote(_), false) => "waiting for the operator; motors stopped".to_owned(),
+            (Drive::Off | Drive::Path, _) => "inactive".to_owned(),
         };
-        set(&mut self.states, &mut self.bus, Entity::Remote, text.to_owned());
+        set(&mut self.states, &mut self.bus, Entity::Remote, text);
         self.with_desk(Supervise::watch);
     }
 

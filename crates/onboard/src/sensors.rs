@@ -159,16 +159,24 @@ impl Sensors {
         }
         let health = navigation.health(now);
         let (condition, text) = match health {
-            NavigationHealth::Waiting => (Condition::Boot, "waiting for GPS fix"),
-            NavigationHealth::Good => (Condition::Normal, "active"),
-            NavigationHealth::Reckoning => (Condition::Normal, "no position; reckoning on"),
-            NavigationHealth::NoPosition => {
-                (Condition::Error, "waiting for GPS fix; nobody steers until then")
+            NavigationHealth::Waiting => (Condition::Boot, "waiting for GPS fix".to_owned()),
+            NavigationHealth::Good => (Condition::Normal, "active".to_owned()),
+            NavigationHealth::Reckoning => {
+                let most_s = navigation.settings().reckoning_s;
+                (
+                    Condition::Normal,
+                    format!("no position; reckoning on, nobody steers after {most_s:.0} s of it"),
+                )
             }
-            NavigationHealth::NoHeading => (Condition::Error, "no heading; nobody steers until there is one"),
+            NavigationHealth::NoPosition => {
+                (Condition::Error, "waiting for GPS fix; nobody steers until then".to_owned())
+            }
+            NavigationHealth::NoHeading => {
+                (Condition::Error, "no heading; nobody steers until there is one".to_owned())
+            }
         };
         if self.navigation.replace(health) != Some(health) && condition == Condition::Error {
-            bus.entry(Entity::Navigation, Level::Error, text);
+            bus.entry(Entity::Navigation, Level::Error, text.clone());
         }
         states.set(bus, Entity::Navigation, condition, text);
         for side in [Side::Port, Side::Starboard] {
