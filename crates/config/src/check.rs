@@ -7,7 +7,7 @@ use crate::problem::{Problem, ProblemKind, Severity};
 use crate::read::read;
 use crate::schema::{self, control, device, general, mission, path, simulate, transport, watch};
 use crate::section::Section;
-use crate::spec::{Param, ParamSpec, SectionSpec};
+use crate::spec::{Kind, Param, ParamSpec, SectionSpec};
 use crate::suggest;
 
 /// The label of the agent itself.
@@ -309,7 +309,8 @@ fn not_honoured(section: &Section, found: &mut Found) {
     let Some(spec) = section.spec() else { return };
     for parameter in section.parameters() {
         let (Some(param), Some(_)) = (parameter.spec(), parameter.setting()) else { continue };
-        let Some(entry) = schema::not_honoured(spec.name(), param.name) else { continue };
+        let entry = schema::not_honoured(spec.name(), param.name).filter(|_| param.kind != Kind::Unused);
+        let Some(entry) = entry else { continue };
         let same = |text: &str| read(param, text).value.as_ref() == Some(parameter.value());
         // An empty text is the default to the reader of files; here it means an empty value.
         let is_empty = parameter.value().to_string().is_empty();

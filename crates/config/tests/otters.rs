@@ -14,7 +14,7 @@ fn load(vessel: &str, profile: &str) -> Option<Config> {
 fn every_vessel_loads_in_both_profiles_with_a_known_report() {
     for (vessel, address) in [("ntnu-otter-01", 0x2810), ("ntnu-otter-02", 0x2811), ("ntnu-otter-03", 0x2812)]
     {
-        for (profile, errors, warnings, notes) in [("Simulation", 0, 9, 46), ("Hardware", 0, 5, 43)] {
+        for (profile, errors, warnings, notes) in [("Simulation", 0, 9, 40), ("Hardware", 0, 5, 37)] {
             let Some(config) = load(vessel, profile) else { return };
             let counts = config.report().counts();
             let found = (counts.errors, counts.warnings, counts.notes);
@@ -106,7 +106,7 @@ fn the_effective_configuration_names_the_line_of_every_value() {
     assert!(line("Maximum Track Length = 25000 m").ends_with("# default"));
     assert!(line("Corridor -- Entry Angle = 15 deg").contains("basic.ini:"));
     assert!(line("[Transports.FTP]").contains("not used"));
-    assert!(shown.ends_with("0 errors, 9 warnings, 46 notes\n"));
+    assert!(shown.ends_with("0 errors, 9 warnings, 40 notes\n"));
 }
 
 #[test]
