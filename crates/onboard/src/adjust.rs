@@ -52,7 +52,7 @@ impl Brain {
                     taken.extend(self.value(&parameter));
                 }
                 Err(error) => {
-                    let text = format!("{label}: {name} = {value} is refused: {error}");
+                    let text = format!("{name} = {value} is refused: {error}");
                     self.bus.entry_to(entity, asker, Level::Warning, text);
                 }
             }
