@@ -12,8 +12,8 @@ use std::process::Command;
 const LAYERS: [(u8, &[&str]); 5] = [
     (0, &["units"]),
     (1, &["charts", "imc"]),
-    (2, &["acoustics", "control", "drivers", "link", "mission", "planner"]),
-    (3, &["api", "config", "hub", "onboard", "sim", "store"]),
+    (2, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
+    (3, &["api", "hub", "onboard", "sim", "store"]),
     (4, &["imc-cli", "lutra-server", "lutra-tests", "vehicle-agent", "xtask"]),
 ];
 

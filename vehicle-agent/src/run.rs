@@ -302,14 +302,10 @@ impl Agent {
 
     /// Writes changed parameters beside the main file, to be read after all others at the next start.
     fn save(&mut self, label: &str, values: &[(String, String)]) -> anyhow::Result<()> {
-        let section =
-            setup::section_of(&self.config, label).with_context(|| format!("no section for {label}"))?;
         let path = self.config.saved_path().context("the vehicle has no name for a file")?;
         let (ini, _) = config::Ini::read(&config::Disk, &path);
         let mut saved = config::Saved::from_ini(&ini);
-        for (name, value) in values.iter().filter(|(name, _)| section.parameter(name).is_some()) {
-            saved.set(section.name(), name, value);
-        }
+        setup::save(&self.config, &mut saved, label, values)?;
         let text = saved.to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
         config::write_atomically(&path, &text).with_context(|| format!("writing {}", path.display()))
     }

@@ -1,14 +1,16 @@
 //! From configuration files to the settings of the brain and of the simulated vessel.
 
 use anyhow::{Context as _, bail};
-use config::schema::{control as loops, general, mission as plans, path, simulate, transport, watch};
+use config::schema::{control as loops, device, general, mission as plans, path, simulate, transport, watch};
 use config::{Config, Section, SectionSpec};
-use control::{CourseSpeedConfig, FeedForward, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
+use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
 use imc::Address;
 use mission::{
-    BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, TrajectoryConfig, VehicleModel,
+    BatteryConfig, FollowSystemConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy,
+    ScheduledGotoConfig, Speed, Step, TrajectoryConfig, VehicleModel,
 };
-use onboard::{Entity, Settings, parameters};
+use onboard::parameters::{self, Parameter};
+use onboard::{Entity, Settings};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
@@ -50,11 +52,6 @@ pub(crate) fn load(path: &Path, profile: &str) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// The section of the file that holds the parameters of an entity.
-pub(crate) fn section_of<'a>(config: &'a Config, label: &str) -> Option<&'a Section> {
-    config.by_label(label)
-}
-
 /// The brain's settings, and what of the files could not be followed.
 pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, Vec<String>)> {
     let address = config
@@ -70,11 +67,9 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
             if let Some(label) = section.label() {
                 settings.labels.set(entity, label);
             }
-            adopt(section, entity, &mut settings, &mut doubts);
         }
     }
     let general = config.general();
-    settings.path.time_of_arrival_factor_s = general.get(&general::TIME_OF_ARRIVAL_FACTOR);
     match model(&general) {
         Some(model) => settings.mission.engine.model = model,
         None => {
@@ -82,12 +77,14 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
                 .push("[General] the speed conversion is no rising table; the usual one is used".to_owned());
         }
     }
+    settings.mission.limits.max_depth_m = general.get(&general::MAXIMUM_DEPTH);
     settings.mission.capacity_wh = general.get(&general::BATTERY_CAPACITY);
     settings.watch.cpu_percent = general.get(&general::CPU_MAXIMUM);
-    monitored(config, &mut settings);
+    monitored(config, &mut settings, &mut doubts);
     supervisors(config, &mut settings, &mut doubts);
     maneuvers(config, &mut settings);
     transports(config, &mut settings, &mut doubts);
+    adopt(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
 }
 
@@ -127,48 +124,130 @@ fn base(config: &Config, settings: &mut Settings) {
         settings.guidance.leg = Law::VectorField(VectorFieldConfig::otter());
     }
     for section in config.running(&loops::course_speed::COURSE_SPEED) {
-        // Without a gain of its own the speed table says what a speed needs.
-        let gain = section.get(&loops::course_speed::SPEED_FEEDFORWARD);
-        if gain > 0.0 {
-            settings.control.speed.feed_forward = FeedForward::Gain(gain);
-        }
         if !section.get(&loops::SHARE_SATURATION) {
             settings.control.output.sharing = Sharing::Independent;
         }
     }
 }
 
-/// What the files say of the parameters that the brain knows; what they do not say stays as it is.
-fn adopt(section: &Section, entity: Entity, settings: &mut Settings, doubts: &mut Vec<String>) {
-    for parameter in parameters::all().iter().filter(|parameter| parameter.entity == entity) {
-        let given = section.parameter(parameter.name).filter(|given| given.setting().is_some());
-        let Some(given) = given.filter(|_| parameter.get(settings).is_some()) else { continue };
-        if let Err(error) = parameter.set(settings, &given.value().to_string()) {
-            doubts.push(format!("[{}] {}: {error}; the usual value is used", section.name(), parameter.name));
+/// The values of the parameters that the brain knows, from the files or, where these say nothing, from the
+/// schema: what `check` prints is what is in force.
+fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
+    let mut waiting = parameters::all();
+    // Values that bound each other can need more than one round; each round takes at least one of them.
+    loop {
+        let before = waiting.len();
+        let mut refused = Vec::new();
+        waiting.retain(|parameter| {
+            let Some((section, text)) = home(config, parameter) else { return false };
+            if parameter.get(settings).is_none() {
+                return false;
+            }
+            match parameter.set(settings, &text) {
+                Ok(()) => false,
+                Err(error) => {
+                    refused.push((section, parameter.name, error));
+                    true
+                }
+            }
+        });
+        if waiting.is_empty() || waiting.len() == before {
+            doubts.extend(refused.into_iter().map(|(section, name, error)| {
+                format!("[{section}] {name}: {error}; the usual value is used")
+            }));
+            return;
         }
     }
 }
 
-fn monitored(config: &Config, settings: &mut Settings) {
+/// The section in force in which a parameter stands, and its value as text.
+fn home(config: &Config, parameter: &Parameter) -> Option<(String, String)> {
+    let general = std::ptr::eq(*parameter.homes.first()?, &raw const general::GENERAL);
+    let section = if general {
+        config.general()
+    } else {
+        parameter.homes.iter().find_map(|home| config.running(home).next())?.clone()
+    };
+    let value = section.parameter(parameter.name)?.value().to_string();
+    Some((section.name().to_owned(), value))
+}
+
+/// Puts the values of an entity's parameters where the next start reads them.
+///
+/// # Errors
+/// When one has no section in the files that runs: it would not be read.
+pub(crate) fn save(
+    config: &Config,
+    saved: &mut config::Saved,
+    label: &str,
+    values: &[(String, String)],
+) -> anyhow::Result<()> {
+    let (settings, _) = settings(config, 0)?;
+    let entity = settings.labels.find(label).with_context(|| format!("nothing is called {label}"))?;
+    let all = parameters::all();
+    for (name, value) in values {
+        let known =
+            all.iter().find(|one| one.entity == entity && one.name == name && home(config, one).is_some());
+        let parameter = known.with_context(|| format!("no section that runs has `{name}`"))?;
+        let (section, _) = home(config, parameter).context("no section")?;
+        saved.set(&section, name, value);
+    }
+    Ok(())
+}
+
+fn monitored(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
+    let hardware = config.profiles().selected().iter().any(|profile| profile == "Hardware");
     for section in config.running(&watch::entities::ENTITIES) {
-        let known: Vec<Entity> = section
-            .get(&watch::entities::MONITORED)
-            .iter()
-            .filter_map(|label| settings.labels.find(label))
-            .collect();
+        let mut labels = section.get(&watch::entities::MONITORED);
+        if hardware {
+            labels.extend(section.get(&watch::entities::MONITORED_HARDWARE));
+        }
         let motors = [Entity::MotorPort, Entity::MotorStarboard];
         // In order and once each; the vessel never sails without its motors' feedback.
+        let known = parts(config, settings, section, &labels, doubts);
         let all: BTreeSet<Entity> = known.into_iter().chain(motors).collect();
         settings.watch.monitored = all.into_iter().collect();
+        // Lutra's parts are in one program: those that can fall silent are the devices.
+        let silence = Duration::from_secs_f64(section.get(&watch::entities::REPORT_TIMEOUT));
+        settings.watch.gnss_timeout = settings.watch.gnss_timeout.min(silence);
+        settings.watch.motor_timeout = settings.watch.motor_timeout.min(silence);
     }
     for section in config.running(&watch::vehicle::VEHICLE) {
         let labels = section.get(&watch::vehicle::VITAL_ENTITIES);
-        let vital: Vec<Entity> = labels.iter().filter_map(|label| settings.labels.find(label)).collect();
+        let vital = parts(config, settings, section, &labels, doubts);
         if !vital.is_empty() {
             settings.watch.vital = vital;
         }
         settings.mission.supervisor_report_hz = section.get(&watch::vehicle::FREQUENCY);
+        // A maneuver whose path control does not answer for so long has failed; a second is the least that a
+        // compass of one position a second leaves room for.
+        let answer_s = section.get(&watch::vehicle::HANDLING_TIMEOUT).max(1.0);
+        settings.mission.engine.maneuver.path_silence = Duration::from_secs_f64(answer_s);
     }
+}
+
+/// The parts of the vessel with these labels. The motor card stands for both motors; what else is a task of
+/// the files but no part that Lutra watches is told.
+fn parts(
+    config: &Config,
+    settings: &Settings,
+    section: &Section,
+    labels: &[String],
+    doubts: &mut Vec<String>,
+) -> Vec<Entity> {
+    let card = |label: &str| {
+        let mut cards = config.sections().iter().filter(|section| section.is(&device::torqeedo::TORQEEDO));
+        cards.any(|section| section.label() == Some(label))
+    };
+    let mut found = Vec::new();
+    for label in labels {
+        match settings.labels.find(label) {
+            Some(entity) => found.push(entity),
+            None if card(label) => found.extend([Entity::MotorPort, Entity::MotorStarboard]),
+            None => doubts.push(format!("[{}] `{label}` is no part that Lutra watches", section.name())),
+        }
+    }
+    found
 }
 
 fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
@@ -192,19 +271,16 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
             teleoperation: ladder(section.get(&watch::lost_comms::DURING_TELEOPERATION)),
             before_first_contact: false,
         };
-        settings.mission.hold_radius_m = section.get(&watch::lost_comms::HOLD_RADIUS);
     }
     let default = BatteryConfig::default();
     settings.watch.battery = BatteryConfig { reserve_remedy: None, critical_remedy: None, ..default };
     for section in config.running(&watch::fuel::FUEL) {
-        let reserve = section.get(&watch::fuel::ERROR_LEVEL) / 100.0;
         let plan = section.get(&watch::fuel::RESERVE_PLAN);
         let action = section.get(&watch::fuel::RESERVE_ACTION);
         let remedy = remedy(action, if plan.is_empty() { &home } else { &plan });
         settings.watch.battery = BatteryConfig {
-            low: section.get(&watch::fuel::WARNING_LEVEL) / 100.0,
-            reserve,
-            critical: reserve / 2.0,
+            low_v: Some(section.get(&watch::fuel::WARNING_VOLTAGE)).filter(|voltage_v| *voltage_v > 0.0),
+            reserve_v: Some(section.get(&watch::fuel::ERROR_VOLTAGE)).filter(|voltage_v| *voltage_v > 0.0),
             critical_remedy: remedy.is_some().then_some(Remedy::Hold),
             reserve_remedy: remedy,
             ..BatteryConfig::default()
@@ -221,10 +297,8 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
                 None
             }
         };
-        let Some(remedy) = remedy(section.get(&watch::limits::ACTION), &home) else {
-            doubts.push(format!("[{}] limits that only warn are not watched", section.name()));
-            continue;
-        };
+        // Without a remedy they are watched and told of.
+        let remedy = remedy(section.get(&watch::limits::ACTION), &home);
         settings.mission.limits.area.clone_from(&area);
         settings.watch.limits = LimitsConfig {
             area,
@@ -262,8 +336,27 @@ fn maneuvers(config: &Config, settings: &mut Settings) {
     }
     for section in config.running(&plans::maneuver::FOLLOW_REFERENCE) {
         let reference = &mut mission.engine.maneuver.reference;
-        reference.tolerance_m = section.get(&plans::maneuver::HORIZONTAL_TOLERANCE);
         reference.default_radius_m = section.get(&plans::maneuver::FOLLOW_RADIUS);
+        let speed = section.get(&plans::maneuver::FOLLOW_SPEED);
+        reference.default_speed = match section.get(&plans::maneuver::FOLLOW_SPEED_UNITS) {
+            "rpm" => Speed::Rpm(speed),
+            "m/s" => Speed::MetresPerSecond(speed),
+            _ => Speed::Percent(speed),
+        };
+    }
+    for section in config.running(&plans::maneuver::FOLLOW_SYSTEM) {
+        mission.engine.maneuver.system = FollowSystemConfig {
+            min_displace_m: section.get(&plans::maneuver::FOLLOW_DISPLACEMENT),
+            safety_m: section.get(&plans::maneuver::FOLLOW_STOP),
+            slack_m: section.get(&plans::maneuver::FOLLOW_TOLERANCE),
+            silence: Duration::from_secs_f64(section.get(&plans::maneuver::FOLLOW_TIMEOUT)),
+        };
+    }
+    for section in config.running(&plans::maneuver::MULTIPLEXER) {
+        mission.engine.maneuver.scheduled = ScheduledGotoConfig {
+            min_mps: section.get(&plans::maneuver::SCHEDULED_MINIMUM),
+            max_mps: section.get(&plans::maneuver::SCHEDULED_MAXIMUM),
+        };
     }
 }
 
@@ -284,10 +377,9 @@ fn transports(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>
             .is_some_and(|given| given.setting().is_some())
         {
             let listed = section.get(&transport::udp::MESSAGES);
-            let carried =
-                |id: u16| imc::catalogue::by_id(id).is_some_and(|m| listed.iter().any(|l| l == m.abbrev));
-            settings.node.udp.left_out =
-                (0..u16::MAX).filter(|id| !carried(*id) || *id == ANNOUNCE).collect();
+            let all = imc::catalogue::MESSAGES.iter();
+            let left_out = all.filter(|m| m.id == ANNOUNCE || !listed.iter().any(|l| l == m.abbrev));
+            settings.node.udp.left_out = left_out.map(|m| m.id).collect();
         }
         for (host, port) in section.get(&transport::udp::STATIC_DESTINATIONS) {
             match format!("{host}:{port}").parse() {
@@ -324,3 +416,6 @@ pub(crate) fn vessel(config: &Config, start: UtcTime, seed: u64) -> anyhow::Resu
     }
     Ok(vessel)
 }
+
+#[cfg(test)]
+mod tests;

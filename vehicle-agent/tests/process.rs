@@ -176,7 +176,8 @@ impl Console {
 }
 
 fn packet(message: impl Into<Message>) -> Vec<u8> {
-    let header = Header { src: CONSOLE, dst: OTTER, ..Header::default() };
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+    let header = Header { timestamp: since.as_secs_f64(), src: CONSOLE, dst: OTTER, ..Header::default() };
     Packet::new(header, message).encode().unwrap()
 }
 
@@ -284,12 +285,6 @@ fn a_console_in_contact_by_datagrams() {
     let mut buffer = vec![0; 65_536];
     let mut heard = std::collections::BTreeSet::new();
     let until = Instant::now() + DEADLINE;
-    socket
-        .send_to(
-            &packet(EntityList { op: EntityListOp::Query, ..Default::default() }),
-            ("127.0.0.1", agent.udp),
-        )
-        .unwrap();
     while !["EstimatedState", "VehicleState", "PlanControlState", "EntityList"]
         .iter()
         .all(|name| heard.contains(name))
@@ -297,6 +292,11 @@ fn a_console_in_contact_by_datagrams() {
         assert!(Instant::now() < until, "{heard:?}");
         let (length, _) = socket.recv_from(&mut buffer).unwrap();
         let packet = Packet::decode(&buffer[..length]).unwrap();
+        // Asked once the announcement has come through, which has a port and a thread of its own.
+        if heard.is_empty() {
+            let query = self::packet(EntityList { op: EntityListOp::Query, ..Default::default() });
+            socket.send_to(&query, ("127.0.0.1", agent.udp)).unwrap();
+        }
         heard.extend(packet.message().map(Message::abbrev));
     }
 }

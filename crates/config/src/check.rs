@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::config::Config;
 use crate::problem::{Problem, ProblemKind, Severity};
-use crate::schema::{control, device, general, mission, path, simulate, transport, watch};
+use crate::read::read;
+use crate::schema::{self, control, device, general, mission, path, simulate, transport, watch};
 use crate::section::Section;
-use crate::spec::{Param, ParamSpec, SectionSpec};
+use crate::spec::{Kind, Param, ParamSpec, SectionSpec};
 use crate::suggest;
 
 /// The label of the agent itself.
@@ -24,6 +25,7 @@ pub(crate) fn all(config: &mut Config) {
     hull_model(config, &mut found);
     for section in config.sections.iter().filter(|section| section.runs) {
         activation(section, &mut found);
+        not_honoured(section, &mut found);
     }
     for problem in found {
         config.report.add(problem);
@@ -118,14 +120,21 @@ fn label_references(config: &Config, found: &mut Found) {
             references.push((section, hardware.spec, section.get(hardware)));
         }
     }
+    for section in config.running(&watch::vehicle::VEHICLE) {
+        let vital = &watch::vehicle::VITAL_ENTITIES;
+        references.push((section, vital.spec, section.get(vital)));
+    }
     for (section, param, labels) in references {
+        // A vital entity that nothing is called like would be one less that ends a plan.
+        let vital = param.name == watch::vehicle::VITAL_ENTITIES.spec.name;
+        let severity = if vital { Severity::Error } else { Severity::Warning };
         for label in labels.iter().filter(|label| !known.contains(label)) {
             let what = format!("`{}`: no running task has the label `{label}`", param.name);
             let remedy = match suggest::nearest(label, known.iter().map(String::as_str)) {
                 Some(near) => format!("`{near}`?"),
                 None => "mend the label, or enable the task that has it".to_owned(),
             };
-            let problem = about(section, Severity::Warning, ProblemKind::Label, &param, what);
+            let problem = about(section, severity, ProblemKind::Label, &param, what);
             found.push(problem.remedy(remedy));
         }
     }
@@ -178,7 +187,7 @@ fn numbers_used_once(config: &Config, found: &mut Found) {
 /// Pairs of limits of which the first must not exceed the second.
 fn limits(config: &Config, found: &mut Found) {
     use mission::maneuver;
-    let ordered: [(&'static SectionSpec, &Param<f64>, &Param<f64>); 6] = [
+    let ordered: [(&'static SectionSpec, &Param<f64>, &Param<f64>); 8] = [
         (
             &control::course_speed::COURSE_SPEED,
             &control::course_speed::MINIMUM_RPM,
@@ -189,7 +198,13 @@ fn limits(config: &Config, found: &mut Found) {
             &control::course_speed_force::MINIMUM_FORCE,
             &control::course_speed_force::MAXIMUM_FORCE,
         ),
-        (&watch::fuel::FUEL, &watch::fuel::ERROR_LEVEL, &watch::fuel::WARNING_LEVEL),
+        (
+            &mission::navigation::NAVIGATION,
+            &mission::navigation::DEAD_RECKONING,
+            &mission::navigation::FIX_TIMEOUT,
+        ),
+        (&watch::fuel::FUEL, &watch::fuel::ERROR_LEVEL, &watch::fuel::RESERVE_LEVEL),
+        (&watch::fuel::FUEL, &watch::fuel::RESERVE_LEVEL, &watch::fuel::WARNING_LEVEL),
         (&watch::host::HOST, &watch::host::DISK_ERROR, &watch::host::DISK_WARNING),
         (&maneuver::MULTIPLEXER, &maneuver::SCHEDULED_MINIMUM, &maneuver::SCHEDULED_MAXIMUM),
         (&maneuver::FOLLOW_TRAJECTORY, &maneuver::TRAJECTORY_MINIMUM, &maneuver::TRAJECTORY_MAXIMUM),
@@ -287,6 +302,30 @@ fn hull_model(config: &Config, found: &mut Found) {
     let param = &general::VEHICLE_TYPE.spec;
     let problem = about(&general, Severity::Warning, ProblemKind::Contradiction, param, what);
     found.push(problem.remedy(remedy));
+}
+
+/// What the files say and nothing obeys.
+fn not_honoured(section: &Section, found: &mut Found) {
+    let Some(spec) = section.spec() else { return };
+    for parameter in section.parameters() {
+        let (Some(param), Some(_)) = (parameter.spec(), parameter.setting()) else { continue };
+        let entry = schema::not_honoured(spec.name(), param.name).filter(|_| param.kind != Kind::Unused);
+        let Some(entry) = entry else { continue };
+        let same = |text: &str| read(param, text).value.as_ref() == Some(parameter.value());
+        // An empty text is the default to the reader of files; here it means an empty value.
+        let is_empty = parameter.value().to_string().is_empty();
+        if entry.acts_as.is_some_and(|text| if text.is_empty() { is_empty } else { same(text) }) {
+            continue;
+        }
+        let what = format!("`{}` is not honoured: {}", parameter.key(), entry.instead);
+        let remedy = match entry.acts_as {
+            Some("") => "leave it empty".to_owned(),
+            Some(text) => format!("write `{} = {text}`, which is what Lutra does", parameter.key()),
+            None => "take it out unless DUNE needs it".to_owned(),
+        };
+        let problem = Problem::new(entry.severity, ProblemKind::NotHonoured, parameter.place(), what);
+        found.push(problem.remedy(remedy));
+    }
 }
 
 /// A task with scope maneuver starts inactive whatever its option says.

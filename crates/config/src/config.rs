@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use crate::check;
 use crate::ini::{Ini, IniSection};
+use crate::overlay::{Overlay, Read};
 use crate::parser::{Need, Parser};
-use crate::problem::{Problem, ProblemKind, Report};
+use crate::problem::Report;
 use crate::profile::Profiles;
 use crate::schema::general;
 use crate::section::Section;
@@ -39,11 +40,25 @@ impl Ini {
 impl Config {
     /// Reads `path`, everything it requires or includes and the vessel's `-saved.ini` beside it, and gives
     /// every section that Lutra knows its typed values for the selected profiles.
+    ///
+    /// Nothing in the saved file can make a good configuration a bad one: a value that would is dropped with
+    /// a warning, and the one of the other files stays in force.
     pub fn load(source: &impl FileSource, path: &Path, selected: &[&str]) -> Self {
         let mut parser = Parser::new(source);
         parser.file(path, None, Need::Required);
-        overlay(&mut parser, path);
-        let (ini, mut report, files) = parser.finish();
+        let read = parser.finish();
+        let config = Self::typed(read.clone(), selected, path);
+        let Some(saved) = config.saved_path() else { return config };
+        let mut parser = Parser::new(source);
+        if !parser.file_if_present(&saved) {
+            return config;
+        }
+        Overlay { base: config, read, selected, main: path }.with(&saved, parser.finish())
+    }
+
+    /// The typed values of what was read.
+    pub(crate) fn typed(read: Read, selected: &[&str], path: &Path) -> Self {
+        let (ini, mut report, files) = read;
         let profiles = Profiles::new(&ini, selected, &mut report);
         let vehicle_type = ini.value(general::GENERAL.name(), general::VEHICLE_TYPE.spec.name);
         let sections = typed::sections(&ini, &profiles, vehicle_type.unwrap_or_default(), &mut report);
@@ -131,19 +146,9 @@ impl Config {
 }
 
 impl Section {
-    pub(crate) fn is(&self, spec: &'static SectionSpec) -> bool {
+    /// Whether `spec` describes this section, running or not.
+    pub fn is(&self, spec: &'static SectionSpec) -> bool {
         self.spec.is_some_and(|own| std::ptr::eq(own, spec))
-    }
-}
-
-/// Reads the file that holds the values saved while running, which override all others.
-fn overlay<S: FileSource>(parser: &mut Parser<'_, S>, main: &Path) {
-    let vehicle = parser.ini().value(general::GENERAL.name(), general::VEHICLE.spec.name);
-    let Some(path) = saved_path(main, vehicle.unwrap_or_default()) else { return };
-    if parser.file_if_present(&path) {
-        let what = format!("`{}` overrides the other files", path.display());
-        let remedy = "remove that file to return to the values of the others";
-        parser.report().add(Problem::note(ProblemKind::Saved, None, what).remedy(remedy));
     }
 }
 

@@ -86,6 +86,15 @@ impl Ini {
         self.setting(section, key).map(Setting::value)
     }
 
+    /// Gives a setting the value and history of another on top of its own.
+    pub(crate) fn overlay(&mut self, section: &str, key: &str, above: &Setting) {
+        let Some(section) = self.sections.get_mut(section) else { return };
+        let setting = section.entry(key);
+        setting.value.clone_from(&above.value);
+        setting.history.extend_from_slice(&above.history);
+        setting.attributes.extend(above.attributes.clone());
+    }
+
     pub(crate) fn open(&mut self, name: &str, place: &Place) -> &mut IniSection {
         self.sections
             .entry(name.to_owned())

@@ -26,6 +26,7 @@ mod config;
 mod edit;
 mod ini;
 mod line;
+mod overlay;
 mod parser;
 mod print;
 mod problem;

@@ -71,11 +71,6 @@ impl<'s, S: FileSource> Parser<'s, S> {
         (self.edits.ini, self.edits.report, self.files)
     }
 
-    /// What has been read so far.
-    pub(crate) const fn ini(&self) -> &Ini {
-        &self.edits.ini
-    }
-
     /// Where problems go.
     pub(crate) const fn report(&mut self) -> &mut Report {
         &mut self.edits.report

@@ -105,6 +105,8 @@ pub enum ProblemKind {
     Label,
     /// A profile is not declared, or a task can never run.
     Profile,
+    /// A setting that nothing in Lutra obeys.
+    NotHonoured,
     /// Two values, each good in itself, contradict each other.
     Contradiction,
     /// The vessel's own name or address is missing or unusable.
@@ -141,6 +143,7 @@ impl ProblemKind {
             Self::Unused => "unused",
             Self::Label => "label",
             Self::Profile => "profile",
+            Self::NotHonoured => "not-honoured",
             Self::Contradiction => "contradiction",
             Self::Identity => "identity",
             Self::Saved => "saved",

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use crate::ini::{Unwritable, write_setting};
 use crate::read::{allowed_values, default};
 use crate::schema::common::{ENABLED, ENTITY_LABEL, OF_EVERY_TASK};
-use crate::schema::{SECTIONS, otter_value};
+use crate::schema::{SECTIONS, not_honoured, otter_value};
 use crate::spec::{Form, Kind, ParamSpec, SectionSpec};
 
 /// How wide comments are.
@@ -29,7 +29,7 @@ impl Default for Vessel {
     }
 }
 
-/// The schema as a documented `.ini` file: every section and parameter with its documentation, unit, range
+/// The schema as a documented `.ini` file: every section and parameter that Lutra obeys with its documentation, unit, range
 /// and default, or the Otter's value ([`OTTER_VALUES`](crate::schema::OTTER_VALUES)). Two instances are written of what an Otter has two of.
 ///
 /// # Errors
@@ -91,7 +91,8 @@ fn open_data(text: &mut String, spec: &SectionSpec, vessel: &Vessel) -> Result<(
 fn section(text: &mut String, spec: &SectionSpec, name: &str, vessel: &Vessel) -> Result<(), Unwritable> {
     heading(text, spec, name);
     let starboard = name.ends_with("/Starboard");
-    for param in spec.params().filter(|param| is_written(param)) {
+    let obeyed = |param: &&ParamSpec| not_honoured(spec.name(), param.name).is_none();
+    for param in spec.params().filter(|param| is_written(param)).filter(obeyed) {
         comment(text, &documentation(param));
         if param.is_repeated() {
             for key in param.keys() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use config::schema::path::ilos;
+use config::schema::{path::ilos, watch};
 use config::{Config, Disk, InMemory, Ini, ProblemKind, Saved, write_atomically};
 
 const MAIN: &str = "[General]\nVehicle = otter\n[IMC Addresses]\notter = 0x2810\n\
@@ -65,4 +65,41 @@ fn a_parameter_marked_as_not_editable_stays() {
     assert_eq!(section.change("ILOS Integrator Gain", "0.1").unwrap_err().kind, ProblemKind::Attribute);
     assert!(section.change("ILOS Lookahead Distance", "5").is_ok());
     assert_eq!(lookahead_and_gain(&config), (5.0, 0.5));
+}
+
+const LIMITS: &str = "[Supervisors.OperationalLimits]\nEnabled = Always\nEntity Label = L\nMaximum Speed = 2\n\
+                      [Monitors.FuelLevel]\nEnabled = Always\nEntity Label = F\nReserve Level = 25\n";
+
+#[test]
+fn a_bad_saved_value_is_dropped_with_a_warning_and_the_configured_one_stays() {
+    let saved = "[Supervisors.OperationalLimits]\nMaximum Speed = -1\n\
+                 [Monitors.FuelLevel]\nWarning Level = 15\nReserve Level = 22\n\
+                 [Nobody]\nx = 1\n[Control.Path.ILOS]\nILOS Integrator Gain = 0.25\n";
+    let files = InMemory::new().with("main.ini", format!("{MAIN}{LIMITS}")).with("otter-saved.ini", saved);
+    let config = Config::load(&files, Path::new("main.ini"), &["Simulation"]);
+    assert!(!config.report().has_errors(), "{}", config.report());
+    assert_eq!(lookahead_and_gain(&config), (10.0, 0.25), "what is good of it is used");
+    let limits = config.running(&watch::limits::LIMITS).next().unwrap();
+    assert!((limits.get(&watch::limits::MAXIMUM_SPEED) - 2.0).abs() < f64::EPSILON);
+    let fuel = config.running(&watch::fuel::FUEL).next().unwrap();
+    assert!((fuel.get(&watch::fuel::RESERVE_LEVEL) - 22.0).abs() < f64::EPSILON);
+    assert!((fuel.get(&watch::fuel::WARNING_LEVEL) - 30.0).abs() < f64::EPSILON, "15 contradicts 22");
+    let dropped: Vec<_> = config
+        .report()
+        .problems()
+        .iter()
+        .filter(|problem| problem.what.contains("DROPPED"))
+        .map(|problem| problem.place.as_ref().unwrap().line)
+        .collect();
+    assert_eq!(dropped, [7, 4, 2], "{}", config.report());
+}
+
+#[test]
+fn a_damaged_saved_file_stops_nothing() {
+    for damage in ["text before a section\n", "[Unclosed\n", "[Require nowhere.ini]\n", "\u{0}\u{1}[\n=\n"] {
+        let files = InMemory::new().with("main.ini", MAIN).with("otter-saved.ini", damage);
+        let config = Config::load(&files, Path::new("main.ini"), &["Simulation"]);
+        assert!(!config.report().has_errors(), "{damage:?}: {}", config.report());
+        assert_eq!(lookahead_and_gain(&config), (10.0, 0.5));
+    }
 }

@@ -24,7 +24,7 @@ pub use request::{
 pub use state::{
     ActionPoint, ManeuverEnd, Mode, Note, NoteLevel, Output, PlanPhase, PlanState, VehicleState,
 };
-pub use vehicle::{EntityCondition, ExternalLoops};
+pub use vehicle::EntityCondition;
 
 use crate::command::{Command, Drive};
 use crate::event::{Event, Fix, Medium, Now};
@@ -51,8 +51,6 @@ pub enum Input {
         /// Who.
         by: u16,
     },
-    /// Which loops somebody outside has on.
-    ExternalLoops(ExternalLoops),
 }
 
 /// Parameters of the engine.
@@ -66,10 +64,6 @@ pub struct EngineConfig {
     pub calibration: Option<Duration>,
     /// Labels of the entities whose errors end even plans that ignore errors.
     pub vital: BTreeSet<String>,
-    /// Whether somebody outside may have loops on while no plan runs.
-    pub external_control: bool,
-    /// How long loops from outside may be on before the vehicle reacts.
-    pub external_after: Duration,
 }
 
 impl Default for EngineConfig {
@@ -79,8 +73,6 @@ impl Default for EngineConfig {
             model: VehicleModel::default(),
             calibration: Some(Duration::from_secs(3)),
             vital: BTreeSet::new(),
-            external_control: false,
-            external_after: Duration::from_secs(2),
         }
     }
 }
@@ -136,21 +128,12 @@ impl Engine {
             Input::Event(event) => self.event(now, &event),
             Input::Entities(conditions) => self.entities(now, conditions),
             Input::Abort { by } => self.abort(now, by),
-            Input::ExternalLoops(loops) => {
-                if self.vehicle.external_loops(now, loops) {
-                    self.tell_vehicle(now);
-                    self.tell_plan(now);
-                }
-            }
         }
     }
 
     /// The time of [`Engine::poll_timeout`] came; calling it early is harmless.
     pub fn handle_timeout(&mut self, now: Now) {
         let reached = |deadline: Option<MonoTime>| deadline.is_some_and(|deadline| deadline <= now.mono);
-        if reached(self.vehicle.external_deadline(&self.config)) {
-            self.external_loops_stay(now);
-        }
         if reached(self.run.as_ref().and_then(|run| run.calibrating_until)) {
             self.calibrated(now);
         }
@@ -173,7 +156,6 @@ impl Engine {
     pub fn poll_timeout(&self) -> Option<MonoTime> {
         let run = self.run.as_ref();
         [
-            self.vehicle.external_deadline(&self.config),
             run.and_then(|run| run.calibrating_until),
             run.and_then(Run::maneuver_deadline),
             self.path_deadline(),

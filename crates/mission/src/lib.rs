@@ -23,9 +23,9 @@ pub use database::{
     DatabaseRequest, DatabaseState, Digest, Effect, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
 };
 pub use engine::{
-    ActionPoint, Ask, EndReason, Engine, EngineConfig, EntityCondition, ExternalLoops, Failure, Input,
-    LastOutcome, ManeuverEnd, Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState,
-    Reply, Request, RunId, StartOptions, Success, VehicleState,
+    ActionPoint, Ask, EndReason, Engine, EngineConfig, EntityCondition, Failure, Input, LastOutcome,
+    ManeuverEnd, Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply,
+    Request, RunId, StartOptions, Success, VehicleState,
 };
 pub use event::{Event, Fix, Medium, Now, PathProgress, Reference, Sighting};
 pub use maneuver::{

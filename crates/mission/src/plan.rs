@@ -167,18 +167,6 @@ impl Plan {
         Ok(plan)
     }
 
-    /// A plan of one maneuver, named as the plan.
-    ///
-    /// # Errors
-    /// All that is wrong with it.
-    pub fn quick(id: &str, maneuver: ManeuverDraft, limits: &PlanLimits) -> Result<Self, PlanProblems> {
-        let start = maneuver.id.clone();
-        Self::build(
-            &PlanDraft { id: id.to_owned(), start, maneuvers: vec![maneuver], transitions: Vec::new() },
-            limits,
-        )
-    }
-
     /// Its name.
     pub fn id(&self) -> &str {
         &self.id

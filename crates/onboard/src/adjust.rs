@@ -3,7 +3,7 @@
 use crate::brain::Brain;
 use crate::bus::Asker;
 use crate::output::{Keep, Level, Output};
-use crate::parameters::{self, Parameter, ParameterError};
+use crate::parameters::{self, Access, Parameter, ParameterError};
 use imc::messages::{EntityParameter, EntityParameters, QueryEntityParameters, SetEntityParameters};
 
 impl Brain {
@@ -29,7 +29,8 @@ impl Brain {
         Some(EntityParameter { name: parameter.name.into(), value: value.into() })
     }
 
-    /// Changes parameters, each by itself; answers with those that were taken.
+    /// Changes parameters, each by itself; answers with those that were taken, and for each refused one with
+    /// an entry of the log book that says why.
     pub(crate) fn set_parameters(&mut self, asker: Asker, set: &SetEntityParameters) {
         let label = set.name.to_str_lossy().into_owned();
         let Some(entity) = self.settings.labels.find(&label) else { return };
@@ -39,7 +40,11 @@ impl Brain {
             let outcome = parameters::all()
                 .into_iter()
                 .find(|parameter| parameter.entity == entity && parameter.name == name)
-                .ok_or_else(|| ParameterError::Unknown(name.to_string()))
+                .ok_or_else(|| {
+                    let name = name.to_string();
+                    let known = parameters::in_files(entity, &name);
+                    if known { ParameterError::FileOnly(name) } else { ParameterError::Unknown(name) }
+                })
                 .and_then(|parameter| self.change(&parameter, &value).map(|()| parameter));
             match outcome {
                 Ok(parameter) => {
@@ -47,7 +52,8 @@ impl Brain {
                     taken.extend(self.value(&parameter));
                 }
                 Err(error) => {
-                    self.bus.entry(entity, Level::Warning, format!("{name}: {error}"));
+                    let text = format!("{name} = {value} is refused: {error}");
+                    self.bus.entry_to(entity, asker, Level::Warning, text);
                 }
             }
         }
@@ -59,6 +65,9 @@ impl Brain {
 
     /// Changes one parameter everywhere, or nowhere.
     fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
+        if parameter.access == Access::FileOnly {
+            return Err(ParameterError::FileOnly(parameter.name.to_owned()));
+        }
         let mut settings = self.settings.clone();
         parameter.set(&mut settings, value)?;
         if let Err(refusal) = self.pilot.reconfigure(&settings) {
@@ -79,7 +88,7 @@ impl Brain {
         let Some(entity) = self.settings.labels.find(label) else { return };
         let values: Vec<(String, String)> = parameters::all()
             .iter()
-            .filter(|parameter| parameter.entity == entity)
+            .filter(|parameter| parameter.entity == entity && parameter.access == Access::Live)
             .filter_map(|parameter| Some((parameter.name.to_owned(), parameter.get(&self.settings)?)))
             .collect();
         self.bus.entry(entity, Level::Info, "parameters are saved");

@@ -49,7 +49,6 @@ pub struct Authority {
     /// What was put out last, and when it is to be repeated.
     sent: Option<MotorPair>,
     repeat: MonoTime,
-    expired: u64,
 }
 
 impl Authority {
@@ -67,25 +66,15 @@ impl Authority {
         self.command = None;
     }
 
-    /// From here on nothing but a stop goes out, until [`Authority::release`].
+    /// From here on nothing but a stop goes out.
     pub fn inhibit(&mut self) {
         self.inhibited = true;
         self.command = None;
     }
 
-    /// Ends an inhibition.
-    pub fn release(&mut self) {
-        self.inhibited = false;
-    }
-
     /// Who owns the thrusters.
     pub fn owner(&self) -> Option<Owner> {
         self.owner
-    }
-
-    /// Commands that ran out before the next came.
-    pub fn expired(&self) -> u64 {
-        self.expired
     }
 
     /// What the motors do as far as this gate knows.
@@ -117,7 +106,6 @@ impl Authority {
     pub fn poll(&mut self, now: MonoTime) -> Option<MotorPair> {
         if self.command.is_some_and(|(given, _)| now.since(given) >= COMMAND_LIFE) {
             self.command = None;
-            self.expired += 1;
         }
         let motors = self.command.map_or(MotorPair::STOPPED, |(_, motors)| motors);
         if self.sent == Some(motors) && now < self.repeat {
@@ -161,7 +149,6 @@ mod tests {
         assert_eq!(authority.poll(ms(509)), None);
         assert_eq!(authority.poll_timeout(), ms(510));
         assert_eq!(authority.poll(ms(510)), Some(MotorPair::STOPPED));
-        assert_eq!(authority.expired(), 1);
     }
 
     #[test]
@@ -190,8 +177,7 @@ mod tests {
         assert_eq!(authority.poll(ms(1)), Some(MotorPair::STOPPED));
         authority.inhibit();
         assert_eq!(authority.command(ms(2), Owner::Autopilot, AHEAD), Err(Refusal::Inhibited));
-        authority.release();
-        authority.command(ms(3), Owner::Autopilot, AHEAD).unwrap();
-        assert_eq!(authority.poll(ms(3)), Some(AHEAD));
+        authority.grant(Owner::Remote);
+        assert_eq!(authority.command(ms(3), Owner::Remote, AHEAD), Err(Refusal::Inhibited), "for good");
     }
 }

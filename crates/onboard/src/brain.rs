@@ -11,7 +11,9 @@ use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
 use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
+use crate::intake::Intake;
 use crate::navigation::{Estimate, Navigation};
+use crate::operator::Operators;
 use crate::output::{Level, Output};
 use crate::pilot::{Drive, Pilot};
 use crate::plans::Plans;
@@ -42,6 +44,8 @@ pub struct Brain {
     pub(crate) plans: Plans,
     pub(crate) sensors: Sensors,
     pub(crate) discovery: Discovery,
+    pub(crate) operators: Operators,
+    pub(crate) intake: Intake,
     pub(crate) supervise: Supervise,
     detections: Detections,
     clock: Clock,
@@ -68,7 +72,7 @@ impl Brain {
     pub fn new(settings: Settings, now: Now, kept: Vec<Record>) -> Result<Self, control::InvalidConfig> {
         let mut bus = Bus::new(&settings, now);
         let watch = &settings.watch;
-        let states = States::new(watch.monitored.clone(), watch.vital.clone(), now.mono);
+        let states = States::new(watch.monitored.clone(), now.mono);
         let pilot = Pilot::new(&settings)?;
         bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
         bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
@@ -82,6 +86,8 @@ impl Brain {
             log_name: String::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
+            operators: Operators::default(),
+            intake: Intake::new(now.mono),
             supervise: Supervise::new(&settings, now.mono),
             detections: Detections::default(),
             clock: Clock::default(),
@@ -224,6 +230,10 @@ impl Brain {
             if let Some(estimate) = &self.estimate {
                 self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
             }
+            if let Some(packets) = self.intake.declare(now) {
+                let text = format!("too much comes from others: {packets} of their packets are not logged");
+                self.bus.entry(Entity::Logger, Level::Warning, text);
+            }
         }
         self.tell_conditions();
         self.plans.tick(&mut self.bus, &mut self.pilot);
@@ -315,11 +325,14 @@ impl Brain {
         set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
         set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
         let text = match (self.pilot.drive(), self.pilot.is_connected()) {
-            (Drive::Remote(_), true) => "an operator steers; motors stop when the messages do",
-            (Drive::Remote(_), false) => "waiting for the operator; motors stopped",
-            (Drive::Off | Drive::Path, _) => "inactive",
+            (Drive::Remote(_), true) => {
+                let silence_s = self.settings.remote.connection_timeout_s;
+                format!("an operator steers; motors stop {silence_s:.1} s after the last message")
+            }
+            (Drive::Remote(_), false) => "waiting for the operator; motors stopped".to_owned(),
+            (Drive::Off | Drive::Path, _) => "inactive".to_owned(),
         };
-        set(&mut self.states, &mut self.bus, Entity::Remote, text.to_owned());
+        set(&mut self.states, &mut self.bus, Entity::Remote, text);
         self.with_desk(Supervise::watch);
     }
 

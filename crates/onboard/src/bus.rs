@@ -122,6 +122,11 @@ impl Bus {
 
     /// An entry of the log book, which also goes to the console.
     pub(crate) fn entry(&mut self, from: Entity, level: Level, text: impl Into<String>) {
+        self.entry_to(from, Asker::EVERYONE, level, text);
+    }
+
+    /// The same to whoever asked for what it is about.
+    pub(crate) fn entry_to(&mut self, from: Entity, to: Asker, level: Level, text: impl Into<String>) {
         let text = text.into();
         let (context, _) = from.label_and_task();
         let kind = match level {
@@ -136,7 +141,7 @@ impl Bus {
             context: context.into(),
             text: text.as_str().into(),
         };
-        self.send(from, &entry);
+        self.send_to(from, to, &entry);
         if self.entries.len() >= ENTRIES_KEPT {
             self.entries.pop_front();
         }

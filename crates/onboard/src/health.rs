@@ -124,11 +124,13 @@ impl Host {
         if reading.memory_mib > settings.memory_mib {
             faults.push(format!("memory at {:.0} MiB", reading.memory_mib));
         }
+        let full = reading.disk_free_percent < settings.disk_error_percent;
         if faults.is_empty() {
             let text = format!("processor {mean:.0} %, memory {:.0} MiB", reading.memory_mib);
             states.set(bus, Entity::Host, Condition::Normal, text);
         } else {
-            states.set(bus, Entity::Host, Condition::Fault, faults.join("; "));
+            let condition = if full { Condition::Error } else { Condition::Fault };
+            states.set(bus, Entity::Host, condition, faults.join("; "));
         }
     }
 }

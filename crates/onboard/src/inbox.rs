@@ -6,9 +6,13 @@ use crate::discovery;
 use crate::entity::Entity;
 use crate::input::Peer;
 use crate::node::Contact;
+use crate::operator::{Keys, Unfit};
 use crate::output::{Level, Output};
+use crate::pilot::Drive;
+use control::RemoteActions;
 use imc::messages::{
-    EntityListOp, LoggingControl, LoggingControlOp, Message, RemoteActionsRequest, RemoteActionsRequestOp,
+    EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType, PlanDBOp,
+    RemoteActionsRequest, RemoteActionsRequestOp,
 };
 use imc::{ANY_ENTITY, Address, Packet};
 use mission::{Event, Sighting};
@@ -20,7 +24,9 @@ impl Brain {
         let packet = match Packet::decode(&bytes) {
             Ok(packet) => packet,
             Err(error) => {
-                self.bus.console(Level::Debug, format!("a packet is refused: {error}"));
+                if self.intake.admits(self.bus.mono(), Address::NULL, bytes.len()) {
+                    self.bus.console(Level::Debug, format!("a packet is refused: {error}"));
+                }
                 return;
             }
         };
@@ -35,17 +41,69 @@ impl Brain {
         if let Contact::New(name) = contact {
             self.bus.entry(Entity::Udp, Level::Info, format!("{name} ({}) is in contact", header.src));
         }
+        self.operators.heard(now, header.src, header.timestamp);
         if header.src.is_ccu() {
             self.supervise.contact(now);
         }
         // What others say is logged; announcements also reach those who only listen by TCP.
-        let passed = match message {
-            Message::Announce(_) => self.bus.node.tcp_but(from),
-            _ => Vec::new(),
-        };
-        self.bus.pass_on(bytes, passed);
+        if self.intake.admits(now, header.src, bytes.len()) {
+            let passed = match message {
+                Message::Announce(_) => self.bus.node.tcp_but(from),
+                _ => Vec::new(),
+            };
+            self.bus.pass_on(bytes, passed);
+        }
         let asker = Asker { system: header.src, entity: header.src_ent };
+        if let Message::RemoteActions(keys) = message {
+            if header.dst == self.bus.address() {
+                self.keys(from, header.src, header.timestamp, &keys.actions.to_str_lossy());
+            }
+            return;
+        }
+        let before = self.plans.plan_state().run;
         self.message(asker, header.dst, header.dst_ent, message);
+        if let Message::PlanControl(request) = message {
+            let run = self.plans.plan_state().run;
+            let stops = request.op == PlanControlOp::Stop && request.r#type == PlanControlType::Request;
+            if run != before || (stops && self.may_stop(header.dst)) {
+                self.supervise.stepped_in();
+            }
+            if run.is_some() && run != before {
+                self.operators.started(header.src, from);
+            }
+        }
+    }
+
+    /// Keys of an operator, if they may still act.
+    fn keys(&mut self, from: Peer, system: Address, sent_s: f64, text: &str) {
+        let Drive::Remote(operator) = self.pilot.drive() else { return };
+        let operator = operator.map(Address);
+        if operator.is_some_and(|operator| operator != system) {
+            return;
+        }
+        let host = self.bus.node.host_of(system);
+        let keys = Keys { system, from, sent_s, operator };
+        let admitted = self.operators.admit(self.bus.mono(), self.settings.longest_key_age, &keys, host);
+        match admitted {
+            Ok(()) => self.pilot.keys(&mut self.bus, system.0, text),
+            Err(unfit) => {
+                if self.operators.is_news() {
+                    self.bus.entry(Entity::Remote, Level::Warning, unfit.to_string());
+                }
+                let (actions, _) = RemoteActions::parse(text);
+                // Stopping is never too late.
+                if matches!(unfit, Unfit::Late(_)) && (actions.exit || actions.stop) {
+                    let stop = if actions.exit { "Exit=1" } else { "Stop=1" };
+                    self.pilot.keys(&mut self.bus, system.0, stop);
+                }
+            }
+        }
+    }
+
+    /// Whether what goes to this address may stop the vessel: it names the vessel, or is broadcast on purpose.
+    /// To stop too many vessels does less harm than to start too many, so what sets one in motion must name it.
+    fn may_stop(&self, to: Address) -> bool {
+        to == self.bus.address() || to == Address::BROADCAST
     }
 
     /// The name of a system: as announced, else as configured.
@@ -73,8 +131,7 @@ impl Brain {
     pub(crate) fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
         let for_us = to == self.bus.address();
         let for_all = to.is_everyone();
-        // What changes the vessel's ways must name it, or broadcast on purpose.
-        let commands = for_us || to == Address::BROADCAST;
+        let may_stop = self.may_stop(to);
         if !(for_us || for_all) {
             return;
         }
@@ -93,7 +150,7 @@ impl Brain {
                 }
                 None => {}
             },
-            Message::LoggingControl(request) if commands => self.logging(asker, request),
+            Message::LoggingControl(request) if for_us => self.logging(asker, request),
             Message::LogBookControl(request) => discovery::log_book(&mut self.bus, asker, request),
             Message::RemoteActionsRequest(request) if request.op == RemoteActionsRequestOp::Query => {
                 let report = RemoteActionsRequest {
@@ -103,30 +160,30 @@ impl Brain {
                 self.bus.send(Entity::Remote, &report);
             }
             Message::QueryEntityParameters(query) => self.query_parameters(asker, query),
-            Message::SetEntityParameters(set) if commands => self.set_parameters(asker, set),
-            Message::SaveEntityParameters(save) if commands => {
+            Message::SetEntityParameters(set) if for_us => self.set_parameters(asker, set),
+            Message::SaveEntityParameters(save) if for_us => {
                 let label = save.name.to_str_lossy().into_owned();
                 self.save_parameters(&label);
             }
-            Message::PlanDB(request) if commands => {
+            Message::PlanDB(request) if for_us || (may_stop && reads(request.op)) => {
                 let name = self.name_of(asker.system);
                 self.plans.database(&mut self.bus, asker, &name, request);
             }
-            Message::PlanControl(request) if commands => {
+            Message::PlanControl(request) if for_us || (may_stop && request.op == PlanControlOp::Stop) => {
                 let name = self.name_of(asker.system);
                 self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
             }
-            Message::Abort(_) if for_us => {
+            Message::Abort(_) if may_stop => {
                 self.supervise.aborted();
                 let abort = mission::Input::Abort { by: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, abort);
                 self.hold_conditions();
             }
-            Message::TeleoperationDone(_) if commands => {
+            Message::TeleoperationDone(_) if may_stop => {
                 let done = Event::TeleoperationDone { from: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(done));
             }
-            Message::Reference(reference) if commands => {
+            Message::Reference(reference) if for_us => {
                 self.plans.reference(&mut self.bus, &mut self.pilot, asker, reference);
             }
             Message::Announce(announce) => {
@@ -135,11 +192,12 @@ impl Brain {
                     self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
                 }
             }
-            Message::RemoteActions(keys) if commands => {
-                let keys = keys.actions.to_str_lossy().into_owned();
-                self.pilot.keys(&mut self.bus, asker.system.0, &keys);
-            }
             _ => {}
         }
     }
+}
+
+/// Whether an operation on the plan database changes nothing.
+fn reads(op: PlanDBOp) -> bool {
+    matches!(op, PlanDBOp::Get | PlanDBOp::GetInfo | PlanDBOp::GetState | PlanDBOp::GetDstate)
 }

@@ -10,6 +10,7 @@
 //! states, discovery, contacts, parameters, the log book.
 
 mod adjust;
+mod arbiter;
 mod authority;
 mod brain;
 mod bus;
@@ -19,8 +20,10 @@ mod entity;
 mod health;
 mod inbox;
 mod input;
+mod intake;
 mod navigation;
 mod node;
+mod operator;
 mod output;
 pub mod parameters;
 mod pilot;

@@ -187,18 +187,12 @@ impl Navigation {
         self.jumps
     }
 
-    /// Takes an epoch of the compass. What is good of it is used, whatever else is wrong.
+    /// Takes an epoch of the compass. What is good of it is used, whatever else is wrong; of an epoch that was
+    /// told before nothing is, or a receiver that hangs would keep an old heading alive.
     ///
     /// # Errors
     /// Why its position was not used.
     pub fn read(&mut self, now: MonoTime, reading: &GnssReading) -> Result<(), Rejection> {
-        let number = |value: Option<f64>, most: f64| value.filter(|value| value.abs() <= most);
-        if let Some(heading_rad) = number(reading.heading_rad, 100.0) {
-            self.heading = Some((now, wrap_pi(heading_rad)));
-        }
-        if let Some(rate) = number(reading.yaw_rate_rad_s, FASTEST_TURN_RAD_S) {
-            self.yaw_rate = Some((now, rate));
-        }
         if let Some(epoch) = reading.utc {
             // A receiver that repeats itself has nothing new; one whose clock was set back a second or more has.
             let stale = self.last_epoch.is_some_and(|last| (0..1_000_000).contains(&(last - epoch)));
@@ -206,6 +200,13 @@ impl Navigation {
             if stale {
                 return Err(Rejection::Stale);
             }
+        }
+        let number = |value: Option<f64>, most: f64| value.filter(|value| value.abs() <= most);
+        if let Some(heading_rad) = number(reading.heading_rad, 100.0) {
+            self.heading = Some((now, wrap_pi(heading_rad)));
+        }
+        if let Some(rate) = number(reading.yaw_rate_rad_s, FASTEST_TURN_RAD_S) {
+            self.yaw_rate = Some((now, rate));
         }
         if let Some((course_rad, speed_mps)) = reading.velocity
             && course_rad.abs() <= 100.0
@@ -437,5 +438,11 @@ mod tests {
     fn a_repeated_epoch_is_stale() {
         let mut navigation = sailing();
         assert_eq!(navigation.read(at(9.5), &reading(9.0, 18.0)), Err(Rejection::Stale));
+        // Nor does a receiver that hangs keep its heading alive.
+        for tenth in 0..50 {
+            let now = at(10.0 + 0.1 * f64::from(tenth));
+            assert_eq!(navigation.read(now, &reading(9.0, 18.0)), Err(Rejection::Stale));
+        }
+        assert_eq!(navigation.health(at(13.5)), NavigationHealth::NoHeading);
     }
 }

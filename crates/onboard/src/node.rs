@@ -5,18 +5,28 @@
 //! the moment it connects; static destinations always receive. Each transport has its list of messages and
 //! its rate limits, per message and entity; packets addressed to one system go to that system only on UDP and
 //! are never limited.
+//!
+//! Anybody can announce anything, in anybody's name. So an announcement alone opens a contact for some seconds
+//! only; it lasts when something else comes from there, too. Who is in contact is neither redirected by
+//! another host's announcement nor pushed out by many new ones, and few can be in contact at once.
 
 use crate::input::Peer;
 use crate::settings::{NodeSettings, TransportSettings};
 use imc::Address;
 use imc::messages::Announce;
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::SocketAddrV4;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::Duration;
 use units::MonoTime;
 
-/// Systems remembered; beyond that the one silent for longest is forgotten.
+/// Systems remembered; beyond that the one silent for longest is forgotten, but none in contact.
 const SYSTEMS_KEPT: usize = 256;
+/// Systems in contact by UDP at once; more are not sent to.
+const CONTACTS: usize = 32;
+/// Of these, those that have only announced themselves.
+const STRANGERS: usize = 8;
+/// How long an announcement alone keeps a contact.
+const PROBATION: Duration = Duration::from_secs(10);
 /// Sockets of one announcement that are read.
 const SOCKETS_READ: usize = 16;
 
@@ -25,9 +35,27 @@ const SOCKETS_READ: usize = 16;
 struct System {
     name: String,
     sockets: Vec<SocketAddrV4>,
-    /// The socket in use and when something last came from there.
-    contact: Option<(SocketAddrV4, MonoTime)>,
+    contact: Option<Link>,
     heard: MonoTime,
+}
+
+/// The way to a system.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    /// The socket in use.
+    at: SocketAddrV4,
+    /// When something last came from there.
+    heard: MonoTime,
+    /// When it was opened.
+    since: MonoTime,
+    /// Something but announcements came from there.
+    proven: bool,
+}
+
+impl Link {
+    fn is_live(&self, now: MonoTime, timeout: Duration) -> bool {
+        now.since(self.heard) < timeout && (self.proven || now.since(self.since) < PROBATION)
+    }
 }
 
 /// The other systems, and what they are sent.
@@ -82,20 +110,40 @@ impl Node {
         let all = imc::services::parse(&services).filter(|service| service.scheme == "imc+udp");
         let sockets: Vec<SocketAddrV4> =
             all.filter_map(|service| service.socket()).take(SOCKETS_READ).collect();
+        let timeout = self.settings.contact_timeout;
+        let live = |system: &System| system.contact.filter(|link| link.is_live(now, timeout));
+        if let (Some(link), Peer::Udp(at)) = (self.systems.get(&id).and_then(live), from)
+            && link.at.ip() != at.ip()
+        {
+            return Contact::Known;
+        }
         if !self.systems.contains_key(&id) && self.systems.len() >= SYSTEMS_KEPT {
-            let oldest = self.systems.iter().min_by_key(|(_, system)| system.heard).map(|(id, _)| *id);
-            oldest.map(|id| self.systems.remove(&id));
+            let idle = self.systems.iter().filter(|(_, system)| live(system).is_none());
+            let Some(oldest) = idle.min_by_key(|(_, system)| system.heard).map(|(id, _)| *id) else {
+                return Contact::Known;
+            };
+            self.systems.remove(&oldest);
         }
         let name = announce.sys_name.to_str_lossy().chars().take(100).collect();
         let before = self.systems.remove(&id);
-        let contact = before.and_then(|system| system.contact).filter(|(at, _)| sockets.contains(at));
+        let contact = before.and_then(|system| system.contact).filter(|link| sockets.contains(&link.at));
         self.systems.insert(id, System { name, sockets, contact, heard: now });
-        self.heard(now, id, from)
+        self.met(now, id, from, false)
     }
 
     /// Something came from a system.
     pub(crate) fn heard(&mut self, now: MonoTime, id: Address, from: Peer) -> Contact {
+        self.met(now, id, from, true)
+    }
+
+    fn met(&mut self, now: MonoTime, id: Address, from: Peer, proof: bool) -> Contact {
         let timeout = self.settings.contact_timeout;
+        let others = self.systems.iter().filter(|(other, _)| **other != id);
+        let others = others.filter_map(|(_, system)| system.contact);
+        let (mut proven, mut strangers) = (0, 0);
+        for link in others.filter(|link| link.is_live(now, timeout)) {
+            if link.proven { proven += 1 } else { strangers += 1 }
+        }
         let Some(system) = self.systems.get_mut(&id) else { return Contact::Known };
         system.heard = now;
         let Peer::Udp(at) = from else { return Contact::Known };
@@ -103,9 +151,25 @@ impl Node {
         let Some(socket) = system.sockets.iter().find(|socket| socket.ip() == at.ip()).copied() else {
             return Contact::Known;
         };
-        let was = system.contact.is_some_and(|(_, heard)| now.since(heard) < timeout);
-        system.contact = Some((socket, now));
-        if was { Contact::Known } else { Contact::New(system.name.clone()) }
+        let before = system.contact.filter(|link| link.at.ip() == socket.ip());
+        let was = before.is_some_and(|link| link.is_live(now, timeout));
+        // Announcements go on and on: only what else comes makes a contact anew that was one before.
+        let known = before.filter(|link| was || !proof || link.proven);
+        let link = match known {
+            Some(link) => Link { at: socket, heard: now, proven: link.proven || proof, ..link },
+            None => Link { at: socket, heard: now, since: now, proven: proof },
+        };
+        let room = was || if link.proven { proven < CONTACTS } else { strangers < STRANGERS };
+        if !room {
+            return Contact::Known;
+        }
+        system.contact = Some(link);
+        if was || !link.is_live(now, timeout) { Contact::Known } else { Contact::New(system.name.clone()) }
+    }
+
+    /// Where a system is in contact by UDP.
+    pub(crate) fn host_of(&self, id: Address) -> Option<Ipv4Addr> {
+        self.systems.get(&id)?.contact.map(|link| *link.at.ip())
     }
 
     /// The name a system announced.
@@ -116,7 +180,7 @@ impl Node {
     /// How many systems are in contact by UDP, and how many TCP clients there are.
     pub(crate) fn counts(&self, now: MonoTime) -> (usize, usize) {
         let timeout = self.settings.contact_timeout;
-        let live = |system: &&System| system.contact.is_some_and(|(_, heard)| now.since(heard) < timeout);
+        let live = |system: &&System| system.contact.is_some_and(|link| link.is_live(now, timeout));
         (self.systems.values().filter(live).count(), self.tcp.len())
     }
 
@@ -138,8 +202,8 @@ impl Node {
             .iter()
             .filter(|(address, _)| !addressed || **address == to)
             .filter_map(|(_, system)| system.contact)
-            .filter(|(_, heard)| now.since(*heard) < timeout)
-            .map(|(socket, _)| Peer::Udp(socket))
+            .filter(|link| link.is_live(now, timeout))
+            .map(|link| Peer::Udp(link.at))
             .chain(self.settings.static_destinations.iter().map(|socket| Peer::Udp(*socket)))
             .collect::<BTreeSet<_>>();
         if !live.is_empty() && self.passes(now, false, id, entity, addressed) {
@@ -210,10 +274,53 @@ mod tests {
         assert!(node.recipients(at(57.0), 500, 0, Address(0x4002)).is_empty());
     }
 
+    fn named(name: &str, host: u8) -> (Peer, Announce) {
+        let services = format!("imc+udp://10.0.0.{host}:6001/").as_str().into();
+        let from = Peer::Udp(SocketAddrV4::new([10, 0, 0, host].into(), 6001));
+        (from, Announce { sys_name: name.into(), services, ..Announce::default() })
+    }
+
+    #[test]
+    fn an_announcement_alone_is_answered_for_seconds_however_often_it_comes() {
+        let mut node = Node::new(NodeSettings::default());
+        let (from, announce) = named("victim", 9);
+        let sent = |node: &mut Node, seconds| !node.recipients(at(seconds), 500, 0, Address::NULL).is_empty();
+        for second in 0..120 {
+            node.announced(at(f64::from(second)), CONSOLE, from, &announce);
+            assert_eq!(sent(&mut node, f64::from(second)), second < 10, "{second}");
+        }
+        assert_eq!(node.heard(at(120.0), CONSOLE, from), Contact::New("victim".into()));
+        node.announced(at(140.0), CONSOLE, from, &announce);
+        assert!(sent(&mut node, 165.0), "who spoke once is kept by its announcements");
+    }
+
+    #[test]
+    fn a_flood_of_announcements_neither_pushes_a_console_out_nor_takes_its_place() {
+        let mut node = Node::new(NodeSettings::default());
+        let (console, announce) = named("console", 1);
+        node.announced(at(0.0), CONSOLE, console, &announce);
+        node.heard(at(0.0), CONSOLE, console);
+        for n in 0..1000 {
+            let (from, announce) = named("flood", 2 + (n % 200) as u8);
+            node.announced(at(1.0 + 0.001 * f64::from(n)), Address(0x4100 + n), from, &announce);
+        }
+        let sent = node.recipients(at(2.5), 500, 0, Address::NULL);
+        assert!(sent.contains(&console) && sent.len() <= 1 + STRANGERS, "{sent:?}");
+        // Another host in the console's name gets nothing and changes nothing.
+        let (thief, announce) = named("console", 66);
+        node.announced(at(3.0), CONSOLE, thief, &announce);
+        node.heard(at(3.0), CONSOLE, thief);
+        assert_eq!(node.recipients(at(3.0), 500, 0, CONSOLE), [console]);
+        // When the console is gone from its host, another host is believed.
+        node.announced(at(40.0), CONSOLE, thief, &announce);
+        assert_eq!(node.recipients(at(40.0), 500, 0, CONSOLE), [thief]);
+    }
+
     #[test]
     fn limits_rates_on_udp_and_not_on_tcp() {
         let mut node = Node::new(NodeSettings::default());
         node.announced(at(0.0), CONSOLE, udp(6001), &announce());
+        node.heard(at(0.0), CONSOLE, udp(6001));
         node.connected(Peer::Tcp(7));
         let (mut by_udp, mut by_tcp) = (0, 0);
         for step in 0..100 {

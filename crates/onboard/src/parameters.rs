@@ -1,13 +1,21 @@
 //! The parameters that can be read and changed while the vessel runs, under the names of the files.
 //!
-//! One table serves consoles (Query-, Set- and SaveEntityParameters) and the reader of the configuration: a
-//! name, a range, and where the value lives in [`Settings`]. Values are texts on the wire; angles are in
-//! degrees there and radians here. A value out of range, or one that a controller refuses, changes nothing.
+//! Name, range and unit are those of [`config::schema`], which the files are read by as well: there is no
+//! second definition. This table adds where a value lives in [`Settings`] and who may change it. Values are
+//! texts on the wire; angles are in degrees there and radians here. A value out of range, or one that a
+//! controller refuses, changes nothing.
+//!
+//! What keeps the vessel safe (speed limit, battery levels, gates of the navigation) is
+//! [file-only](Access::FileOnly): anybody who can send a packet can change a parameter, nobody can send a file.
 
 use crate::entity::Entity;
 use crate::settings::Settings;
-use control::{CourseTracking, Drive, FeedForward, Law, PidConfig};
-use std::ops::RangeInclusive;
+use config::schema::{
+    control as loops, control::course_speed, control::course_speed_force, control::remote, general,
+    mission::maneuver, mission::navigation as gnss, path, path::ilos, path::vector_field, transport, watch,
+};
+use config::{ParamSpec, SectionSpec};
+use control::{CourseTracking, Drive, FeedForward, Law, PidConfig, SpeedTable};
 use std::time::Duration;
 
 /// A parameter.
@@ -17,20 +25,36 @@ pub struct Parameter {
     pub entity: Entity,
     /// Its name.
     pub name: &'static str,
+    /// The sections of the files in which it can stand.
+    pub homes: &'static [&'static SectionSpec],
+    /// Who may change it.
+    pub access: Access,
+    spec: ParamSpec,
     place: Place,
+}
+
+/// Who may change a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// Consoles and plans, at any time.
+    Live,
+    /// The files, at the next start.
+    FileOnly,
 }
 
 /// Where a value lives.
 #[derive(Clone)]
 enum Place {
     /// A number: the value times the factor is what is kept.
-    Number(fn(&mut Settings) -> Option<&mut f64>, f64, RangeInclusive<f64>),
+    Number(fn(&mut Settings) -> Option<&mut f64>, f64),
     /// Seconds.
-    Span(fn(&mut Settings) -> Option<&mut Duration>, RangeInclusive<f64>),
+    Span(fn(&mut Settings) -> Option<&mut Duration>),
     /// Proportional, integral and derivative gain.
     Gains(fn(&mut Settings) -> Option<&mut PidConfig>),
-    /// A limit that 0 or a value below switches off.
-    Limit(fn(&mut Settings) -> Option<&mut Option<f64>>, RangeInclusive<f64>),
+    /// A limit that this value or one below switches off.
+    Limit(fn(&mut Settings) -> Option<&mut Option<f64>>, f64),
+    /// A number that decides more than a number.
+    Choice(fn(&Settings) -> Option<f64>, fn(&mut Settings, f64)),
 }
 
 /// Why a value was not taken.
@@ -39,205 +63,205 @@ pub enum ParameterError {
     /// There is none of this name, or not in this setup.
     #[error("there is no parameter '{0}'")]
     Unknown(String),
-    /// It is no number.
-    #[error("'{0}' is no number")]
-    NoNumber(String),
-    /// It is out of range.
-    #[error("{value} is not within {least} to {most}")]
-    Range {
-        /// The value.
-        value: f64,
-        /// The least allowed.
-        least: f64,
-        /// The most allowed.
-        most: f64,
-    },
-    /// Gains are three numbers.
-    #[error("three numbers are needed")]
-    Gains,
-    /// A controller refuses it.
+    /// It cannot be changed while the vessel runs.
+    #[error("'{0}' is set in the configuration file only; change it there and start again")]
+    FileOnly(String),
+    /// The schema has no such value.
+    #[error("{0}")]
+    Value(String),
+    /// A controller or another parameter forbids it.
     #[error("{0}")]
     Refused(String),
 }
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const PERCENT: f64 = 0.01;
+/// Below this speed a course over ground is noise (m/s); the least that the controller takes.
+const LEAST_COURSE_SPEED_MPS: f64 = 0.05;
+const COURSE_FILTER_S: f64 = 3.0;
+
+type Homes = &'static [&'static SectionSpec];
+const CONTROL: Homes = &[&course_speed::COURSE_SPEED, &course_speed_force::COURSE_SPEED_FORCE];
+const RPM: Homes = &[&course_speed::COURSE_SPEED];
+const FORCE: Homes = &[&course_speed_force::COURSE_SPEED_FORCE];
+const REMOTE: Homes = &[&remote::REMOTE];
+const PATHS: Homes = &[&ilos::ILOS, &path::PURE_PURSUIT, &vector_field::VECTOR_FIELD];
+const ILOS: Homes = &[&ilos::ILOS];
+const CORRIDORS: Homes = &[&ilos::ILOS, &vector_field::VECTOR_FIELD];
+const GENERAL: Homes = &[&general::GENERAL];
+const NAVIGATION: Homes = &[&gnss::NAVIGATION];
+const FUEL: Homes = &[&watch::fuel::FUEL];
+const LIMITS: Homes = &[&watch::limits::LIMITS];
+const LOST_COMMS: Homes = &[&watch::lost_comms::LOST_COMMS];
+const CLOCK: Homes = &[&watch::clock::CLOCK];
+const HOST: Homes = &[&watch::host::HOST];
+const UDP: Homes = &[&transport::udp::UDP];
+const ANNOUNCE: Homes = &[&transport::announce::ANNOUNCE];
+const MULTIPLEXER: Homes = &[&maneuver::MULTIPLEXER];
+const FOLLOW_REFERENCE: Homes = &[&maneuver::FOLLOW_REFERENCE];
 
 /// All parameters.
 pub fn all() -> Vec<Parameter> {
     [control_loops(), path_control(), navigation(), watching(), maneuvers()].concat()
 }
 
-fn number(
-    entity: Entity,
-    name: &'static str,
-    at: fn(&mut Settings) -> Option<&mut f64>,
-    factor: f64,
-    range: RangeInclusive<f64>,
-) -> Parameter {
-    Parameter { entity, name, place: Place::Number(at, factor, range) }
-}
+impl Parameter {
+    fn new(entity: Entity, homes: Homes, spec: ParamSpec, place: Place) -> Self {
+        Self { entity, name: spec.name, homes, access: Access::Live, spec, place }
+    }
 
-fn span(
-    entity: Entity,
-    name: &'static str,
-    at: fn(&mut Settings) -> Option<&mut Duration>,
-    range: RangeInclusive<f64>,
-) -> Parameter {
-    Parameter { entity, name, place: Place::Span(at, range) }
-}
-
-fn gains(entity: Entity, name: &'static str, at: fn(&mut Settings) -> Option<&mut PidConfig>) -> Parameter {
-    Parameter { entity, name, place: Place::Gains(at) }
-}
-
-fn limit(
-    entity: Entity,
-    name: &'static str,
-    at: fn(&mut Settings) -> Option<&mut Option<f64>>,
-    range: RangeInclusive<f64>,
-) -> Parameter {
-    Parameter { entity, name, place: Place::Limit(at, range) }
+    fn file_only(self) -> Self {
+        Self { access: Access::FileOnly, ..self }
+    }
 }
 
 fn control_loops() -> Vec<Parameter> {
-    const OF: Entity = Entity::Control;
+    use Place::{Choice, Gains, Limit, Number};
+    let of = |homes, spec, place| Parameter::new(Entity::Control, homes, spec, place);
+    let remote = |spec, place| Parameter::new(Entity::Remote, REMOTE, spec, place);
     vec![
-        gains(OF, "Yaw PID Gains", |s| Some(&mut s.control.yaw.pid)),
-        gains(OF, "MPS PID Gains", |s| rpm(s).then_some(&mut s.control.speed.pid)),
-        gains(OF, "MPS Force PID Gains", |s| (!rpm(s)).then_some(&mut s.control.speed.pid)),
-        limit(
-            OF,
-            "MPS Integral Limit",
-            |s| rpm(s).then_some(&mut s.control.speed.pid.integral_limit),
-            0.0..=2000.0,
+        of(CONTROL, course_speed::YAW_GAINS.spec, Gains(|s| Some(&mut s.control.yaw.pid))),
+        of(RPM, course_speed::SPEED_GAINS.spec, Gains(|s| rpm(s).then_some(&mut s.control.speed.pid))),
+        of(
+            FORCE,
+            course_speed_force::SPEED_GAINS.spec,
+            Gains(|s| (!rpm(s)).then_some(&mut s.control.speed.pid)),
         ),
-        limit(
-            OF,
-            "MPS Force Integral Limit",
-            |s| (!rpm(s)).then_some(&mut s.control.speed.pid.integral_limit),
-            0.0..=1000.0,
+        of(
+            RPM,
+            course_speed::SPEED_INTEGRAL_LIMIT.spec,
+            Limit(|s| rpm(s).then_some(&mut s.control.speed.pid.integral_limit), -1.0),
         ),
-        limit(OF, "Yaw Integral Limit", |s| Some(&mut s.control.yaw.pid.integral_limit), 0.0..=500.0),
-        limit(OF, "Ramp Actuation Limit", |s| Some(&mut s.control.output.ramp_per_s), 0.01..=100.0),
-        number(OF, "MPS Feedforward Gain", feed_forward, 1.0, 0.0..=10_000.0),
-        number(
-            OF,
-            "Maximum Heading Error to Thrust",
-            |s| Some(&mut s.control.yaw.max_error_to_thrust_rad),
-            DEGREE,
-            5.0..=180.0,
+        of(
+            FORCE,
+            course_speed_force::SPEED_INTEGRAL_LIMIT.spec,
+            Limit(|s| (!rpm(s)).then_some(&mut s.control.speed.pid.integral_limit), -1.0),
         ),
-        number(
-            OF,
-            "Maximum Thrust Actuation",
-            |s| Some(&mut s.control.output.max_actuation),
-            1.0,
-            0.01..=1.0,
+        of(
+            RPM,
+            course_speed::YAW_INTEGRAL_LIMIT.spec,
+            Limit(|s| rpm(s).then_some(&mut s.control.yaw.pid.integral_limit), -1.0),
         ),
-        number(OF, "Minimum speed to use course", course_speed, 1.0, 0.0..=5.0),
-        number(
-            Entity::Remote,
-            "Connection Timeout",
-            |s| Some(&mut s.remote.connection_timeout_s),
-            1.0,
-            0.2..=10.0,
+        of(CONTROL, loops::RAMP_LIMIT.spec, Limit(|s| Some(&mut s.control.output.ramp_per_s), 0.0)),
+        of(RPM, course_speed::SPEED_FEEDFORWARD.spec, Choice(rpm_for_speed, set_rpm_for_speed)),
+        of(FORCE, course_speed_force::SPEED_FEEDFORWARD.spec, Number(force_for_speed, 1.0)),
+        of(
+            CONTROL,
+            loops::MAXIMUM_HEADING_ERROR.spec,
+            Number(|s| Some(&mut s.control.yaw.max_error_to_thrust_rad), DEGREE),
         ),
-        number(Entity::Remote, "Thrust Scale", |s| Some(&mut s.remote.thrust_scale), 1.0, 0.01..=1.0),
+        of(
+            CONTROL,
+            loops::MAXIMUM_ACTUATION.spec,
+            Number(|s| Some(&mut s.control.output.max_actuation), 1.0),
+        ),
+        of(FORCE, course_speed_force::MINIMUM_COURSE_SPEED.spec, Choice(course_speed, set_course_speed)),
+        remote(remote::CONNECTION_TIMEOUT.spec, Number(|s| Some(&mut s.remote.connection_timeout_s), 1.0)),
+        remote(remote::LONGEST_AGE.spec, Place::Span(|s| Some(&mut s.longest_key_age))).file_only(),
+        remote(remote::THRUST_SCALE.spec, Number(|s| Some(&mut s.remote.thrust_scale), 1.0)),
     ]
 }
 
 fn path_control() -> Vec<Parameter> {
-    const OF: Entity = Entity::Path;
+    let of = |homes, spec, at, factor| Parameter::new(Entity::Path, homes, spec, Place::Number(at, factor));
     vec![
-        number(OF, "ILOS Lookahead Distance", |s| ilos(s).map(|ilos| &mut ilos.lookahead_m), 1.0, 1.0..=50.0),
-        number(OF, "ILOS Integrator Gain", |s| ilos(s).map(|ilos| &mut ilos.integrator_gain), 1.0, 0.0..=4.0),
-        number(OF, "Corridor -- Width", |s| ilos(s).map(|ilos| &mut ilos.corridor.width_m), 1.0, 1.0..=50.0),
-        number(
-            OF,
-            "Corridor -- Entry Angle",
-            |s| ilos(s).map(|ilos| &mut ilos.corridor.entry_angle_rad),
+        of(ILOS, ilos::LOOKAHEAD.spec, |s| ilos_of(s).map(|ilos| &mut ilos.lookahead_m), 1.0),
+        of(ILOS, ilos::INTEGRATOR_GAIN.spec, |s| ilos_of(s).map(|ilos| &mut ilos.integrator_gain), 1.0),
+        of(CORRIDORS, path::CORRIDOR_WIDTH.spec, |s| corridor(s).map(|corridor| &mut corridor.width_m), 1.0),
+        of(
+            CORRIDORS,
+            path::ENTRY_ANGLE.spec,
+            |s| corridor(s).map(|corridor| &mut corridor.entry_angle_rad),
             DEGREE,
-            2.0..=45.0,
         ),
-        number(OF, "Time Of Arrival Factor", |s| Some(&mut s.path.time_of_arrival_factor_s), 1.0, 0.0..=30.0),
-        number(OF, "ETA Minimum Speed", |s| Some(&mut s.path.eta_min_speed_mps), 1.0, 0.01..=5.0),
-        number(OF, "New Reference Timeout", |s| Some(&mut s.path.new_path_timeout_s), 1.0, 3.0..=10.0),
-        number(OF, "Position Jump Threshold", |s| Some(&mut s.path.jump.threshold_m), 1.0, 1.0..=100.0),
+        of(
+            GENERAL,
+            general::TIME_OF_ARRIVAL_FACTOR.spec,
+            |s| Some(&mut s.path.time_of_arrival_factor_s),
+            1.0,
+        ),
+        of(PATHS, path::ETA_MINIMUM_SPEED.spec, |s| Some(&mut s.path.eta_min_speed_mps), 1.0),
+        of(PATHS, path::NEW_REFERENCE_TIMEOUT.spec, |s| Some(&mut s.path.new_path_timeout_s), 1.0),
+        of(PATHS, path::JUMP_THRESHOLD.spec, |s| Some(&mut s.path.jump.threshold_m), 1.0),
     ]
 }
 
 fn navigation() -> Vec<Parameter> {
-    const OF: Entity = Entity::Navigation;
+    let of = |spec, at| Parameter::new(Entity::Navigation, NAVIGATION, spec, Place::Number(at, 1.0));
     vec![
-        number(OF, "Maximum HDOP", |s| Some(&mut s.navigation.max_hdop), 1.0, 0.5..=100.0),
-        number(OF, "Dead Reckoning Time", |s| Some(&mut s.navigation.reckoning_s), 1.0, 1.0..=60.0),
-        number(
-            OF,
-            "Distance To Reset Origin",
-            |s| Some(&mut s.navigation.origin_distance_m),
-            1.0,
-            500.0..=100_000.0,
-        ),
-        number(OF, "Position Jump Speed", |s| Some(&mut s.navigation.jump_speed_mps), 1.0, 1.0..=100.0),
+        of(gnss::MAXIMUM_HDOP.spec, |s| Some(&mut s.navigation.max_hdop)).file_only(),
+        of(gnss::DEAD_RECKONING.spec, |s| Some(&mut s.navigation.reckoning_s)).file_only(),
+        of(gnss::JUMP_SPEED.spec, |s| Some(&mut s.navigation.jump_speed_mps)).file_only(),
+        of(gnss::ORIGIN_DISTANCE.spec, |s| Some(&mut s.navigation.origin_distance_m)),
     ]
 }
 
 fn watching() -> Vec<Parameter> {
-    const FUEL: Entity = Entity::Fuel;
+    use Place::{Number, Span};
+    let of = Parameter::new;
+    let charge = |spec, at| of(Entity::Fuel, FUEL, spec, Number(at, PERCENT)).file_only();
     vec![
-        number(FUEL, "Warning Level", |s| Some(&mut s.watch.battery.low), 0.01, 0.0..=100.0),
-        number(FUEL, "Reserve Level", |s| Some(&mut s.watch.battery.reserve), 0.01, 0.0..=100.0),
-        number(FUEL, "Error Level", |s| Some(&mut s.watch.battery.critical), 0.01, 0.0..=100.0),
-        limit(Entity::Limits, "Maximum Speed", |s| Some(&mut s.watch.limits.max_speed_mps), 0.1..=20.0),
-        number(
+        charge(watch::fuel::WARNING_LEVEL.spec, |s| Some(&mut s.watch.battery.low)),
+        charge(watch::fuel::RESERVE_LEVEL.spec, |s| Some(&mut s.watch.battery.reserve)),
+        charge(watch::fuel::ERROR_LEVEL.spec, |s| Some(&mut s.watch.battery.critical)),
+        of(
+            Entity::Limits,
+            LIMITS,
+            watch::limits::MAXIMUM_SPEED.spec,
+            Number(|s| s.watch.limits.max_speed_mps.as_mut(), 1.0),
+        )
+        .file_only(),
+        of(
+            Entity::LostComms,
+            LOST_COMMS,
+            watch::lost_comms::HOLD_RADIUS.spec,
+            Number(|s| Some(&mut s.mission.hold_radius_m), 1.0),
+        ),
+        of(
             Entity::Clock,
-            "Maximum Clock Offset",
-            |s| Some(&mut s.watch.clock_offset_s),
-            1.0,
-            0.0..=86_400.0,
+            CLOCK,
+            watch::clock::MAXIMUM_OFFSET.spec,
+            Number(|s| Some(&mut s.watch.clock_offset_s), 1.0),
         ),
-        number(
+        of(
             Entity::Host,
-            "Storage Warning Level",
-            |s| Some(&mut s.watch.disk_free_percent),
-            1.0,
-            0.0..=100.0,
+            HOST,
+            watch::host::DISK_WARNING.spec,
+            Number(|s| Some(&mut s.watch.disk_free_percent), 1.0),
         ),
-        span(Entity::Udp, "Contact Timeout", |s| Some(&mut s.node.contact_timeout), 1.0..=3600.0),
-        span(
+        of(
+            Entity::Host,
+            HOST,
+            watch::host::DISK_ERROR.spec,
+            Number(|s| Some(&mut s.watch.disk_error_percent), 1.0),
+        ),
+        of(
+            Entity::Udp,
+            UDP,
+            transport::udp::CONTACT_TIMEOUT.spec,
+            Span(|s| Some(&mut s.node.contact_timeout)),
+        ),
+        of(
             Entity::Announcer,
-            "Announcement Periodicity",
-            |s| Some(&mut s.node.announce_period),
-            1.0..=600.0,
+            ANNOUNCE,
+            transport::announce::PERIOD.spec,
+            Span(|s| Some(&mut s.node.announce_period)),
         ),
     ]
 }
 
 fn maneuvers() -> Vec<Parameter> {
-    const OF: Entity = Entity::Maneuver;
+    let of = |homes, spec, at| Parameter::new(Entity::Maneuver, homes, spec, Place::Number(at, 1.0));
     vec![
-        number(
-            OF,
-            "Loiter -- Minimum Radius",
-            |s| Some(&mut s.mission.engine.maneuver.loiter_min_radius_m),
-            1.0,
-            1.0..=1000.0,
-        ),
-        number(
-            OF,
-            "StationKeeping -- Minimum Radius",
-            |s| Some(&mut s.mission.engine.maneuver.station_min_radius_m),
-            1.0,
-            1.0..=1000.0,
-        ),
-        number(
-            OF,
-            "Horizontal Tolerance",
-            |s| Some(&mut s.mission.engine.maneuver.reference.tolerance_m),
-            1.0,
-            1.0..=1000.0,
-        ),
-        number(OF, "Hold Radius", |s| Some(&mut s.mission.hold_radius_m), 1.0, 1.0..=1000.0),
+        of(MULTIPLEXER, maneuver::LOITER_RADIUS.spec, |s| {
+            Some(&mut s.mission.engine.maneuver.loiter_min_radius_m)
+        }),
+        of(MULTIPLEXER, maneuver::STATION_RADIUS.spec, |s| {
+            Some(&mut s.mission.engine.maneuver.station_min_radius_m)
+        }),
+        of(FOLLOW_REFERENCE, maneuver::HORIZONTAL_TOLERANCE.spec, |s| {
+            Some(&mut s.mission.engine.maneuver.reference.tolerance_m)
+        }),
     ]
 }
 
@@ -245,88 +269,127 @@ fn rpm(settings: &Settings) -> bool {
     matches!(settings.control.drive, Drive::Rpm { .. })
 }
 
-fn ilos(settings: &mut Settings) -> Option<&mut control::IlosConfig> {
+fn ilos_of(settings: &mut Settings) -> Option<&mut control::IlosConfig> {
     match &mut settings.guidance.leg {
         Law::Ilos(ilos) => Some(ilos),
         Law::PurePursuit | Law::VectorField(_) => None,
     }
 }
 
-fn feed_forward(settings: &mut Settings) -> Option<&mut f64> {
-    match &mut settings.control.speed.feed_forward {
-        FeedForward::Gain(gain) => Some(gain),
-        FeedForward::Table(_) => None,
+fn corridor(settings: &mut Settings) -> Option<&mut control::Corridor> {
+    match &mut settings.guidance.leg {
+        Law::Ilos(ilos) => Some(&mut ilos.corridor),
+        Law::VectorField(field) => Some(&mut field.corridor),
+        Law::PurePursuit => None,
     }
 }
 
-fn course_speed(settings: &mut Settings) -> Option<&mut f64> {
-    match &mut settings.control.yaw.course_tracking {
-        CourseTracking::Filtered { min_speed_mps, .. } => Some(min_speed_mps),
-        CourseTracking::AsHeading => None,
+/// 0 leaves it to the table of the hull.
+fn rpm_for_speed(settings: &Settings) -> Option<f64> {
+    rpm(settings).then_some(match settings.control.speed.feed_forward {
+        FeedForward::Gain(gain) => gain,
+        FeedForward::Table(_) => 0.0,
+    })
+}
+
+fn set_rpm_for_speed(settings: &mut Settings, gain: f64) {
+    settings.control.speed.feed_forward =
+        if gain > 0.0 { FeedForward::Gain(gain) } else { FeedForward::Table(SpeedTable::FOSSEN_OTTER) };
+}
+
+fn force_for_speed(settings: &mut Settings) -> Option<&mut f64> {
+    match &mut settings.control.speed.feed_forward {
+        FeedForward::Gain(gain) if matches!(settings.control.drive, Drive::Force { .. }) => Some(gain),
+        FeedForward::Gain(_) | FeedForward::Table(_) => None,
     }
+}
+
+fn course_speed(settings: &Settings) -> Option<f64> {
+    (!rpm(settings)).then_some(match settings.control.yaw.course_tracking {
+        CourseTracking::Filtered { min_speed_mps, .. } => min_speed_mps,
+        CourseTracking::AsHeading => -1.0,
+    })
+}
+
+fn set_course_speed(settings: &mut Settings, speed_mps: f64) {
+    let time_constant_s = match settings.control.yaw.course_tracking {
+        CourseTracking::Filtered { time_constant_s, .. } => time_constant_s,
+        CourseTracking::AsHeading => COURSE_FILTER_S,
+    };
+    settings.control.yaw.course_tracking = if speed_mps < LEAST_COURSE_SPEED_MPS {
+        CourseTracking::AsHeading
+    } else {
+        CourseTracking::Filtered { min_speed_mps: speed_mps, time_constant_s }
+    };
 }
 
 impl Parameter {
     /// The value as text; `None` where this setup has none.
     pub fn get(&self, settings: &Settings) -> Option<String> {
         // The places are given to be written; reading them is rare.
-        let mut settings = settings.clone();
+        let mut copy = settings.clone();
         Some(match &self.place {
-            Place::Number(at, factor, _) => short(*at(&mut settings)? / factor),
-            Place::Span(at, _) => short(at(&mut settings)?.as_secs_f64()),
+            Place::Number(at, factor) => short(*at(&mut copy)? / factor),
+            Place::Span(at) => short(at(&mut copy)?.as_secs_f64()),
             Place::Gains(at) => {
-                let pid = at(&mut settings)?;
+                let pid = at(&mut copy)?;
                 format!("{}, {}, {}", short(pid.kp), short(pid.ki), short(pid.kd))
             }
-            Place::Limit(at, _) => short(at(&mut settings)?.unwrap_or(-1.0)),
+            Place::Limit(at, off) => short(at(&mut copy)?.unwrap_or(*off)),
+            Place::Choice(get, _) => short(get(settings)?),
         })
     }
 
-    /// Takes a value from text.
+    /// Takes a value from text, whoever may change it.
     ///
     /// # Errors
     /// When it is none that this parameter may have; the settings are then as they were.
     pub fn set(&self, settings: &mut Settings, text: &str) -> Result<(), ParameterError> {
-        let missing = || ParameterError::Unknown(self.name.to_owned());
-        match &self.place {
-            Place::Number(at, factor, range) => {
-                let value = within(parse(text)?, range)?;
-                *at(settings).ok_or_else(missing)? = value * factor;
-            }
-            Place::Span(at, range) => {
-                let value = within(parse(text)?, range)?;
-                *at(settings).ok_or_else(missing)? = Duration::from_secs_f64(value);
-            }
-            Place::Gains(at) => {
-                let values = text.split(',').map(parse).collect::<Result<Vec<_>, _>>()?;
-                let [kp, ki, kd] = values[..] else { return Err(ParameterError::Gains) };
-                for value in [kp, ki, kd] {
-                    within(value, &(0.0..=100_000.0))?;
-                }
-                let pid = at(settings).ok_or_else(missing)?;
-                (pid.kp, pid.ki, pid.kd) = (kp, ki, kd);
-            }
-            Place::Limit(at, range) => {
-                let value = parse(text)?;
-                let limit = if value <= 0.0 { None } else { Some(within(value, range)?) };
-                *at(settings).ok_or_else(missing)? = limit;
-            }
+        let mut changed = settings.clone();
+        if self.get(settings).is_none() || !self.put(&mut changed, text)? {
+            return Err(ParameterError::Unknown(self.name.to_owned()));
         }
+        changed.validate().map_err(ParameterError::Refused)?;
+        *settings = changed;
         Ok(())
     }
-}
 
-fn parse(text: &str) -> Result<f64, ParameterError> {
-    let value: f64 = text.trim().parse().map_err(|_| ParameterError::NoNumber(text.trim().to_owned()))?;
-    if value.is_finite() { Ok(value) } else { Err(ParameterError::NoNumber(text.trim().to_owned())) }
-}
-
-fn within(value: f64, range: &RangeInclusive<f64>) -> Result<f64, ParameterError> {
-    if range.contains(&value) {
-        Ok(value)
-    } else {
-        Err(ParameterError::Range { value, least: *range.start(), most: *range.end() })
+    /// Puts a value of the schema in its place; answers whether there is one in this setup.
+    fn put(&self, settings: &mut Settings, text: &str) -> Result<bool, ParameterError> {
+        use config::FromValue as _;
+        let value = self.spec.value_of(text).map_err(ParameterError::Value)?;
+        if let Place::Gains(at) = &self.place {
+            let gains = Vec::<f64>::from_value(&value).unwrap_or_default();
+            let (Some(pid), [kp, ki, kd]) = (at(settings), &gains[..]) else { return Ok(false) };
+            (pid.kp, pid.ki, pid.kd) = (*kp, *ki, *kd);
+            return Ok(true);
+        }
+        let Some(number) = f64::from_value(&value) else { return Ok(false) };
+        match &self.place {
+            Place::Gains(_) => return Ok(false),
+            Place::Number(at, factor) => match at(settings) {
+                Some(place) => *place = number * factor,
+                None => return Ok(false),
+            },
+            Place::Span(at) => match at(settings) {
+                Some(place) => *place = Duration::from_secs_f64(number),
+                None => return Ok(false),
+            },
+            Place::Limit(at, off) => match at(settings) {
+                // Where -1 is off, so is all that is negative: no limit is below zero.
+                Some(place) => *place = Some(number).filter(|number| *number > *off && *number >= 0.0),
+                None => return Ok(false),
+            },
+            Place::Choice(_, set) => set(settings, number),
+        }
+        Ok(true)
     }
+}
+
+/// Whether the files know a parameter of this name for an entity, though it cannot be changed live.
+pub(crate) fn in_files(entity: Entity, name: &str) -> bool {
+    let task = config::schema::find(entity.label_and_task().1);
+    task.is_some_and(|section| section.params().any(|param| param.matches(name)))
 }
 
 /// A number without the noise of its last bits.
@@ -340,36 +403,91 @@ mod tests {
     use super::*;
     use imc::Address;
 
-    fn settings() -> Settings {
-        Settings::otter("test", Address(0x2810))
+    fn setups() -> [Settings; 2] {
+        let force = Settings::otter("test", Address(0x2810));
+        let rpm = Settings { control: control::CourseSpeedConfig::fossen_rpm(), ..force.clone() };
+        [force, rpm]
+    }
+
+    fn named(name: &str) -> Parameter {
+        all().into_iter().find(|parameter| parameter.name == name).unwrap()
     }
 
     #[test]
     fn every_value_in_use_is_allowed_and_returns_as_it_was() {
-        let settings = settings();
+        for settings in setups() {
+            for parameter in all() {
+                let Some(text) = parameter.get(&settings) else { continue };
+                let mut again = settings.clone();
+                assert_eq!(parameter.set(&mut again, &text), Ok(()), "{}", parameter.name);
+                assert_eq!(parameter.get(&again), Some(text), "{}", parameter.name);
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_schema_allows_every_controller_takes() {
+        use config::Kind;
+        for settings in setups() {
+            for parameter in all().into_iter().filter(|parameter| parameter.get(&settings).is_some()) {
+                let texts = match parameter.spec.kind {
+                    Kind::Float { min, max, .. } => [min, max].map(|end| end.to_string()),
+                    Kind::Floats { min, max, .. } => [min, max].map(|end| format!("{end}, {end}, {end}")),
+                    kind => panic!("{kind:?}"),
+                };
+                let ordered = parameter.name.ends_with(" Level");
+                for text in texts {
+                    let taken = parameter.set(&mut settings.clone(), &text);
+                    assert!(taken.is_ok() || ordered, "{} = {text}: {taken:?}", parameter.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_parameter_stands_in_the_schema_of_its_sections() {
         for parameter in all() {
-            let Some(text) = parameter.get(&settings) else { continue };
-            let mut again = settings.clone();
-            assert_eq!(parameter.set(&mut again, &text), Ok(()), "{}", parameter.name);
-            assert_eq!(parameter.get(&again), Some(text), "{}", parameter.name);
+            for home in parameter.homes {
+                let spec = home.params().find(|spec| spec.name == parameter.name);
+                let spec = spec.unwrap_or_else(|| panic!("{} in {}", parameter.name, home.name()));
+                let bounds = |kind| match kind {
+                    config::Kind::Float { min, max, .. } | config::Kind::Floats { min, max, .. } => {
+                        (min, max)
+                    }
+                    kind => panic!("{kind:?}"),
+                };
+                assert_eq!(bounds(spec.kind), bounds(parameter.spec.kind), "{}", parameter.name);
+            }
         }
     }
 
     #[test]
     fn refuses_what_is_no_number_or_out_of_range() {
-        let mut settings = settings();
+        let [mut settings, _] = setups();
         let before = settings.clone();
-        let all = all();
-        let lookahead = all.iter().find(|parameter| parameter.name == "ILOS Lookahead Distance").unwrap();
+        let lookahead = named("ILOS Lookahead Distance");
         for bad in ["", "x", "NaN", "inf", "0", "51", "3 m"] {
             assert!(lookahead.set(&mut settings, bad).is_err(), "{bad}");
         }
-        let yaw = all.iter().find(|parameter| parameter.name == "Yaw PID Gains").unwrap();
+        let yaw = named("Yaw PID Gains");
         for bad in ["1, 2", "1, 2, x", "1, 2, 3, 4", "-1, 0, 0"] {
             assert!(yaw.set(&mut settings, bad).is_err(), "{bad}");
         }
+        assert!(named("Reserve Level").set(&mut settings, "40").is_err(), "above the warning");
         assert_eq!(settings, before);
         lookahead.set(&mut settings, " 12.5 ").unwrap();
         assert_eq!(lookahead.get(&settings).unwrap(), "12.5");
+    }
+
+    #[test]
+    fn no_safety_limit_has_a_value_that_switches_it_off() {
+        let [mut settings, _] = setups();
+        settings.watch.limits.max_speed_mps = Some(3.0);
+        for off in ["-1", "0", "1000"] {
+            assert!(named("Maximum Speed").set(&mut settings, off).is_err(), "{off}");
+        }
+        for name in ["Maximum Speed", "Warning Level", "Reserve Level", "Error Level", "Maximum HDOP"] {
+            assert_eq!(named(name).access, Access::FileOnly, "{name}");
+        }
     }
 }

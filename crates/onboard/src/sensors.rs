@@ -14,8 +14,6 @@ use imc::messages::{
 use std::time::Duration;
 use units::MonoTime;
 
-/// Silence of the compass that is an error.
-const GNSS_SILENCE: Duration = Duration::from_secs(4);
 const SECONDS_OF_DAY: i64 = 86_400_000_000;
 
 /// What is known of the sensors.
@@ -25,6 +23,10 @@ pub(crate) struct Sensors {
     rejection: Option<Rejection>,
     motors: [Option<MonoTime>; 2],
     batteries: [Option<(MonoTime, BatteryReading)>; 4],
+    /// Which of them have fallen silent.
+    silent: [bool; 4],
+    /// The lowest charge since one fell silent (%).
+    held_percent: Option<f64>,
     /// Energy taken from the batteries since the start (Wh).
     used_wh: f64,
     navigation: Option<NavigationHealth>,
@@ -99,17 +101,43 @@ impl Sensors {
         bus.send(entity, &level);
     }
 
-    /// Mean charge of the batteries that report (%).
-    pub(crate) fn charge_percent(&self) -> Option<f64> {
-        let known: Vec<f64> =
-            self.batteries.iter().flatten().map(|(_, reading)| reading.charge_percent).collect();
-        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    /// The batteries whose reports are fresh.
+    fn live(&self) -> impl Iterator<Item = &BatteryReading> {
+        let silent = &self.silent;
+        let known = self.batteries.iter().zip(silent).filter(|(_, silent)| !**silent);
+        known.filter_map(|(slot, _)| slot.as_ref()).map(|(_, reading)| reading)
     }
 
-    /// Power drawn from the batteries (W), and energy used since the start (Wh).
+    /// Charge of the emptiest battery that reports (%). While one that did is silent it may be the emptiest:
+    /// the charge then falls but does not rise.
+    pub(crate) fn charge_percent(&self) -> Option<f64> {
+        let lowest = self.live().map(|reading| reading.charge_percent).min_by(f64::total_cmp)?;
+        Some(self.held_percent.map_or(lowest, |held| held.min(lowest)))
+    }
+
+    /// Voltage of the weakest battery that reports (V).
+    pub(crate) fn voltage_v(&self) -> Option<f64> {
+        self.live().map(|reading| reading.voltage_v).min_by(f64::total_cmp)
+    }
+
+    /// Names of the batteries that have reported and no longer do.
+    pub(crate) fn silent_batteries(&self) -> Vec<&'static str> {
+        let all = (0..).zip(self.silent).filter(|(_, silent)| *silent);
+        all.filter_map(|(number, _)| Some(Entity::battery(number)?.label_and_task().0)).collect()
+    }
+
+    /// Power drawn from the batteries that report (W), and energy used since the start (Wh).
     pub(crate) fn power_w(&self) -> (f64, f64) {
-        let all = self.batteries.iter().flatten();
-        (all.map(|(_, reading)| reading.voltage_v * reading.current_a).sum(), self.used_wh)
+        (self.live().map(|reading| reading.voltage_v * reading.current_a).sum(), self.used_wh)
+    }
+
+    /// Which batteries have fallen silent, and how low the charge was then.
+    fn watch_batteries(&mut self, now: MonoTime, timeout: Duration) {
+        let before = self.charge_percent();
+        for (slot, silent) in self.batteries.iter().zip(&mut self.silent) {
+            *silent = slot.is_some_and(|(at, _)| now.since(at) > timeout);
+        }
+        self.held_percent = if self.silent.contains(&true) { before.or(self.held_percent) } else { None };
     }
 
     /// The states of the sensors and of navigation.
@@ -123,7 +151,7 @@ impl Sensors {
         let now = bus.mono();
         match self.gnss.map(|at| now.since(at)) {
             None => states.set(bus, Entity::Gps, Condition::Boot, "waiting for the compass"),
-            Some(silence) if silence > GNSS_SILENCE => {
+            Some(silence) if silence > settings.gnss_timeout => {
                 let text = format!("nothing from the compass for {} s", silence.as_secs());
                 states.set(bus, Entity::Gps, Condition::Error, text);
             }
@@ -131,16 +159,24 @@ impl Sensors {
         }
         let health = navigation.health(now);
         let (condition, text) = match health {
-            NavigationHealth::Waiting => (Condition::Boot, "waiting for GPS fix"),
-            NavigationHealth::Good => (Condition::Normal, "active"),
-            NavigationHealth::Reckoning => (Condition::Normal, "no position; reckoning on"),
-            NavigationHealth::NoPosition => {
-                (Condition::Error, "waiting for GPS fix; nobody steers until then")
+            NavigationHealth::Waiting => (Condition::Boot, "waiting for GPS fix".to_owned()),
+            NavigationHealth::Good => (Condition::Normal, "active".to_owned()),
+            NavigationHealth::Reckoning => {
+                let most_s = navigation.settings().reckoning_s;
+                (
+                    Condition::Normal,
+                    format!("no position; reckoning on, nobody steers after {most_s:.0} s of it"),
+                )
             }
-            NavigationHealth::NoHeading => (Condition::Error, "no heading; nobody steers until there is one"),
+            NavigationHealth::NoPosition => {
+                (Condition::Error, "waiting for GPS fix; nobody steers until then".to_owned())
+            }
+            NavigationHealth::NoHeading => {
+                (Condition::Error, "no heading; nobody steers until there is one".to_owned())
+            }
         };
         if self.navigation.replace(health) != Some(health) && condition == Condition::Error {
-            bus.entry(Entity::Navigation, Level::Error, text);
+            bus.entry(Entity::Navigation, Level::Error, text.clone());
         }
         states.set(bus, Entity::Navigation, condition, text);
         for side in [Side::Port, Side::Starboard] {
@@ -154,6 +190,7 @@ impl Sensors {
                 Some(_) => states.set(bus, entity, Condition::Normal, "active"),
             }
         }
+        self.watch_batteries(now, settings.battery_timeout);
         for (number, slot) in (0..).zip(&self.batteries) {
             let (Some(entity), Some((at, reading))) = (Entity::battery(number), slot) else { continue };
             if now.since(*at) > settings.battery_timeout {
@@ -226,4 +263,41 @@ pub(crate) fn estimated_state(estimate: &Estimate) -> EstimatedState {
 pub(crate) fn uncertainty(estimate: &Estimate) -> NavigationUncertainty {
     let variance = (estimate.sigma_m * estimate.sigma_m) as f32;
     NavigationUncertainty { x: variance, y: variance, ..NavigationUncertainty::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::Now;
+    use crate::settings::Settings;
+    use units::UtcTime;
+
+    #[test]
+    fn the_emptiest_battery_counts_and_a_silent_one_does_not_refill_the_rest() {
+        let at =
+            |second: u64| Now { mono: MonoTime::from_micros(second * 1_000_000), utc: UtcTime::default() };
+        let mut bus = Bus::new(&Settings::otter("test", imc::Address(0x2810)), at(0));
+        let mut sensors = Sensors::default();
+        let mut report = |sensors: &mut Sensors, second, number, charge_percent| {
+            bus.begin(at(second));
+            let reading =
+                BatteryReading { number, charge_percent, voltage_v: 30.0, ..BatteryReading::default() };
+            sensors.battery(&mut bus, &reading);
+            sensors.watch_batteries(at(second).mono, Duration::from_secs(10));
+        };
+        report(&mut sensors, 0, 0, 90.0);
+        report(&mut sensors, 1, 1, 18.0);
+        assert_eq!(sensors.charge_percent(), Some(18.0), "not the mean");
+        for second in 2..60 {
+            report(&mut sensors, second, 0, 90.0);
+        }
+        assert_eq!((sensors.charge_percent(), sensors.silent_batteries()), (Some(18.0), vec!["Battery 1"]));
+        report(&mut sensors, 60, 0, 12.0);
+        assert_eq!(sensors.charge_percent(), Some(12.0));
+        sensors.watch_batteries(at(90).mono, Duration::from_secs(10));
+        assert_eq!((sensors.charge_percent(), sensors.voltage_v()), (None, None), "no report is no charge");
+        report(&mut sensors, 91, 0, 95.0);
+        report(&mut sensors, 92, 1, 96.0);
+        assert_eq!(sensors.charge_percent(), Some(95.0));
+    }
 }

@@ -32,6 +32,8 @@ pub struct Settings {
     pub path: PathConfig,
     /// Manual control.
     pub remote: RemoteConfig,
+    /// Keys of an operator that took longer than this beyond the fastest packet have no effect.
+    pub longest_key_age: Duration,
     /// Discovery and transports.
     pub node: NodeSettings,
     /// Names of other systems, by address.
@@ -73,6 +75,8 @@ pub struct WatchSettings {
     pub monitored: Vec<Entity>,
     /// Those that count also for a plan that ignores errors.
     pub vital: Vec<Entity>,
+    /// Silence of the compass that is an error.
+    pub gnss_timeout: Duration,
     /// Silence of a motor's feedback that is an error.
     pub motor_timeout: Duration,
     /// Silence of the batteries that is a fault.
@@ -87,6 +91,8 @@ pub struct WatchSettings {
     pub cpu_percent: f64,
     /// Free disk (%) below which a fault is told.
     pub disk_free_percent: f64,
+    /// Free disk (%) below which it is an error.
+    pub disk_error_percent: f64,
     /// Memory (MiB) above which a fault is told.
     pub memory_mib: f64,
     /// Difference between the computer's clock and the satellites' that is a fault (s).
@@ -146,6 +152,7 @@ impl Default for WatchSettings {
         Self {
             monitored: vec![Daemon, Gps, Navigation, Path, MotorPort, MotorStarboard],
             vital: vec![Navigation],
+            gnss_timeout: Duration::from_secs(4),
             motor_timeout: Duration::from_secs(2),
             battery_timeout: Duration::from_secs(10),
             battery: BatteryConfig::default(),
@@ -153,6 +160,7 @@ impl Default for WatchSettings {
             limits: LimitsConfig::default(),
             cpu_percent: 90.0,
             disk_free_percent: 5.0,
+            disk_error_percent: 2.0,
             memory_mib: 200.0,
             clock_offset_s: 2.0,
         }
@@ -174,6 +182,26 @@ impl Default for MissionSettings {
 }
 
 impl Settings {
+    /// Whether every part takes its values and none contradicts another.
+    ///
+    /// # Errors
+    /// Says what is wrong.
+    pub fn validate(&self) -> Result<(), String> {
+        let text = |error: control::InvalidConfig| error.to_string();
+        self.control.validate().map_err(text)?;
+        self.guidance.validate().map_err(text)?;
+        self.path.validate().map_err(text)?;
+        self.remote.validate().map_err(text)?;
+        let BatteryConfig { low, reserve, critical, .. } = self.watch.battery;
+        if critical > reserve || reserve > low {
+            return Err("the levels of the battery must fall from warning to reserve to error".to_owned());
+        }
+        if self.watch.disk_error_percent > self.watch.disk_free_percent {
+            return Err("the disk's warning level must not be below its error level".to_owned());
+        }
+        Ok(())
+    }
+
     /// An Otter with this name and address, everything else as usual.
     pub fn otter(name: &str, address: Address) -> Self {
         Self {
@@ -187,6 +215,7 @@ impl Settings {
             guidance: GuidanceConfig::default(),
             path: PathConfig::default(),
             remote: RemoteConfig::default(),
+            longest_key_age: Duration::from_secs(1),
             node: NodeSettings::default(),
             names: BTreeMap::new(),
             watch: WatchSettings::default(),

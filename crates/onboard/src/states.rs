@@ -46,18 +46,16 @@ impl Condition {
 pub(crate) struct States {
     all: [(Condition, String); Entity::ALL.len()],
     monitored: Vec<Entity>,
-    vital: Vec<Entity>,
     next: MonoTime,
     last_error: (String, f64),
     reported: Option<(Vec<Entity>, Vec<Entity>)>,
 }
 
 impl States {
-    pub(crate) fn new(monitored: Vec<Entity>, vital: Vec<Entity>, now: MonoTime) -> Self {
+    pub(crate) fn new(monitored: Vec<Entity>, now: MonoTime) -> Self {
         Self {
             all: std::array::from_fn(|_| (Condition::Boot, String::new())),
             monitored,
-            vital,
             next: now,
             last_error: (String::new(), -1.0),
             reported: None,
@@ -88,14 +86,13 @@ impl States {
         self.all[usize::from(entity.number())].0
     }
 
-    /// Watched parts that are not well; only the vital ones when the plan ignores errors.
-    pub(crate) fn bad(&self, only_vital: bool) -> Vec<Entity> {
-        let list = if only_vital { &self.vital } else { &self.monitored };
-        list.iter().copied().filter(|entity| self.condition(*entity).is_bad()).collect()
+    /// Watched parts that are not well.
+    fn bad(&self) -> Vec<Entity> {
+        self.monitored.iter().copied().filter(|entity| self.condition(*entity).is_bad()).collect()
     }
 
     /// Watched parts that have not started yet.
-    pub(crate) fn booting(&self) -> Vec<Entity> {
+    fn booting(&self) -> Vec<Entity> {
         let all = self.monitored.iter().copied();
         all.filter(|entity| self.condition(*entity) == Condition::Boot).collect()
     }
@@ -106,7 +103,7 @@ impl States {
 
     /// Reports what is due.
     pub(crate) fn tick(&mut self, bus: &mut Bus, labels: &Labels) {
-        let (bad, booting) = (self.bad(false), self.booting());
+        let (bad, booting) = (self.bad(), self.booting());
         let due = bus.mono() >= self.next;
         if due {
             self.next = bus.mono() + PERIOD;

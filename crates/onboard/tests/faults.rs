@@ -114,6 +114,25 @@ fn garbage_packets_change_nothing() {
 }
 
 #[test]
+fn a_flood_of_packets_does_not_fill_the_log_and_commands_in_it_still_act() {
+    let mut sea = under_way();
+    sea.forget();
+    for _ in 0..100 {
+        for _ in 0..100 {
+            sea.send(TextMessage { text: "x".repeat(200).as_str().into(), ..TextMessage::default() });
+        }
+        sea.run(0.1);
+    }
+    let logged = sea.said.iter().filter(|(_, packet)| packet.get::<TextMessage>().is_some()).count();
+    assert!((1000..3000).contains(&logged), "{logged} of 10000");
+    let told = sea.all::<LogBookEntry>();
+    let told = told.iter().filter(|(_, entry)| entry.text.to_str_lossy().contains("packets are not logged"));
+    assert!((1..=2).contains(&told.count()), "said, and not with every packet");
+    sea.send(Abort);
+    assert!(stopped(&sea));
+}
+
+#[test]
 fn after_a_hang_the_motors_stop_and_the_plan_is_over() {
     let mut sea = under_way();
     // The computer hangs for three seconds, longer than motors and compass may be silent.

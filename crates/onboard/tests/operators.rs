@@ -8,7 +8,7 @@ use common::*;
 use control::MotorPair;
 use imc::Address;
 use imc::messages::*;
-use mission::{LostCommsConfig, Remedy, Step};
+use mission::{LimitsConfig, LostCommsConfig, Remedy, Step};
 use std::time::Duration;
 
 const OTHER: Address = Address(0x4002);
@@ -99,6 +99,19 @@ fn follows_references_until_their_source_falls_silent() {
     let reply = sea.replies(request).pop().unwrap();
     assert_eq!(reply.r#type, PlanControlType::Failure);
     assert!(reply.info.to_str_lossy().contains("reference source timed out"), "{}", reply.info);
+}
+
+#[test]
+fn a_commander_without_a_time_limit_has_one() {
+    let mut sea = Sea::new().ready();
+    sea.ask(
+        PlanControlOp::Start,
+        "follow",
+        Some(FollowReference { timeout: 0.0, ..Default::default() }.into()),
+    );
+    sea.run(20.0);
+    assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
+    assert!(sea.run_until(15.0, |sea| sea.plan_state().state == PlanControlStateState::Ready));
 }
 
 #[test]
@@ -226,4 +239,41 @@ fn tells_what_it_consists_of_and_ignores_its_own_echo() {
     assert_eq!(sea.mode(), VehicleStateOpMode::default());
     sea.run(1.0);
     assert_eq!(sea.plan_state().state, PlanControlStateState::Ready, "neither echo nor a stray start counts");
+}
+
+#[test]
+fn a_safety_limit_is_not_moved_from_the_bus_and_the_console_is_told_why() {
+    let mut settings = settings();
+    settings.watch.limits = LimitsConfig {
+        max_speed_mps: Some(3.1),
+        speed_remedy: Some(Remedy::Hold),
+        ..LimitsConfig::default()
+    };
+    let mut sea = Sea::with(settings, |_| {}).ready();
+    for (entity, name, value) in [
+        ("Operational Limits", "Maximum Speed", "-1"),
+        ("Operational Limits", "Action", "warn"),
+        ("Fuel Monitor", "Reserve Level", "0"),
+        ("Lost Communications", "Lost Comms Timeout", "86400"),
+        ("Path Control", "ILOS Lookahead Distance", "0"),
+    ] {
+        sea.forget();
+        let parameter = EntityParameter { name: name.into(), value: value.into() };
+        let params = [parameter].into_iter().collect();
+        sea.send(SetEntityParameters { name: entity.into(), params });
+        let told = sea.said.iter().filter(|(_, packet)| packet.header.dst == CONSOLE);
+        let told: Vec<_> = told.filter_map(|(_, packet)| packet.get::<LogBookEntry>()).collect();
+        assert_eq!(told.len(), 1, "{name}");
+        let text = told[0].text.to_string();
+        assert!(text.contains(name) && text.contains("is refused: "), "{text}");
+        assert!(text.contains("file only") || name.starts_with("ILOS"), "{text}");
+        assert!(sea.all::<EntityParameters>().is_empty(), "nothing was taken: {name}");
+    }
+    sea.send(QueryEntityParameters {
+        name: "Operational Limits".into(),
+        visibility: "user".into(),
+        scope: "global".into(),
+    });
+    let told = sea.last::<EntityParameters>().unwrap();
+    assert_eq!(told.params.of::<EntityParameter>().next().unwrap().value, "3.1");
 }

@@ -141,6 +141,49 @@ fn an_abort_stops_at_once_and_must_be_addressed() {
 }
 
 #[test]
+fn to_all_vessels_only_what_stops_is_said() {
+    use imc::Address;
+    let started = |sea: &Sea| sea.plan_state().state == PlanControlStateState::Executing;
+    let mut sea = Sea::new().ready();
+    sea.upload(&triangle());
+    let start = |op| PlanControl { op, plan_id: "triangle".into(), ..PlanControl::default() };
+    sea.send_as(CONSOLE, Address::BROADCAST, start(PlanControlOp::Start));
+    let changed = PlanDB { op: PlanDBOp::Del, plan_id: "triangle".into(), ..PlanDB::default() };
+    sea.send_as(CONSOLE, Address::BROADCAST, changed);
+    sea.run(1.0);
+    assert!(!started(&sea), "a start must name its vessel");
+    for stop in [Message::from(Abort), start(PlanControlOp::Stop).into()] {
+        sea.run(2.0);
+        sea.ask(PlanControlOp::Start, "triangle", None);
+        sea.run(3.0);
+        assert!(started(&sea), "the plan is still there");
+        sea.send_as(CONSOLE, Address::BROADCAST, stop);
+        assert!(!started(&sea));
+        sea.run(0.5);
+        assert_eq!(sea.motors.last().unwrap().1, control::MotorPair::STOPPED);
+    }
+}
+
+#[test]
+fn the_state_of_a_full_database_fits_a_packet() {
+    let mut sea = Sea::new().ready();
+    sea.send(Announce { sys_name: "ø".repeat(100).as_str().into(), ..Announce::default() });
+    let mut kept = 0;
+    for n in 0..500 {
+        sea.forget();
+        sea.upload(&plan(&format!("{n:060}"), vec![("a".into(), goto(10.0, 0.0, 1.0).into())]));
+        kept += usize::from(sea.last::<PlanDB>().unwrap().r#type == PlanDBType::Success);
+    }
+    assert_eq!(kept, 400);
+    sea.forget();
+    sea.send(PlanDB { op: PlanDBOp::GetState, request_id: 7, ..PlanDB::default() });
+    let reply = sea.last::<PlanDB>().unwrap();
+    assert_eq!((reply.r#type, reply.request_id), (PlanDBType::Success, 7));
+    let state: PlanDBState = reply.arg.of().unwrap();
+    assert_eq!((state.plan_count, state.plans_info.of::<PlanDBInformation>().count()), (400, 400));
+}
+
+#[test]
 fn an_abort_holds_the_error_for_a_second_whenever_it_comes() {
     for after in [10.0, 10.2, 10.5, 10.8] {
         let mut sea = Sea::new().ready();

@@ -26,7 +26,13 @@ fn at(us: u64) -> Now {
 }
 
 fn from_console(dst: u16, message: impl Into<Message>) -> Input {
-    let header = Header { src: Address(CONSOLE), dst: Address(dst), ..Header::default() };
+    from_console_at(0, dst, message)
+}
+
+/// A message made at a second.
+fn from_console_at(second: u64, dst: u16, message: impl Into<Message>) -> Input {
+    let timestamp = at(second * 1_000_000).utc.seconds();
+    let header = Header { timestamp, src: Address(CONSOLE), dst: Address(dst), ..Header::default() };
     Input::Packet(Peer::Tcp(1), Packet::new(header, message).encode().unwrap())
 }
 
@@ -132,8 +138,11 @@ fn start(argument: impl Into<Message>) -> PlanControl {
 #[test]
 fn a_vessel_on_a_trailer_does_not_hold_its_station() {
     let mut settings = settings();
-    settings.watch.limits =
-        LimitsConfig { max_speed_mps: Some(3.1), speed_remedy: Remedy::Hold, ..LimitsConfig::default() };
+    settings.watch.limits = LimitsConfig {
+        max_speed_mps: Some(3.1),
+        speed_remedy: Some(Remedy::Hold),
+        ..LimitsConfig::default()
+    };
     let thrust = greatest_thrust(settings, 0..60, 6.0, |_| Vec::new());
     assert!(thrust.abs() < f64::EPSILON, "{thrust}");
 }
@@ -187,19 +196,57 @@ fn after_an_abort_no_supervisor_starts_again_but_after_a_stop_it_does() {
     assert!(stopped > 0.0, "the supervisor acts at all");
 }
 
+fn ahead() -> RemoteActions {
+    RemoteActions { actions: "Port Motor=127;Starboard Motor=127".into() }
+}
+
+#[test]
+fn keys_that_a_stalled_connection_held_back_move_nothing() {
+    let by = || Teleoperation { custom: format!("src={CONSOLE}").into() };
+    let thrust = |seconds| {
+        greatest_thrust(settings(), seconds, 0.0, |second| match second {
+            5 => vec![from_console_at(5, OTTER, Heartbeat), from_console_at(5, OTTER, start(by()))],
+            6..9 => vec![from_console_at(second, OTTER, ahead())],
+            // Nothing for five seconds, then all of it at once.
+            14 => (9..13).rev().map(|second| from_console_at(second, OTTER, ahead())).collect(),
+            20 => vec![from_console_at(20, OTTER, ahead())],
+            _ => Vec::new(),
+        })
+    };
+    assert!(thrust(6..9) > 0.9, "fresh keys act");
+    assert!(thrust(12..20).abs() < f64::EPSILON, "late ones do not");
+    assert!(thrust(20..22) > 0.9, "and fresh ones act again");
+}
+
+#[test]
+fn the_session_belongs_to_the_connection_that_started_it() {
+    let other = |input| match input {
+        Input::Packet(_, bytes) => Input::Packet(Peer::Tcp(2), bytes),
+        input => input,
+    };
+    for custom in [format!("src={CONSOLE}"), String::new()] {
+        let thrust = greatest_thrust(settings(), 0..15, 0.0, |second| match second {
+            5 => {
+                let by = Teleoperation { custom: custom.as_str().into() };
+                vec![from_console_at(5, OTTER, start(by))]
+            }
+            8..12 => vec![other(from_console_at(second, OTTER, ahead()))],
+            _ => vec![from_console_at(second, OTTER, Heartbeat)],
+        });
+        assert!(thrust.abs() < f64::EPSILON, "{custom}: {thrust}");
+    }
+}
+
 #[test]
 fn sticks_that_are_not_for_this_vessel_move_nothing() {
     for (dst, moves) in [(OTTER, true), (0, false), (0xFFFF, false), (0x2811, false)] {
         let thrust = greatest_thrust(settings(), 0..15, 0.0, |second| match second {
             5 => {
                 let by = Teleoperation { custom: format!("src={CONSOLE}").into() };
-                vec![from_console(OTTER, Heartbeat), from_console(OTTER, start(by))]
+                vec![from_console_at(5, OTTER, Heartbeat), from_console_at(5, OTTER, start(by))]
             }
-            8 => {
-                let actions = "Port Motor=127;Starboard Motor=127".into();
-                vec![from_console(dst, RemoteActions { actions })]
-            }
-            _ => vec![from_console(OTTER, Heartbeat)],
+            8 => vec![from_console_at(8, dst, ahead())],
+            _ => vec![from_console_at(second, OTTER, Heartbeat)],
         });
         assert_eq!(thrust > 0.0, moves, "{dst:#06x}: {thrust}");
     }

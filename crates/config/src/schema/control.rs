@@ -6,13 +6,13 @@ use crate::schema::common::{OF_EVERY_TASK, execution_frequency};
 use crate::spec::{Param, ParamSpec, SectionSpec, Unit, choice, flag, float, floats, int, text};
 
 pub const MAXIMUM_ACTUATION: Param<f64> = float("Maximum Thrust Actuation", 1.0, Unit::Actuation)
-    .within(0.0, 1.0)
+    .within(0.01, 1.0)
     .doc("Greatest actuation of each motor.");
 pub const RAMP_LIMIT: Param<f64> = float("Ramp Actuation Limit", 0.0, Unit::ActuationPerSecond)
     .within(0.0, 100.0)
     .doc("How fast the actuation of a motor may rise; 0 does not limit it.");
 pub const MAXIMUM_HEADING_ERROR: Param<f64> = float("Maximum Heading Error to Thrust", 30.0, Unit::Degree)
-    .within(1.0, 180.0)
+    .within(5.0, 180.0)
     .doc("With a larger error the vessel turns on the spot before it goes ahead.");
 pub const SHARE_SATURATION: Param<bool> = flag("Share Saturation", false)
     .doc("Whether what one motor cannot give is taken from the other, so that turning keeps its strength.");
@@ -55,6 +55,7 @@ pub mod course_speed {
     pub const SPEED_GAINS: Param<Vec<f64>> =
         floats("MPS PID Gains", &[450.0, 25.0, 0.0], Unit::RpmPerMetrePerSecond)
             .of_length(3)
+            .within(0.0, 1e5)
             .doc("Gains P, I, D from speed to propeller speed. DUNE has no default; these are the Otters'.");
     pub const SPEED_INTEGRAL_LIMIT: Param<f64> = float("MPS Integral Limit", -1.0, Unit::Rpm)
         .within(-1.0, 10_000.0)
@@ -72,9 +73,12 @@ pub mod course_speed {
             .within(0.0, 100_000.0)
             .doc("How fast the propeller speed may change.");
     pub const YAW_GAINS: Param<Vec<f64>> =
-        floats("Yaw PID Gains", &[3.0, 0.0, 0.0], Unit::ActuationPerRadian).of_length(3).doc(
-            "Gains P, I, D from heading error to actuation. DUNE has no default; these are the Otters'.",
-        );
+        floats("Yaw PID Gains", &[3.0, 0.0, 0.0], Unit::ActuationPerRadian)
+            .of_length(3)
+            .within(0.0, 1e5)
+            .doc(
+                "Gains P, I, D from heading error to actuation. DUNE has no default; these are the Otters'.",
+            );
     pub const YAW_INTEGRAL_LIMIT: Param<f64> = float("Yaw Integral Limit", -1.0, Unit::Actuation)
         .within(-1.0, 2.0)
         .doc("Greatest integral part of the yaw PID; -1 does not limit it.");
@@ -116,6 +120,7 @@ pub mod course_speed_force {
     pub const SPEED_GAINS: Param<Vec<f64>> =
         floats("MPS Force PID Gains", &[57.0, 2.83, 50.0], Unit::NewtonPerMetrePerSecond)
             .of_length(3)
+            .within(0.0, 1e5)
             .doc("Gains P, I, D from speed to the common force of both motors.");
     pub const SPEED_INTEGRAL_LIMIT: Param<f64> = float("MPS Force Integral Limit", 240.0, Unit::Newton)
         .within(-1.0, 10_000.0)
@@ -126,6 +131,7 @@ pub mod course_speed_force {
             .doc("Force for each wanted m/s, added to the speed PID.");
     pub const YAW_GAINS: Param<Vec<f64>> = floats("Yaw PID Gains", &[60.0, 0.0, 0.0], Unit::NewtonPerRadian)
         .of_length(3)
+        .within(0.0, 1e5)
         .doc("Gains P, I, D from heading error to the force difference.");
     pub const MINIMUM_FORCE: Param<f64> = float("Minimum Force Limit", -135.0, Unit::Newton)
         .within(-1000.0, 0.0)
@@ -134,9 +140,9 @@ pub mod course_speed_force {
         .within(0.0, 1000.0)
         .doc("Greatest force of a motor.");
     pub const MINIMUM_COURSE_SPEED: Param<f64> =
-        float("Minimum speed to use course", -1.0, Unit::MetrePerSecond)
-            .within(-1.0, 10.0)
-            .doc("Above this speed the course is kept rather than the heading; -1 always keeps the heading.");
+        float("Minimum speed to use course", -1.0, Unit::MetrePerSecond).within(-1.0, 5.0).doc(
+            "Above this speed the course is kept rather than the heading; below 0.05 always the heading.",
+        );
 
     pub static COURSE_SPEED_FORCE: SectionSpec =
         SectionSpec::task(&["Control.ASV.HeadingAndSpeedForce"], "Direction & Speed Controller", "Never")
@@ -161,10 +167,13 @@ pub mod remote {
 
     pub const FREQUENCY: Param<f64> = execution_frequency(10.0);
     pub const CONNECTION_TIMEOUT: Param<f64> = float("Connection Timeout", 1.0, Unit::Second)
-        .within(0.1, 60.0)
+        .within(0.2, 10.0)
         .doc("Without a stick value for so long the motors stop; the Otters use 2 s.");
+    pub const LONGEST_AGE: Param<f64> = float("Maximum Command Age", 1.0, Unit::Second)
+        .within(0.2, 5.0)
+        .doc("Lutra: keys that took so much longer than the fastest packet of their sender have no effect.");
     pub const THRUST_SCALE: Param<f64> =
-        float("Thrust Scale", 1.0, Unit::Actuation).within(0.0, 1.0).doc("Actuation at full stick.");
+        float("Thrust Scale", 1.0, Unit::Actuation).within(0.01, 1.0).doc("Actuation at full stick.");
     pub const RC_MODE: Param<i64> = int("RC mode", 0, Unit::None)
         .within(0, 4)
         .doc("How sticks become thrust: 0 normal, 1 force made linear, 2 skewed, 3 autopilot, 4 reserved.");
@@ -182,6 +191,14 @@ pub mod remote {
     .doc("Manual control from a console.")
     .groups(&[
         OF_EVERY_TASK,
-        &[FREQUENCY.spec, CONNECTION_TIMEOUT.spec, THRUST_SCALE.spec, RC_MODE.spec, SKEW.spec, MIXING.spec],
+        &[
+            FREQUENCY.spec,
+            CONNECTION_TIMEOUT.spec,
+            LONGEST_AGE.spec,
+            THRUST_SCALE.spec,
+            RC_MODE.spec,
+            SKEW.spec,
+            MIXING.spec,
+        ],
     ]);
 }

@@ -29,7 +29,7 @@ pub mod navigation {
         .within(1.0, 100.0)
         .doc("Lutra: two positions that would need a higher speed are a jump.");
     pub const DEAD_RECKONING: Param<f64> = float("Dead Reckoning Time", 5.0, Unit::Second)
-        .within(0.0, 600.0)
+        .within(1.0, 60.0)
         .doc("Lutra: gaps in the positions up to this long are bridged by speed and heading.");
 
     pub static NAVIGATION: SectionSpec = SectionSpec::task(
@@ -187,7 +187,7 @@ pub mod maneuver {
     pub const FOLLOW_SPEED_UNITS: Param<&str> =
         choice("Default Speed Units", "percent", &["percent", "rpm", "m/s"])
             .doc("Units of the default speed.");
-    pub const SEPARATION: Param<f64> = float("Minimum Separation", 15.0, Unit::Metre)
+    pub const SEPARATION: Param<f64> = float("Minimum Separation", 0.0, Unit::Metre)
         .within(0.0, 1000.0)
         .doc("Lutra: stop when another vessel is announced closer than this; 0 never stops.");
 

@@ -9,12 +9,14 @@ pub mod control;
 pub mod device;
 pub mod general;
 pub mod mission;
+mod not_honoured;
 mod otter;
 pub mod path;
 pub mod simulate;
 pub mod transport;
 pub mod watch;
 
+pub use not_honoured::{NOT_HONOURED, NotHonoured, not_honoured};
 pub use otter::{OTTER_VALUES, otter_value};
 
 use crate::spec::{Form, SectionSpec};

@@ -38,13 +38,13 @@ pub const CROSS_TIME: Param<f64> = float("Cross-track -- Time Limit", 10.0, Unit
     .within(0.1, 600.0)
     .doc("So long beyond the distance limit is an error.");
 pub const JUMP_THRESHOLD: Param<f64> = float("Position Jump Threshold", 7.0, Unit::Metre)
-    .within(0.1, 10_000.0)
+    .within(0.5, 1000.0)
     .doc("Two positions farther apart than this are a jump, which holds the monitors off.");
 pub const JUMP_TIME_FACTOR: Param<f64> = float("Position Jump Time Factor", 0.3, Unit::MetrePerSecond)
     .within(0.01, 100.0)
     .doc("The monitors are off for the jump's length divided by this, at most 100 s.");
 pub const ETA_MINIMUM_SPEED: Param<f64> = float("ETA Minimum Speed", 1.0, Unit::MetrePerSecond)
-    .within(0.01, 10.0)
+    .within(0.05, 5.0)
     .doc("The least speed assumed when the time to arrival is worked out.");
 pub const NEW_REFERENCE_TIMEOUT: Param<f64> = float("New Reference Timeout", 5.0, Unit::Second)
     .within(3.0, 10.0)

@@ -111,9 +111,12 @@ pub mod fuel {
     pub const WARNING_LEVEL: Param<f64> = float("Warning Level", 30.0, Unit::Percent)
         .within(0.0, 100.0)
         .doc("Charge below which the operator is warned.");
+    pub const RESERVE_LEVEL: Param<f64> = float("Reserve Level", 20.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Lutra: charge below which the reserve is touched, which takes the `Reserve Action`.");
     pub const ERROR_LEVEL: Param<f64> = float("Error Level", 10.0, Unit::Percent)
         .within(0.0, 100.0)
-        .doc("Charge below which the reserve is used up.");
+        .doc("Charge below which not even the way home is left; with a `Reserve Action` the vessel holds.");
     pub const LOW_CONFIDENCE: Param<f64> = float("Low Confidence Level", 40.0, Unit::Percent)
         .within(0.0, 100.0)
         .doc("Confidence below which the estimate is called unreliable.");
@@ -124,7 +127,7 @@ pub mod fuel {
         "Lutra: voltage that means the reserve is used up, released 0.2 V above; 0 does not look at it.",
     );
     pub const RESERVE_ACTION: Param<&str> = choice("Reserve Action", "warn", &["warn", "hold", "return"])
-        .doc("Lutra: what to do when the reserve is used up.");
+        .doc("Lutra: what to do when the reserve is touched.");
     pub const RESERVE_PLAN: Param<String> =
         text("Reserve Plan", "").doc("Lutra: plan for `return`; empty for the one of lost communications.");
 
@@ -135,6 +138,7 @@ pub mod fuel {
             &[
                 FREQUENCY.spec,
                 WARNING_LEVEL.spec,
+                RESERVE_LEVEL.spec,
                 ERROR_LEVEL.spec,
                 LOW_CONFIDENCE.spec,
                 WARNING_VOLTAGE.spec,

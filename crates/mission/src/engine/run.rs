@@ -191,7 +191,6 @@ impl Engine {
         run.progress.begin(index);
         let run = run.id;
         self.vehicle.set_mode(Mode::Maneuver);
-        self.vehicle.watch_external(now);
         self.outputs.push_back(Output::Actions { run, point: ActionPoint::ManeuverStart(id.clone()) });
         self.outputs.push_back(Output::ManeuverBegins { run, id, kind });
         self.with_maneuver(now, Running::start);
@@ -269,7 +268,6 @@ impl Engine {
             self.vehicle.set_last_error(Some((text, now.utc)));
         }
         self.vehicle.set_mode(self.vehicle.rest_mode());
-        self.vehicle.watch_external(now);
         let level = if reason == EndReason::Completed { NoteLevel::Info } else { NoteLevel::Warning };
         self.note(level, format!("{}: {reason}", run.plan_id));
         self.outputs.push_back(Output::PlanEnded {

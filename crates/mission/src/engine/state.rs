@@ -67,8 +67,6 @@ pub enum Output {
         /// Who.
         by: u16,
     },
-    /// Somebody outside has loops on that are not allowed: switch all loops off.
-    DisableExternalLoops,
     /// For the log book.
     Note(Note),
 }
@@ -173,8 +171,6 @@ pub enum Mode {
     Error,
     /// A maneuver is under way.
     Maneuver,
-    /// Somebody outside has control loops on.
-    External,
 }
 
 /// The state of the vehicle, to be told about twice per second.

@@ -1,10 +1,12 @@
-//! The vehicle's modes: what entities, aborts and loops from outside make of them.
+//! The vehicle's modes: what entities and aborts make of them.
+//!
+//! DUNE's mode for loops from outside is absent: nobody but the engine ever has loops on.
 
-use super::{EndReason, Engine, EngineConfig, Mode, NoteLevel, Output};
+use super::{EndReason, Engine, Mode, NoteLevel, Output};
 use crate::event::Now;
 use crate::maneuver::ManeuverKind;
 use std::collections::{BTreeMap, BTreeSet};
-use units::{MonoTime, UtcTime};
+use units::UtcTime;
 
 /// Condition of an entity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,18 +19,6 @@ pub enum EntityCondition {
     Error,
 }
 
-/// Control loops that somebody other than the engine has on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ExternalLoops {
-    /// None.
-    #[default]
-    Off,
-    /// Some.
-    On,
-    /// Some that entity errors must not override.
-    NoOverride,
-}
-
 #[derive(Debug, Clone)]
 pub(super) struct Vehicle {
     mode: Mode,
@@ -36,22 +26,12 @@ pub(super) struct Vehicle {
     vital: BTreeSet<String>,
     /// Somebody aborted and no entity report has come since.
     aborted: bool,
-    external: ExternalLoops,
-    external_since: Option<MonoTime>,
     last_error: Option<(String, UtcTime)>,
 }
 
 impl Vehicle {
     pub(super) fn new(vital: BTreeSet<String>) -> Self {
-        Self {
-            mode: Mode::Boot,
-            conditions: BTreeMap::new(),
-            vital,
-            aborted: false,
-            external: ExternalLoops::Off,
-            external_since: None,
-            last_error: None,
-        }
+        Self { mode: Mode::Boot, conditions: BTreeMap::new(), vital, aborted: false, last_error: None }
     }
 
     pub(super) fn set_vital(&mut self, vital: BTreeSet<String>) {
@@ -89,40 +69,14 @@ impl Vehicle {
 
     /// Why no plan can start, if so.
     pub(super) fn blocks(&self, ignore_errors: bool) -> Option<String> {
-        match self.mode {
-            Mode::Boot => return Some("booting".to_owned()),
-            Mode::External => return Some("under external control".to_owned()),
-            Mode::Service | Mode::Calibration | Mode::Error | Mode::Maneuver => {}
+        if self.mode == Mode::Boot {
+            return Some("booting".to_owned());
         }
         if self.aborted {
             return Some("aborted".to_owned());
         }
         let errors = self.errors(ignore_errors);
         (!errors.is_empty()).then(|| errors.join(", "))
-    }
-
-    /// Takes what loops are on; answers whether the mode changed.
-    pub(super) fn external_loops(&mut self, now: Now, loops: ExternalLoops) -> bool {
-        self.external = loops;
-        let before = self.mode;
-        if loops == ExternalLoops::Off && self.mode == Mode::External {
-            self.mode = self.rest_mode();
-        }
-        self.watch_external(now);
-        self.mode != before
-    }
-
-    /// Loops from outside count from when both they are on and nothing runs.
-    pub(super) fn watch_external(&mut self, now: Now) {
-        if self.external == ExternalLoops::Off || self.mode != Mode::Service {
-            self.external_since = None;
-        } else {
-            self.external_since.get_or_insert(now.mono);
-        }
-    }
-
-    pub(super) fn external_deadline(&self, config: &EngineConfig) -> Option<MonoTime> {
-        self.external_since.filter(|_| self.mode == Mode::Service).map(|since| since + config.external_after)
     }
 }
 
@@ -137,19 +91,14 @@ impl Engine {
         match self.vehicle.mode {
             Mode::Boot if errors.is_empty() || !booting => self.vehicle.mode = self.vehicle.rest_mode(),
             Mode::Error | Mode::Service => self.vehicle.mode = self.vehicle.rest_mode(),
-            Mode::External if !errors.is_empty() && self.vehicle.external != ExternalLoops::NoOverride => {
-                self.vehicle.mode = Mode::Error;
-                self.outputs.push_back(Output::DisableExternalLoops);
-            }
             Mode::Maneuver => self.check_errors(now),
-            Mode::Boot | Mode::Calibration | Mode::External => {}
+            Mode::Boot | Mode::Calibration => {}
         }
         if before != Mode::Error && self.vehicle.mode == Mode::Error && !errors.is_empty() {
             let text = format!("entity error: {}", errors.join(", "));
             self.note(NoteLevel::Error, text.clone());
             self.vehicle.last_error = Some((text, now.utc));
         }
-        self.vehicle.watch_external(now);
         if before != self.vehicle.mode {
             self.tell_plan(now);
         }
@@ -163,8 +112,7 @@ impl Engine {
         let Some(run) = &self.run else { return };
         let kind = run.maneuver().map(|node| node.maneuver().kind());
         let errors = self.vehicle.errors(run.options.ignore_errors);
-        let protected =
-            kind == Some(ManeuverKind::Teleoperation) || self.vehicle.external == ExternalLoops::NoOverride;
+        let protected = kind == Some(ManeuverKind::Teleoperation);
         if !errors.is_empty() && !protected {
             self.end_run(now, EndReason::Entities(errors.join(", ")));
         }
@@ -175,31 +123,14 @@ impl Engine {
         self.note(NoteLevel::Warning, text.clone());
         self.vehicle.aborted = true;
         self.vehicle.last_error = Some((text, now.utc));
-        if self.vehicle.external != ExternalLoops::Off {
-            self.outputs.push_back(Output::DisableExternalLoops);
-        }
         if self.run.is_some() {
             self.end_run(now, EndReason::Aborted(by));
         } else {
             self.vehicle.mode = Mode::Error;
             self.command(now, crate::command::Command::Drift);
-            self.vehicle.watch_external(now);
             self.tell_vehicle(now);
             self.tell_plan(now);
         }
         self.outputs.push_back(Output::Aborted { by });
-    }
-
-    /// Loops from outside have been on for too long to be a mere transition.
-    pub(super) fn external_loops_stay(&mut self, now: Now) {
-        if self.config.external_control {
-            self.vehicle.mode = Mode::External;
-            self.vehicle.watch_external(now);
-            self.tell_vehicle(now);
-            self.tell_plan(now);
-        } else {
-            self.vehicle.external_since = Some(now.mono);
-            self.outputs.push_back(Output::DisableExternalLoops);
-        }
     }
 }

@@ -1,4 +1,4 @@
-//! Battery reserve: warns, brings the vessel home, holds it, by charge left and with hysteresis.
+//! Battery reserve: warns, brings the vessel home, holds it, by charge left and voltage, with hysteresis.
 
 use super::alarm::{Alarm, Condition};
 use super::{Outlook, Remedy};
@@ -10,6 +10,9 @@ use units::MonoTime;
 const LEAST_WINDOW: Duration = Duration::from_mins(1);
 const WINDOW: Duration = Duration::from_mins(10);
 
+/// A voltage counts as good again this much above its bound (V), as in DUNE.
+const VOLTAGE_RELEASE_V: f64 = 0.2;
+
 /// Parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatteryConfig {
@@ -19,6 +22,10 @@ pub struct BatteryConfig {
     pub reserve: f64,
     /// Below this the stage is critical.
     pub critical: f64,
+    /// Below this voltage (V) the stage is low whatever the charge.
+    pub low_v: Option<f64>,
+    /// Below this voltage (V) the stage is reserve whatever the charge.
+    pub reserve_v: Option<f64>,
     /// A stage is left when the charge is this much above its bound.
     pub release: f64,
     /// How long a charge must last to count.
@@ -36,6 +43,8 @@ impl Default for BatteryConfig {
             low: 0.3,
             reserve: 0.2,
             critical: 0.1,
+            low_v: None,
+            reserve_v: None,
             release: 0.03,
             lasting: Duration::from_secs(10),
             reserve_remedy: Some(Remedy::Run { plan_id: "return".to_owned() }),
@@ -79,7 +88,8 @@ pub struct BatteryReserve {
     anchor: Option<(MonoTime, f64)>,
     /// Charge lost per second.
     drain_per_s: Option<f64>,
-    last_remedy: Option<Remedy>,
+    /// For low and reserve by voltage.
+    voltages: [Alarm; 2],
     outputs: VecDeque<BatteryOutput>,
 }
 
@@ -93,7 +103,7 @@ impl BatteryReserve {
             last: None,
             anchor: None,
             drain_per_s: None,
-            last_remedy: None,
+            voltages: [Alarm::default(); 2],
             outputs: VecDeque::new(),
         }
     }
@@ -121,22 +131,24 @@ impl BatteryReserve {
             };
             alarm.update(now, condition, self.config.lasting);
         }
-        let stage = match self.alarms.map(Alarm::is_on) {
-            [_, _, true] => BatteryStage::Critical,
-            [_, true, false] => BatteryStage::Reserve,
-            [true, false, false] => BatteryStage::Low,
-            [false, false, false] => BatteryStage::Normal,
-        };
-        self.enter(stage);
+        self.judge();
     }
 
-    /// The last remedy could not be carried out.
-    pub fn remedy_failed(&mut self) {
-        match self.last_remedy {
-            Some(Remedy::Run { .. }) => self.act(Remedy::Hold),
-            Some(Remedy::Hold) => self.act(Remedy::Stop),
-            Some(Remedy::Stop) | None => {}
+    /// Takes the lowest voltage (V). Values that are no number are ignored.
+    pub fn handle_voltage(&mut self, now: MonoTime, voltage_v: f64) {
+        if !voltage_v.is_finite() {
+            return;
         }
+        let bounds = [self.config.low_v, self.config.reserve_v];
+        for (alarm, bound) in self.voltages.iter_mut().zip(bounds) {
+            let condition = match bound {
+                Some(bound_v) if voltage_v < bound_v => Condition::Bad,
+                Some(bound_v) if voltage_v < bound_v + VOLTAGE_RELEASE_V => Condition::Between,
+                Some(_) | None => Condition::Good,
+            };
+            alarm.update(now, condition, self.config.lasting);
+        }
+        self.judge();
     }
 
     /// The next thing to tell or do.
@@ -166,6 +178,22 @@ impl BatteryReserve {
         Some(Outlook { remedy, at })
     }
 
+    /// The worse of what charge and voltage say.
+    fn judge(&mut self) {
+        let charge = match self.alarms.map(Alarm::is_on) {
+            [_, _, true] => BatteryStage::Critical,
+            [_, true, false] => BatteryStage::Reserve,
+            [true, false, false] => BatteryStage::Low,
+            [false, false, false] => BatteryStage::Normal,
+        };
+        let voltage = match self.voltages.map(Alarm::is_on) {
+            [_, true] => BatteryStage::Reserve,
+            [true, false] => BatteryStage::Low,
+            [false, false] => BatteryStage::Normal,
+        };
+        self.enter(charge.max(voltage));
+    }
+
     fn enter(&mut self, stage: BatteryStage) {
         if stage == self.stage {
             return;
@@ -179,13 +207,8 @@ impl BatteryReserve {
             BatteryStage::Normal | BatteryStage::Low => None,
         };
         if let Some(remedy) = remedy.filter(|_| worse) {
-            self.act(remedy);
+            self.outputs.push_back(BatteryOutput::Act(remedy));
         }
-    }
-
-    fn act(&mut self, remedy: Remedy) {
-        self.last_remedy = Some(remedy.clone());
-        self.outputs.push_back(BatteryOutput::Act(remedy));
     }
 
     fn reckon_drain(&mut self, now: MonoTime, charge: f64) {

@@ -19,14 +19,14 @@ pub struct LimitsConfig {
     pub area_margin_m: f64,
     /// How long it may be outside.
     pub area_lasting: Duration,
-    /// What to do then.
-    pub area_remedy: Remedy,
+    /// What to do then; only to tell of it without.
+    pub area_remedy: Option<Remedy>,
     /// Greatest speed over ground (m/s); any without.
     pub max_speed_mps: Option<f64>,
     /// How long it may be faster.
     pub speed_lasting: Duration,
-    /// What to do then.
-    pub speed_remedy: Remedy,
+    /// What to do then; only to tell of it without.
+    pub speed_remedy: Option<Remedy>,
 }
 
 impl Default for LimitsConfig {
@@ -36,10 +36,10 @@ impl Default for LimitsConfig {
             area: None,
             area_margin_m: 5.0,
             area_lasting: Duration::from_secs(5),
-            area_remedy: Remedy::Stop,
+            area_remedy: Some(Remedy::Stop),
             max_speed_mps: None,
             speed_lasting: Duration::from_secs(5),
-            speed_remedy: Remedy::Stop,
+            speed_remedy: Some(Remedy::Stop),
         }
     }
 }
@@ -56,8 +56,8 @@ pub enum Violation {
 /// What the machine answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LimitsOutput {
-    /// A limit has not been kept for too long: do this.
-    Act(Violation, Remedy),
+    /// A limit has not been kept for too long: do this, if anything.
+    Passed(Violation, Option<Remedy>),
     /// It is kept again.
     Kept(Violation),
 }
@@ -121,17 +121,23 @@ impl OperationalLimits {
         self.depth_m
     }
 
+    /// Which limits have not been kept for too long.
+    pub fn passed(&self) -> impl Iterator<Item = Violation> {
+        let alarms = [(Violation::Area, self.area), (Violation::Speed, self.speed)];
+        alarms.into_iter().filter(|(_, alarm)| alarm.is_on()).map(|(violation, _)| violation)
+    }
+
     /// What it will do if the limit not kept at the last fix stays so.
     pub fn outlook(&self) -> Option<Outlook> {
         let area = self.area.due(self.config.area_lasting).map(|at| (at, &self.config.area_remedy));
         let speed = self.speed.due(self.config.speed_lasting).map(|at| (at, &self.config.speed_remedy));
         let (at, remedy) = area.into_iter().chain(speed).min_by_key(|(at, _)| *at)?;
-        Some(Outlook { remedy: remedy.clone(), at: Some(at) })
+        Some(Outlook { remedy: remedy.clone()?, at: Some(at) })
     }
 
-    fn tell(&mut self, violation: Violation, alarm: Alarm, remedy: Remedy) {
+    fn tell(&mut self, violation: Violation, alarm: Alarm, remedy: Option<Remedy>) {
         self.outputs.push_back(if alarm.is_on() {
-            LimitsOutput::Act(violation, remedy)
+            LimitsOutput::Passed(violation, remedy)
         } else {
             LimitsOutput::Kept(violation)
         });
@@ -171,7 +177,7 @@ mod tests {
         for second in 2..20 {
             limits.handle_fix(at(second), &fix(101.0, 1.0));
         }
-        assert_eq!(limits.poll_output(), Some(LimitsOutput::Act(Violation::Area, Remedy::Stop)));
+        assert_eq!(limits.poll_output(), Some(LimitsOutput::Passed(Violation::Area, Some(Remedy::Stop))));
         for second in 20..30 {
             limits.handle_fix(at(second), &fix(97.0, 1.0));
         }
@@ -190,6 +196,7 @@ mod tests {
         }
         assert_eq!(limits.poll_output(), None);
         limits.handle_fix(at(9), &fix(50.0, 2.1));
-        assert_eq!(limits.poll_output(), Some(LimitsOutput::Act(Violation::Speed, Remedy::Stop)));
+        assert!(limits.passed().eq([Violation::Speed]));
+        assert_eq!(limits.poll_output(), Some(LimitsOutput::Passed(Violation::Speed, Some(Remedy::Stop))));
     }
 }

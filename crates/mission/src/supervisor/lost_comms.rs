@@ -65,8 +65,6 @@ pub enum LostCommsInput {
     Contact,
     /// What the vessel does changed.
     Activity(Activity),
-    /// The last remedy could not be carried out.
-    RemedyFailed,
 }
 
 /// What the machine answers.
@@ -89,7 +87,6 @@ pub struct LostComms {
     heard: bool,
     /// Steps up to this are taken.
     taken: Option<Duration>,
-    last_remedy: Option<Remedy>,
     outputs: VecDeque<LostCommsOutput>,
 }
 
@@ -102,7 +99,6 @@ impl LostComms {
             since: now,
             heard: false,
             taken: None,
-            last_remedy: None,
             outputs: VecDeque::new(),
         }
     }
@@ -119,15 +115,10 @@ impl LostComms {
                 if self.taken.take().is_some() {
                     self.outputs.push_back(LostCommsOutput::Regained);
                 }
-                (self.since, self.heard, self.last_remedy) = (now, true, None);
+                (self.since, self.heard) = (now, true);
             }
             LostCommsInput::Activity(Activity::Remedy) => {}
             LostCommsInput::Activity(activity) => self.activity = activity,
-            LostCommsInput::RemedyFailed => match self.last_remedy {
-                Some(Remedy::Run { .. }) => self.act(Remedy::Hold),
-                Some(Remedy::Hold) => self.act(Remedy::Stop),
-                Some(Remedy::Stop) | None => {}
-            },
         }
         self.handle_timeout(now);
     }
@@ -138,7 +129,7 @@ impl LostComms {
         let due = self.pending().filter(|step| step.after <= silent).max_by_key(|step| step.after).cloned();
         if let Some(step) = due {
             self.taken = Some(step.after);
-            self.act(step.remedy);
+            self.outputs.push_back(LostCommsOutput::Act(step.remedy));
         }
     }
 
@@ -161,11 +152,6 @@ impl LostComms {
     pub fn outlook(&self) -> Option<Outlook> {
         let step = self.next()?;
         Some(Outlook { remedy: step.remedy.clone(), at: Some(self.since + step.after) })
-    }
-
-    fn act(&mut self, remedy: Remedy) {
-        self.last_remedy = Some(remedy.clone());
-        self.outputs.push_back(LostCommsOutput::Act(remedy));
     }
 
     fn next(&self) -> Option<&Step> {
@@ -246,16 +232,5 @@ mod tests {
         machine.reconfigure(config);
         machine.handle_timeout(at(10_001));
         assert_eq!(machine.poll_output(), Some(LostCommsOutput::Act(home())));
-    }
-
-    #[test]
-    fn falls_back_when_a_remedy_fails() {
-        let mut machine = heard_at_100(Activity::Idle);
-        machine.handle_timeout(at(400));
-        for expected in [home(), Remedy::Hold, Remedy::Stop] {
-            assert_eq!(machine.poll_output(), Some(LostCommsOutput::Act(expected)));
-            machine.handle_input(at(401), LostCommsInput::RemedyFailed);
-        }
-        assert_eq!(machine.poll_output(), None);
     }
 }

@@ -20,8 +20,10 @@ use std::collections::BTreeMap;
 const AROUND: usize = HEADER_BYTES + FOOTER_BYTES;
 /// Longest plan, so that a reply around it still fits a packet.
 const LONGEST_PLAN: usize = 65_000;
-/// Plans kept, so that the state of all still fits a packet.
-const PLANS_KEPT: usize = 500;
+/// Plans kept, and the longest name of a plan and of who changed it (bytes): so the state of all, 36 bytes and
+/// both names for each, still fits a packet.
+const PLANS_KEPT: usize = 400;
+const LONGEST_NAME: usize = 60;
 
 /// The plans, and which operations are to be answered.
 #[derive(Debug)]
@@ -39,7 +41,7 @@ impl Database {
         let limits = DatabaseLimits {
             max_plans: PLANS_KEPT,
             max_plan_bytes: LONGEST_PLAN,
-            max_name_bytes: 60,
+            max_name_bytes: LONGEST_NAME,
             ..DatabaseLimits::default()
         };
         let plans = PlanDatabase::new(limits, good, None);
@@ -72,7 +74,7 @@ impl Database {
         match ask {
             Ok(ask) => {
                 self.asked.insert(origin, request.op);
-                let request = DatabaseRequest { origin, name: name.to_owned(), plan_id, ask };
+                let request = DatabaseRequest { origin, name: cut(name), plan_id, ask };
                 self.plans.handle(bus.utc(), request);
             }
             Err(info) => {
@@ -104,7 +106,7 @@ impl Database {
             request: self.own_request,
         };
         self.asked.insert(origin, PlanDBOp::Set);
-        self.plans.handle(bus.utc(), DatabaseRequest { origin, name: name.to_owned(), plan_id, ask });
+        self.plans.handle(bus.utc(), DatabaseRequest { origin, name: cut(name), plan_id, ask });
         self.drain(bus);
     }
 
@@ -135,7 +137,14 @@ impl Database {
                 match result {
                     Ok(answer) => {
                         let (arg, info) = answered(&answer);
-                        (PlanDBType::Success, arg, info.to_owned())
+                        match arg {
+                            // Plans that an older version kept may be too many.
+                            Some(arg) if !fits(&arg) => {
+                                let info = "the answer does not fit a packet; delete some plans".to_owned();
+                                (PlanDBType::Failure, None, info)
+                            }
+                            arg => (PlanDBType::Success, arg, info.to_owned()),
+                        }
                     }
                     Err(error) => (PlanDBType::Failure, None, error.to_string()),
                 }
@@ -159,6 +168,22 @@ impl Database {
         };
         bus.send_to(Entity::PlanDatabase, asker, &message);
     }
+}
+
+/// A name that fits the state of all plans.
+fn cut(name: &str) -> String {
+    name.chars()
+        .scan(0, |bytes, c| {
+            *bytes += c.len_utf8();
+            (*bytes <= LONGEST_NAME).then_some(c)
+        })
+        .collect()
+}
+
+/// Whether a reply around this message fits a packet.
+fn fits(arg: &Message) -> bool {
+    let reply = PlanDB { arg: arg.clone().into(), info: "OK (new entry)".into(), ..PlanDB::default() };
+    imc::encode_into(&mut Vec::new(), &Header::default(), &reply).is_ok()
 }
 
 fn set(plan: &PlanSpecification) -> Result<DatabaseAsk, String> {

@@ -217,7 +217,6 @@ impl Plans {
                 bus.send(Entity::Supervisor, &wire::vehicle_state(&self.vehicle_state, pilot.loops()));
             }
             mission::Output::Aborted { .. } => bus.send(Entity::Supervisor, &Aborted),
-            mission::Output::DisableExternalLoops => pilot.drift(bus),
             mission::Output::Note(note) => {
                 let level = match note.level {
                     NoteLevel::Info => Level::Info,

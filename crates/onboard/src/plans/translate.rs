@@ -20,6 +20,8 @@ use units::{LatLon, UtcTime};
 pub(crate) const NO_MANEUVER: u16 = 0xFFFF;
 const ANY_SYSTEM: u16 = 0xFFFF;
 const ANY_ENTITY: u8 = 0xFF;
+/// Silence of a commander that ends the maneuver where the plan names none.
+const REFERENCE_SILENCE: Duration = Duration::from_secs(30);
 /// Longest time a single-precision number of seconds may mean here.
 const LONGEST_S: f32 = 1e6;
 
@@ -191,7 +193,8 @@ fn follow_reference(m: &FollowReference) -> mission::FollowReference {
     mission::FollowReference {
         system: (m.control_src != ANY_SYSTEM).then_some(m.control_src),
         entity: (m.control_ent != ANY_ENTITY).then_some(m.control_ent),
-        timeout: float_seconds(m.timeout),
+        // A vessel that obeys somebody silent for ever would never be at rest again.
+        timeout: Some(float_seconds(m.timeout).unwrap_or(REFERENCE_SILENCE)),
         radius_m: (m.loiter_radius > 0.0).then_some(f64::from(m.loiter_radius)),
     }
 }

@@ -47,7 +47,6 @@ pub(crate) fn vehicle_state(state: &mission::VehicleState, loops: CLoopsMask) ->
             Mode::Calibration => VehicleStateOpMode::Calibration,
             Mode::Error => VehicleStateOpMode::Error,
             Mode::Maneuver => VehicleStateOpMode::Maneuver,
-            Mode::External => VehicleStateOpMode::External,
         },
         error_count: state.errors.len().min(255) as u8,
         error_ents: state.errors.join(",").into(),

@@ -110,36 +110,3 @@ fn an_abort_with_nothing_running_still_switches_the_loops_off() {
     bench.input(Input::Abort { by: 1 });
     assert_eq!((bench.last_command(), bench.mode()), (Some(Command::Drift), Mode::Error));
 }
-
-#[test]
-fn loops_from_outside_are_switched_off_or_obeyed_after_a_while() {
-    let mut bench = Bench::new();
-    bench.input(Input::ExternalLoops(ExternalLoops::On));
-    bench.pass(1.9);
-    assert!(!bench.told.contains(&Output::DisableExternalLoops));
-    bench.pass(2.0);
-    assert!(bench.told.contains(&Output::DisableExternalLoops));
-    assert_eq!(bench.mode(), Mode::Service);
-
-    let mut bench = Bench::new();
-    bench.engine.reconfigure(EngineConfig { external_control: true, ..EngineConfig::default() });
-    bench.input(Input::ExternalLoops(ExternalLoops::On));
-    bench.pass(2.0);
-    assert_eq!((bench.mode(), bench.phase()), (Mode::External, PlanPhase::Blocked));
-    bench.start("plan", vec![goto(1.0, 0.0)]);
-    assert_eq!(bench.mode(), Mode::External);
-    bench.entities(&[("gps", ERROR)]);
-    assert!(bench.told.contains(&Output::DisableExternalLoops));
-    assert_eq!(bench.mode(), Mode::Error);
-    bench.input(Input::ExternalLoops(ExternalLoops::Off));
-    bench.entities(&[]);
-    assert_eq!(bench.mode(), Mode::Service);
-}
-
-#[test]
-fn loops_that_must_not_be_overridden_protect_the_plan() {
-    let mut bench = begin(goto(100.0, 0.0), StartOptions::default());
-    bench.input(Input::ExternalLoops(ExternalLoops::NoOverride));
-    bench.entities(&[("gps", ERROR)]);
-    assert_eq!(bench.mode(), Mode::Maneuver);
-}

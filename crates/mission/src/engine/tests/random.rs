@@ -100,7 +100,6 @@ enum Act {
     Stop,
     Abort,
     Entities(bool, bool),
-    External(bool),
     Pass(f64),
 }
 
@@ -113,7 +112,6 @@ fn act() -> impl Strategy<Value = Act> {
         1 => Just(Act::Stop),
         1 => Just(Act::Abort),
         2 => (prop::bool::weighted(0.2), prop::bool::weighted(0.1)).prop_map(|(gps, motor)| Act::Entities(gps, motor)),
-        1 => any::<bool>().prop_map(Act::External),
         4 => (0.0..15.0).prop_map(Act::Pass),
     ]
 }
@@ -188,10 +186,6 @@ fn carry_out(bench: &mut Bench, act: Act) {
                 (label, if bad { EntityCondition::Error } else { EntityCondition::Normal })
             });
             bench.entities(&bad);
-        }
-        Act::External(on) => {
-            let loops = if on { ExternalLoops::On } else { ExternalLoops::Off };
-            bench.input(Input::ExternalLoops(loops));
         }
         Act::Pass(seconds) => bench.pass(bench.now_s + seconds),
     }

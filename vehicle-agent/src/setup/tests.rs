@@ -1,0 +1,134 @@
+use super::*;
+use config::{InMemory, Ini, Saved};
+use onboard::parameters::Access;
+
+const OTTER: &str = "etc/otter.ini";
+
+fn load(text: &str, saved: &str) -> Config {
+    let files = InMemory::new().with(OTTER, text).with("etc/ntnu-otter-01-saved.ini", saved);
+    let config = Config::load(&files, Path::new(OTTER), &["Simulation"]);
+    assert!(!config.report().has_errors(), "{}", config.report());
+    config
+}
+
+fn values(settings: &Settings) -> Vec<(&'static str, Option<String>)> {
+    parameters::all().iter().map(|parameter| (parameter.name, parameter.get(settings))).collect()
+}
+
+/// The same vessel with the force controller in place of the one by propeller speed.
+fn setups() -> [String; 2] {
+    let rpm = crate::OTTER_INI.to_owned();
+    let (before, after) = rpm.split_once("[Control.ASV.HeadingAndSpeed]").unwrap();
+    let after = after.replacen("Enabled = Always", "Enabled = Hardware", 1);
+    let force = after.replacen("Enabled = Never", "Enabled = Simulation", 1);
+    let force = format!("{before}[Control.ASV.HeadingAndSpeed]{force}");
+    [rpm, force]
+}
+
+#[test]
+fn what_check_prints_is_what_is_in_force() {
+    for text in setups() {
+        let config = load(&text, "");
+        let (settings, doubts) = settings(&config, 1).unwrap();
+        assert_eq!(doubts, Vec::<String>::new());
+        let mut seen = 0;
+        for parameter in parameters::all() {
+            let Some((section, printed)) = home(&config, &parameter) else { continue };
+            let Some(in_force) = parameter.get(&settings) else { continue };
+            assert_eq!(in_force, printed, "[{section}] {}", parameter.name);
+            seen += 1;
+        }
+        assert!(seen > 25, "{seen}");
+    }
+}
+
+#[test]
+fn every_parameter_set_and_saved_is_the_same_after_a_restart() {
+    for text in setups() {
+        let config = load(&text, "");
+        let (before, _) = settings(&config, 1).unwrap();
+        for parameter in parameters::all().iter().filter(|parameter| parameter.access == Access::Live) {
+            let Some(old) = parameter.get(&before) else { continue };
+            if home(&config, parameter).is_none() {
+                continue; // its task does not run, so that no console is told of it to any effect
+            }
+            let mut changed = before.clone();
+            let other = ["1", "0.5", "2", "7", "20", "600", "0.1, 0.2, 0.3"];
+            let new = other.iter().find(|new| **new != old && parameter.set(&mut changed, new).is_ok());
+            let new = new.unwrap_or_else(|| panic!("{}", parameter.name));
+            let mut saved = Saved::default();
+            let label = before.labels.of(parameter.entity);
+            let wanted = values(&changed);
+            let own = [(parameter.name.to_owned(), parameter.get(&changed).unwrap())];
+            save(&config, &mut saved, label, &own).unwrap();
+            let again = load(&text, &saved.to_text().unwrap());
+            let (after, doubts) = settings(&again, 1).unwrap();
+            assert_eq!(values(&after), wanted, "{} = {new}", parameter.name);
+            assert_eq!(doubts, Vec::<String>::new());
+        }
+    }
+}
+
+#[test]
+fn the_levels_of_the_battery_mean_the_same_on_the_wire_and_in_the_file() {
+    let levels = "Warning Level = 50\nReserve Level = 40\nError Level = 15\nReserve Action = hold\n";
+    let text = format!("{}\n[Monitors.FuelLevel]\n{levels}", crate::OTTER_INI);
+    let (settings, _) = settings(&load(&text, ""), 1).unwrap();
+    let battery = settings.watch.battery;
+    assert!((battery.low - 0.5).abs() < 1e-12 && (battery.reserve - 0.4).abs() < 1e-12);
+    assert!((battery.critical - 0.15).abs() < 1e-12);
+    assert_eq!((battery.reserve_remedy, battery.critical_remedy), (Some(Remedy::Hold), Some(Remedy::Hold)));
+}
+
+#[test]
+fn a_saved_value_of_an_older_version_does_not_keep_the_vessel_ashore() {
+    let saved = "[Supervisors.OperationalLimits]\nMaximum Speed = -1\n[Control.ASV.HeadingAndSpeed]\n\
+                 Ramp Actuation Limit = 0.001\nYaw PID Gains = 2, 0, 0\n";
+    let config = load(crate::OTTER_INI, saved);
+    let (settings, doubts) = settings(&config, 1).unwrap();
+    assert_eq!(settings.watch.limits.max_speed_mps, Some(3.1));
+    assert!((settings.control.yaw.pid.kp - 2.0).abs() < f64::EPSILON);
+    assert_eq!(settings.control.output.ramp_per_s, None);
+    assert_eq!(doubts.len(), 1, "{doubts:?}");
+    let now = onboard::Now { mono: units::MonoTime::default(), utc: UtcTime::default() };
+    onboard::Brain::new(settings, now, Vec::new()).unwrap();
+}
+
+#[test]
+fn what_has_no_section_that_runs_is_not_said_to_be_saved() {
+    let config = load(&crate::OTTER_INI.replace("[Maneuver.FollowReference.ASV]", "[Ignored]"), "");
+    let value = [("Horizontal Tolerance".to_owned(), "20".to_owned())];
+    let mut saved = Saved::from_ini(&Ini::default());
+    let label = settings(&config, 1).unwrap().0.labels.of(Entity::Maneuver).to_owned();
+    assert!(save(&config, &mut saved, &label, &value).is_err());
+    assert_eq!(saved, Saved::default());
+}
+
+#[test]
+fn voltages_and_silences_of_the_files_are_obeyed() {
+    let more = "[Monitors.FuelLevel]\nWarning Voltage = 26\nError Voltage = 24.5\n\
+                [Supervisors.Vehicle]\nManeuver Handling Timeout = 3\nVital Entities = GPS\n\
+                [Monitors.Entities]\nReport Timeout = 1.5\nDefault Monitoring = Navigation, UDP\n\
+                [Supervisors.OperationalLimits]\nAction = warn\nArea = 63, 10, 64, 10, 64, 11\n";
+    let config = load(&format!("{}\n{more}", crate::OTTER_INI), "");
+    let (settings, doubts) = settings(&config, 1).unwrap();
+    assert_eq!(doubts, Vec::<String>::new());
+    let watch = &settings.watch;
+    assert_eq!((watch.battery.low_v, watch.battery.reserve_v), (Some(26.0), Some(24.5)));
+    assert_eq!(settings.mission.engine.maneuver.path_silence, Duration::from_secs(3));
+    let least = Duration::from_millis(1500);
+    assert_eq!((watch.gnss_timeout, watch.motor_timeout), (least, least));
+    assert_eq!(watch.vital, [Entity::Gps]);
+    assert!(watch.monitored.contains(&Entity::Udp) && watch.monitored.contains(&Entity::MotorPort));
+    assert!(watch.limits.area.is_some() && watch.limits.max_speed_mps.is_some(), "watched");
+    assert_eq!((&watch.limits.area_remedy, &watch.limits.speed_remedy), (&None, &None), "and told");
+    assert!(settings.mission.limits.area.is_some(), "plans must stay inside all the same");
+}
+
+#[test]
+fn a_part_that_lutra_does_not_watch_is_told() {
+    let more = "[Monitors.Entities]\nDefault Monitoring = Navigation, Simulation Engine\n";
+    let config = load(&format!("{}\n{more}", crate::OTTER_INI), "");
+    let (_, doubts) = settings(&config, 1).unwrap();
+    assert_eq!(doubts, ["[Monitors.Entities] `Simulation Engine` is no part that Lutra watches"]);
+}
