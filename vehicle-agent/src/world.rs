@@ -3,11 +3,15 @@
 //! The clock jumps from event to event: the next step of the hull, the next reading of a sensor, the next
 //! deadline of the brain. Two worlds with the same settings give the same outputs at the same times.
 
+use crate::edge::Edge;
+use control::MotorPair;
 use onboard::{
-    BatteryReading, Brain, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Side, TagReading,
-    WaterReading,
+    BatteryReading, Brain, COMMAND_LIFE, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Side,
+    TagReading, WaterReading,
 };
 use sim::{CardReport, HydrophoneLine, Quality, Vessel};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
@@ -18,6 +22,27 @@ pub(crate) enum Happening {
     Told(Input),
     /// It wants this.
     Wanted(Output),
+}
+
+/// How commands come to the simulated motors.
+#[derive(Debug)]
+pub(crate) enum Motors {
+    /// At once: nothing can hold up a virtual clock.
+    Direct,
+    /// Through the edge, whose device this is the other end of.
+    Edge(Arc<Edge>, Receiver<MotorPair>),
+}
+
+impl Motors {
+    /// An edge before the simulated motors.
+    pub(crate) fn behind_edge() -> anyhow::Result<(Self, Arc<Edge>)> {
+        let (device, commands) = channel();
+        let edge = Edge::start(move |motors| {
+            // The edge outlives the simulation at the end of the program: then nobody listens.
+            device.send(motors).ok();
+        })?;
+        Ok((Self::Edge(Arc::clone(&edge), commands), edge))
+    }
 }
 
 /// Vessel, brain and clock.
@@ -31,12 +56,14 @@ pub(crate) struct World {
     pub(crate) virtual_disk: bool,
     /// How much the computer's clock is ahead of the true time (µs).
     pub(crate) clock_error_us: i64,
+    /// The way to the motors.
+    pub(crate) motors: Motors,
 }
 
 impl World {
     /// A vessel and its brain at the vessel's time.
     pub(crate) fn new(vessel: Vessel, brain: Brain) -> Self {
-        Self { vessel, brain, virtual_disk: true, clock_error_us: 0 }
+        Self { vessel, brain, virtual_disk: true, clock_error_us: 0, motors: Motors::Direct }
     }
 
     /// The moment.
@@ -56,8 +83,7 @@ impl World {
                 stored.push(effect.ticket());
             }
             if let Output::Motors(motors) = &output {
-                // The authority lets only numbers within -1 to 1 through.
-                self.vessel.command(motors.port, motors.starboard).ok();
+                self.command(*motors);
             }
             sink(now, Happening::Wanted(output));
         }
@@ -67,8 +93,47 @@ impl World {
         }
     }
 
+    fn command(&mut self, motors: MotorPair) {
+        match &self.motors {
+            Motors::Direct => obey(&mut self.vessel, motors),
+            Motors::Edge(edge, _) => {
+                edge.command(motors);
+                self.obey_edge();
+            }
+        }
+    }
+
+    /// Hands the motors what the edge lets through, also without being asked.
+    fn obey_edge(&mut self) {
+        if let Motors::Edge(_, commands) = &self.motors {
+            for motors in commands.try_iter() {
+                obey(&mut self.vessel, motors);
+            }
+        }
+    }
+
+    /// Lets the vessel drift until `until` while nobody steers: the motors run for as long as a command is good
+    /// and no longer. Sensors speak to nobody but for the hydrophone, whose lines wait in its serial port.
+    pub(crate) fn drift(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
+        let running = (self.vessel.now() + COMMAND_LIFE).min(until);
+        self.vessel.step(running.since(self.vessel.now()));
+        self.obey_edge();
+        obey(&mut self.vessel, MotorPair::STOPPED);
+        self.vessel.step(until.since(running));
+        let mut late = Vec::new();
+        while let Some(timed) = self.vessel.poll_output() {
+            if matches!(timed.output, sim::Output::Hydrophone(_)) {
+                late.extend(input_of(&timed.output));
+            }
+        }
+        for input in late {
+            self.tell(input, sink);
+        }
+    }
+
     /// Lets time pass to the next event, but not beyond `until`.
     pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
+        self.obey_edge();
         let before = self.vessel.now();
         let due = self.brain.poll_timeout().unwrap_or(until);
         // At least a microsecond, so that a deadline that is not met cannot stop the clock.
@@ -90,6 +155,11 @@ impl World {
             self.advance(until, sink);
         }
     }
+}
+
+fn obey(vessel: &mut Vessel, motors: MotorPair) {
+    // The authority lets only numbers within -1 to 1 through.
+    vessel.command(motors.port, motors.starboard).ok();
 }
 
 /// What a sensor's value is to the brain; bytes are for the drivers.
