@@ -22,6 +22,7 @@ use std::net::Ipv4Addr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::channel;
 use std::time::Duration;
 use units::MonoTime;
 
@@ -148,7 +149,13 @@ impl Agent {
         let inbox = Arc::clone(&net.inbox);
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
-        let (motors, edge) = Motors::behind_edge()?;
+        let (device, commands) = channel();
+        let edge = Edge::start(move |motors| {
+            // The edge outlives the simulation at the end of the program: then nobody listens.
+            device.send(motors).ok();
+        })?;
+        let gate = Arc::clone(&edge);
+        let motors = Motors::Gated(Box::new(move |motors| gate.command(motors)), commands);
         let mut world = World::new(vessel, Brain::new(settings, now, kept)?);
         (world.virtual_disk, world.motors) = (false, motors);
         let mut agent = Self {
@@ -329,7 +336,7 @@ impl Agent {
         if lost.is_none() {
             return false;
         }
-        self.tell(Input::NotKept(lost.to_string()));
+        self.tell(Input::NotKept(format!("the disk is too slow: {lost}")));
         true
     }
 }

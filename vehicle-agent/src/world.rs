@@ -3,15 +3,13 @@
 //! The clock jumps from event to event: the next step of the hull, the next reading of a sensor, the next
 //! deadline of the brain. Two worlds with the same settings give the same outputs at the same times.
 
-use crate::edge::Edge;
 use control::MotorPair;
 use onboard::{
     BatteryReading, Brain, COMMAND_LIFE, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Side,
     TagReading, WaterReading,
 };
 use sim::{CardReport, HydrophoneLine, Quality, Vessel};
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
@@ -25,23 +23,19 @@ pub(crate) enum Happening {
 }
 
 /// How commands come to the simulated motors.
-#[derive(Debug)]
 pub(crate) enum Motors {
     /// At once: nothing can hold up a virtual clock.
     Direct,
-    /// Through the edge, whose device this is the other end of.
-    Edge(Arc<Edge>, Receiver<MotorPair>),
+    /// Through a gate of their own thread: what it is given, and what it lets through.
+    Gated(Box<dyn Fn(MotorPair)>, Receiver<MotorPair>),
 }
 
-impl Motors {
-    /// An edge before the simulated motors.
-    pub(crate) fn behind_edge() -> anyhow::Result<(Self, Arc<Edge>)> {
-        let (device, commands) = channel();
-        let edge = Edge::start(move |motors| {
-            // The edge outlives the simulation at the end of the program: then nobody listens.
-            device.send(motors).ok();
-        })?;
-        Ok((Self::Edge(Arc::clone(&edge), commands), edge))
+impl std::fmt::Debug for Motors {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Direct => "Direct",
+            Self::Gated(..) => "Gated",
+        })
     }
 }
 
@@ -96,16 +90,16 @@ impl World {
     fn command(&mut self, motors: MotorPair) {
         match &self.motors {
             Motors::Direct => obey(&mut self.vessel, motors),
-            Motors::Edge(edge, _) => {
-                edge.command(motors);
-                self.obey_edge();
+            Motors::Gated(gate, _) => {
+                gate(motors);
+                self.obey_gate();
             }
         }
     }
 
-    /// Hands the motors what the edge lets through, also without being asked.
-    fn obey_edge(&mut self) {
-        if let Motors::Edge(_, commands) = &self.motors {
+    /// Hands the motors what the gate lets through, also without being asked.
+    fn obey_gate(&mut self) {
+        if let Motors::Gated(_, commands) = &self.motors {
             for motors in commands.try_iter() {
                 obey(&mut self.vessel, motors);
             }
@@ -117,7 +111,7 @@ impl World {
     pub(crate) fn drift(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
         let running = (self.vessel.now() + COMMAND_LIFE).min(until);
         self.vessel.step(running.since(self.vessel.now()));
-        self.obey_edge();
+        self.obey_gate();
         obey(&mut self.vessel, MotorPair::STOPPED);
         self.vessel.step(until.since(running));
         let mut late = Vec::new();
@@ -133,7 +127,7 @@ impl World {
 
     /// Lets time pass to the next event, but not beyond `until`.
     pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
-        self.obey_edge();
+        self.obey_gate();
         let before = self.vessel.now();
         let due = self.brain.poll_timeout().unwrap_or(until);
         // At least a microsecond, so that a deadline that is not met cannot stop the clock.

@@ -19,6 +19,12 @@ pub(crate) struct Lost {
 }
 
 impl Lost {
+    /// Counts a packet.
+    pub(crate) fn count(&mut self, packet: &[u8]) {
+        let is_record = PacketView::unchecked(packet).is_ok_and(|view| is_record(view.id()));
+        *(if is_record { &mut self.records } else { &mut self.ordinary }) += 1;
+    }
+
     pub(crate) fn is_none(self) -> bool {
         self == Self::default()
     }
@@ -29,8 +35,8 @@ impl fmt::Display for Lost {
         let Self { ordinary, records } = self;
         write!(
             f,
-            "the disk is too slow: {records} detections, commands or entries and {ordinary} other messages \
-             or lines are missing in the log"
+            "{records} detections, commands or entries and {ordinary} other messages or lines are missing in \
+             the log"
         )
     }
 }

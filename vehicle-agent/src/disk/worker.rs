@@ -4,10 +4,11 @@ use super::host::Host;
 use super::journal::Journal;
 use super::recording::Recorder;
 use super::store::Store;
-use super::{Done, Work};
+use super::{Done, Lost, Work};
 use crate::setup;
 use anyhow::Context as _;
 use config::Config;
+use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
@@ -39,6 +40,8 @@ pub(crate) struct Worker {
     host: Host,
     rotations: Rotations,
     asked: Option<String>,
+    /// What came while there was no log to write it to.
+    missed: Lost,
 }
 
 /// How many logs may be opened: some at once, and one more from time to time.
@@ -66,7 +69,7 @@ impl Rotations {
 impl Worker {
     pub(crate) fn new(tools: Tools) -> Self {
         let rotations = Rotations { left: ROTATIONS, next: MonoTime::default() };
-        Self { tools, host: Host::new(), rotations, asked: None }
+        Self { tools, host: Host::new(), rotations, asked: None, missed: Lost::default() }
     }
 
     pub(crate) fn is_recording(&self) -> bool {
@@ -76,7 +79,12 @@ impl Worker {
     pub(crate) fn carry_out(&mut self, work: Work, answer: &impl Fn(Done)) {
         match work {
             Work::Packet(now, bytes) => {
-                if let Some(Err(error)) = self.tools.journal.as_mut().map(|log| log.write(now, &bytes)) {
+                let Some(journal) = &mut self.tools.journal else { return };
+                let written = journal.write(now, &bytes);
+                if !matches!(written, Ok(true)) {
+                    self.missed.count(&bytes);
+                }
+                if let Err(error) = written {
                     answer(Done::LogOpened(Err(error.to_string())));
                 }
             }
@@ -121,8 +129,18 @@ impl Worker {
             return;
         }
         if let Some(label) = self.asked.take() {
-            let outcome = journal.open(now, utc, &label).map_err(|error| error.to_string());
-            answer(Done::LogOpened(outcome));
+            let outcome = journal.open(now, utc, &label);
+            self.opened(outcome, answer);
+        }
+    }
+
+    /// Tells that a log was opened, or not, and what the ones before lack.
+    fn opened(&mut self, outcome: io::Result<String>, answer: &impl Fn(Done)) {
+        let well = outcome.is_ok();
+        answer(Done::LogOpened(outcome.map_err(|error| error.to_string())));
+        if well && !self.missed.is_none() {
+            let missed = std::mem::take(&mut self.missed);
+            answer(Done::NotKept(format!("while no log could be written: {missed}")));
         }
     }
 
@@ -130,7 +148,7 @@ impl Worker {
         self.rotate(now, utc, answer);
         match self.tools.journal.as_mut().map(|log| log.tick(now, utc)) {
             None | Some(Ok(None)) => {}
-            Some(Ok(Some(opened))) => answer(Done::LogOpened(opened.map_err(|error| error.to_string()))),
+            Some(Ok(Some(outcome))) => self.opened(outcome, answer),
             Some(Err(error)) => answer(Done::LogOpened(Err(error.to_string()))),
         }
         let flushed = self.tools.recorder.as_mut().map(Recorder::flush);
@@ -172,7 +190,8 @@ impl Drop for Worker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imc::Address;
+    use imc::messages::{Abort, Heartbeat, Message};
+    use imc::{Address, Header, Packet};
     use std::cell::RefCell;
     use std::path::Path;
 
@@ -182,6 +201,30 @@ mod tests {
         let journal = Some(Journal::new(&logs, Address(0x2810), 1, String::new()));
         let config = Config::load(&config::InMemory::new(), "none.ini".as_ref(), &[]);
         Worker::new(Tools { journal, store, recorder: None, config, logs })
+    }
+
+    #[test]
+    fn what_came_while_no_log_could_be_written_is_told_when_one_can() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut worker = worker(folder.path());
+        std::fs::write(folder.path().join("logs"), "in the way").unwrap();
+        let told = RefCell::new(Vec::new());
+        let answer = |done| told.borrow_mut().push(done);
+        let (utc, at) = (UtcTime::from_micros(1_790_000_000_000_000), MonoTime::from_micros);
+        let packet =
+            |message: Message| Work::Packet(at(0), Packet::new(Header::default(), message).encode().unwrap());
+        worker.carry_out(Work::Open(at(0), utc, String::new()), &answer);
+        for message in [Abort.into(), Heartbeat.into(), Heartbeat.into()] {
+            worker.carry_out(packet(message), &answer);
+        }
+        assert!(matches!(told.borrow()[..], [Done::LogOpened(Err(_))]), "{told:?}");
+        std::fs::remove_file(folder.path().join("logs")).unwrap();
+        worker.carry_out(Work::Tick(at(40_000_000), utc), &answer);
+        let told = told.borrow();
+        let [_, Done::LogOpened(Ok(_)), Done::NotKept(missed), Done::Host(_)] = &told[..] else {
+            panic!("{told:?}")
+        };
+        assert!(missed.contains("1 detections") && missed.contains("2 other"), "{missed}");
     }
 
     #[test]
