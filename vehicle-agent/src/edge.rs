@@ -90,6 +90,12 @@ impl Edge {
         self.changed.notify_all();
     }
 
+    /// Whether nothing but a stop goes out any more.
+    #[cfg(test)]
+    pub(crate) fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::SeqCst) && self.lock().motors == MotorPair::STOPPED
+    }
+
     /// How often the loop was too late.
     pub(crate) fn lapses(&self) -> u64 {
         self.lock().lapses

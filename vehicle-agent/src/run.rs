@@ -67,8 +67,8 @@ pub(crate) struct RunArguments {
     /// Form of the log on standard error.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) log_format: LogFormat,
-    /// What is logged: error, warn, info, debug, trace or off, also by part as in `warn,vessel=debug`; before
-    /// this the variable LUTRA_LOG counts, and else `info`.
+    /// What is logged: error, warn, info, debug, trace or off, also by part as in `warn,vessel=debug`;
+    /// without this what the variable LUTRA_LOG says, else `info`.
     #[arg(long)]
     pub(crate) log_level: Option<String>,
     /// Log only warnings and errors.
@@ -97,16 +97,21 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
     let ending = Ending::at_signals()?;
     let config = setup::load(&arguments.config, &arguments.profile)?;
     // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
-    let mut agent = Agent::start(arguments, config, Clock::system())?;
-    ending.at_panics(&agent.edge);
+    let agent = Agent::start(arguments, config, Clock::system())?;
     say!("listening {}", agent.net.listening);
     std::io::stdout().flush().ok();
-    // A panic has stopped the motors when it comes here; the log is closed all the same.
-    catch_unwind(AssertUnwindSafe(|| agent.sail(&ending))).ok();
-    agent.end(&ending)
+    agent.run(&ending)
 }
 
 impl Agent {
+    /// Steers until the end, and ends well.
+    fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
+        ending.at_panics(&self.edge);
+        // A panic has stopped the motors when it comes here; the log is closed all the same.
+        catch_unwind(AssertUnwindSafe(|| self.sail(ending))).ok();
+        self.end(ending)
+    }
+
     fn start(arguments: &RunArguments, config: Config, clock: Clock) -> anyhow::Result<Self> {
         let lock = DataLock::take(&arguments.data)?;
         let utc = clock.utc();

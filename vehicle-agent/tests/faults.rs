@@ -170,9 +170,9 @@ fn an_abort_comes_through_a_flood() {
 
     let stop = Arc::new(AtomicBool::new(false));
     let floods = [flood(agent.tcp, &stop), flood(agent.tcp, &stop)];
-    // By datagrams, which nobody waits for, from a console that never spoke before.
+    // By datagrams, which nobody waits for, to whoever hears it, from a console that never spoke before.
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let header = Header { src: Address(0x4002), dst: common::OTTER, ..Header::default() };
+    let header = Header { src: Address(0x4002), dst: Address::BROADCAST, ..Header::default() };
     let abort = Packet::new(header, Abort).encode().unwrap();
     socket.send_to(&abort, ("127.0.0.1", agent.udp)).unwrap();
     console.wait_for::<Aborted>("aborted", |_| true);
@@ -360,4 +360,26 @@ fn a_level_that_is_none_is_refused() {
     assert!(String::from_utf8_lossy(&out.stderr).contains("--log-level"));
     let wrong = program().args(["run", "none.ini", "--log-format", "verse"]).output().unwrap();
     assert_eq!(wrong.status.code(), Some(2));
+}
+
+#[test]
+fn a_terminal_that_nobody_reads_stops_no_vessel() {
+    let folder = TempDir::new().unwrap();
+    let config = folder.path().join("otter.ini");
+    std::fs::copy(ini(), &config).unwrap();
+    let mut command = program();
+    command.arg("run").arg(&config).args(["--log-level", "debug"]);
+    let mut agent = Agent::spawn(command.stderr(Stdio::piped()), folder.path(), &[]);
+    // Held open and never read: the pipe is full after some hundred lines.
+    let words = agent.child.stderr.take().unwrap();
+    let mut console = Console::connect(&agent);
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    for _ in 0..5_000 {
+        socket.send_to(b"no packet", ("127.0.0.1", agent.udp)).unwrap();
+    }
+    console.ready();
+    console.start("far", Some(far_plan().into()));
+    console.wait_for::<EstimatedState>("way on", |state| state.u > 0.5);
+    assert!(agent.terminate().starts_with("motors stopped, log closed"));
+    drop(words);
 }

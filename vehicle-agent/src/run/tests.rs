@@ -20,6 +20,8 @@ struct Bench {
     elapsed: Rc<Cell<Duration>>,
     /// What the computer's clock is ahead of the true time (µs).
     ahead_us: Rc<Cell<i64>>,
+    /// Whether the next look at the clock panics.
+    broken: Rc<Cell<bool>>,
     folder: tempfile::TempDir,
 }
 
@@ -35,15 +37,20 @@ impl Bench {
         };
         let (elapsed, ahead_us) = (Rc::new(Cell::new(Duration::ZERO)), Rc::new(Cell::new(0)));
         let (of_elapsed, of_utc, of_ahead) = (Rc::clone(&elapsed), Rc::clone(&elapsed), Rc::clone(&ahead_us));
+        let broken = Rc::new(Cell::new(false));
+        let of_broken = Rc::clone(&broken);
         let clock = Clock::of(
-            move || of_elapsed.get(),
+            move || {
+                assert!(!of_broken.get(), "a clock that breaks");
+                of_elapsed.get()
+            },
             move || {
                 let since_us = of_utc.get().as_micros() as i64 + of_ahead.get();
                 UtcTime::from_micros(1_790_000_000_000_000 + since_us)
             },
         );
         let agent = Agent::start(&arguments, setup::load(&config, "Simulation").unwrap(), clock).unwrap();
-        let mut bench = Self { agent, elapsed, ahead_us, folder };
+        let mut bench = Self { agent, elapsed, ahead_us, broken, folder };
         bench.agent.take(Event::Connected(1));
         bench
     }
@@ -75,10 +82,14 @@ impl Bench {
     /// Ends the agent; answers all that its logs hold.
     fn end(self) -> Vec<Packet> {
         self.agent.end(&Ending::default()).unwrap();
-        let mut packets = Vec::new();
-        read(&self.folder.path().join("logs"), &mut packets);
-        packets
+        logged(&self.folder)
     }
+}
+
+fn logged(folder: &tempfile::TempDir) -> Vec<Packet> {
+    let mut packets = Vec::new();
+    read(&folder.path().join("logs"), &mut packets);
+    packets
 }
 
 fn read(folder: &Path, packets: &mut Vec<Packet>) {
@@ -187,4 +198,24 @@ fn a_log_that_was_asked_for_without_end_neither_holds_the_loop_up_nor_loses_the_
     let opened = opened.count();
     assert!((3..=16).contains(&opened), "{opened} logs");
     assert!(packets.iter().any(|packet| packet.get::<PlanControl>().is_some()));
+}
+
+#[test]
+fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
+    let mut bench = Bench::new();
+    bench.pass(Duration::from_secs(5));
+    bench.send(start());
+    bench.pass(Duration::from_secs(5));
+    assert!(bench.shafts() > 20.0);
+    bench.broken.set(true);
+    let Bench { agent, folder, .. } = bench;
+    let edge = Arc::clone(&agent.edge);
+    let usual = std::panic::take_hook();
+    let outcome = agent.run(&Ending::default());
+    std::panic::set_hook(usual);
+    assert!(outcome.unwrap_err().is::<Fault>());
+    assert!(edge.has_ended());
+    let packets = logged(&folder);
+    let end = packets.last().and_then(|packet| packet.get::<LoggingControl>()).unwrap();
+    assert_eq!(end.op, LoggingControlOp::Stopped);
 }
