@@ -383,3 +383,58 @@ fn a_terminal_that_nobody_reads_stops_no_vessel() {
     assert!(agent.terminate().starts_with("motors stopped, log closed"));
     drop(words);
 }
+
+#[test]
+fn a_disk_that_hangs_holds_up_its_answer_and_nothing_else() {
+    let folder = TempDir::new().unwrap();
+    let agent = Agent::start(folder.path(), &[]);
+    let mut console = Console::connect(&agent);
+    console.ready();
+    // Writing to a pipe that nobody reads waits, as a disk that fails does.
+    let pipe = folder.path().join("plans/far.part");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    console.send(PlanDB {
+        r#type: PlanDBType::Request,
+        op: PlanDBOp::Set,
+        request_id: 77,
+        plan_id: "far".into(),
+        arg: Some(far_plan().into()),
+        ..PlanDB::default()
+    });
+    console.wait_for::<PlanDB>("in progress", |reply| reply.r#type == PlanDBType::InProgress);
+    let far = far_plan();
+    let goto = far.maneuvers.of::<PlanManeuver>().next().unwrap().data.clone().unwrap();
+    console.start("quick", Some(goto));
+    console.wait_for::<EstimatedState>("way on", |state| state.u > 1.0);
+    console.send(Abort);
+    console.wait_for::<Aborted>("aborted", |_| true);
+    let answers = console.seen.iter().filter_map(|packet| packet.get::<PlanDB>());
+    let early = answers.filter(|reply| reply.request_id == 77 && reply.r#type != PlanDBType::InProgress);
+    assert_eq!(early.count(), 0, "nothing is acknowledged before it is on the disk");
+    // The disk comes back with an error: a pipe is nothing that keeps.
+    let mut given = Vec::new();
+    std::fs::File::open(&pipe).unwrap().read_to_end(&mut given).unwrap();
+    let refused = console.wait_for::<PlanDB>("the answer", |reply| reply.request_id == 77);
+    assert_eq!(refused.r#type, PlanDBType::Failure);
+    assert!(agent.terminate().starts_with("motors stopped, log closed"));
+}
+
+#[test]
+fn a_disk_that_never_comes_back_stops_no_end() {
+    let folder = TempDir::new().unwrap();
+    let mut agent = Agent::start(folder.path(), &[]);
+    let mut console = Console::connect(&agent);
+    console.ready();
+    let pipe = folder.path().join("plans/far.part");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    console.send(PlanDB {
+        r#type: PlanDBType::Request,
+        op: PlanDBOp::Set,
+        plan_id: "far".into(),
+        arg: Some(far_plan().into()),
+        ..PlanDB::default()
+    });
+    console.wait_for::<PlanDB>("in progress", |reply| reply.r#type == PlanDBType::InProgress);
+    agent.signal("TERM");
+    assert_eq!(agent.child.wait().unwrap().code(), Some(1));
+}

@@ -1,14 +1,15 @@
 //! What waits for the loop: one queue for each peer, taken from in turn, and a way past them for Aborts.
 //!
 //! - Each peer's queue holds at most [`PEER_BYTES`]; beyond that its own packets are dropped and counted, and
-//!   nobody else's. All datagrams together take at most [`UDP_BYTES`]: at that bound the peer with most waiting
+//!   nobody else's. A stream that carries plans or commands ([`is_record`]) waits for room first, so that many
+//!   plans can be sent at once; only what waits for longer than [`ROOM_WAIT`] is dropped. All datagrams together take at most [`UDP_BYTES`]: at that bound the peer with most waiting
 //!   loses its newest. Connections are few ([`clients`](super::clients)), so that their queues are bounded too.
 //! - An Abort that is addressed to this vessel or broadcast on purpose (0xFFF0) goes before everything else and is never dropped;
 //!   while one of a peer waits, others of that peer are the same. What came before it must not be done after
 //!   it: commands that wait ([`COMMANDS`]) are withdrawn, and counted.
 //! - Results from the disk are bounded by the work given to it.
 
-use crate::disk::Done;
+use crate::disk::{Done, is_record};
 use imc::{Address, PacketView};
 use onboard::Peer;
 use std::collections::{BTreeMap, VecDeque};
@@ -21,6 +22,9 @@ pub(super) const PEER_BYTES: usize = 512 << 10;
 const UDP_BYTES: usize = 4 << 20;
 /// What an entry costs besides its bytes.
 const ENTRY_BYTES: usize = 64;
+
+/// How long a stream waits for the loop to take something of it.
+const ROOM_WAIT: Duration = Duration::from_secs(5);
 
 const ABORT: u16 = 550;
 /// RemoteActions, TeleoperationDone, Reference, VehicleCommand, PlanControl: what could set the vessel going.
@@ -54,10 +58,14 @@ pub(crate) struct Inbox {
     own: Address,
     waiting: Mutex<Waiting>,
     arrived: Condvar,
+    /// Something was taken while a stream waited for room.
+    room: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct Waiting {
+    /// Streams that wait for room.
+    readers: usize,
     aborts: BTreeMap<Peer, Vec<u8>>,
     after_abort: bool,
     done: VecDeque<Done>,
@@ -108,7 +116,7 @@ fn id(bytes: &[u8]) -> Option<u16> {
 impl Inbox {
     /// Empty queues of the system with this address.
     pub(crate) fn new(own: Address) -> Self {
-        Self { own, waiting: Mutex::default(), arrived: Condvar::new() }
+        Self { own, waiting: Mutex::default(), arrived: Condvar::new(), room: Condvar::new() }
     }
 
     /// A packet from a peer.
@@ -117,6 +125,14 @@ impl Inbox {
         if self.is_abort(bytes) {
             waiting.abort(peer, bytes);
         } else {
+            let patient = matches!(peer, Peer::Tcp(_)) && id(bytes).is_some_and(is_record);
+            if patient && !waiting.has_room(peer, bytes.len()) {
+                waiting.readers += 1;
+                let full = |waiting: &mut Waiting| !waiting.has_room(peer, bytes.len());
+                let waited = self.room.wait_timeout_while(waiting, ROOM_WAIT, full);
+                waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
+                waiting.readers -= 1;
+            }
             waiting.packet(peer, bytes);
         }
         drop(waiting);
@@ -145,6 +161,9 @@ impl Inbox {
         let mut waiting = self.lock();
         loop {
             if let Some(event) = waiting.take() {
+                if waiting.readers > 0 {
+                    self.room.notify_all();
+                }
                 return Some(event);
             }
             let left = until.saturating_duration_since(Instant::now());
@@ -206,7 +225,7 @@ impl Waiting {
     fn packet(&mut self, peer: Peer, bytes: &[u8]) {
         let item = Item::Packet(bytes.to_vec());
         let size = item.bytes();
-        if self.peers.get(&peer).map_or(0, |queue| queue.bytes) + size > PEER_BYTES {
+        if !self.has_room(peer, bytes.len()) {
             return self.count_dropped(peer);
         }
         if matches!(peer, Peer::Udp(_)) {
@@ -216,6 +235,11 @@ impl Waiting {
             }
         }
         self.put(peer, item);
+    }
+
+    fn has_room(&self, peer: Peer, bytes: usize) -> bool {
+        let waiting = self.peers.get(&peer).map_or(0, |queue| queue.bytes);
+        waiting + bytes + ENTRY_BYTES <= PEER_BYTES
     }
 
     fn put(&mut self, peer: Peer, item: Item) {
@@ -305,7 +329,7 @@ impl Waiting {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imc::messages::{Abort, Heartbeat, Message, PlanControl};
+    use imc::messages::{Abort, Heartbeat, Message, PlanControl, PlanDB, PlanSpecification};
     use imc::{Header, Packet};
     use std::net::{Ipv4Addr, SocketAddrV4};
 
@@ -350,6 +374,24 @@ mod tests {
         assert_eq!(rest.last(), Some(&Event::Disconnected(7)));
         assert_eq!(rest.len() as u64 + dropped, 100_000);
         assert!(inbox.take_losses().is_none() && inbox.streams() == 0);
+    }
+
+    #[test]
+    fn a_stream_of_many_plans_waits_and_loses_none() {
+        let inbox = std::sync::Arc::new(Inbox::new(OWN));
+        let plan = PlanSpecification { description: "x".repeat(2000).as_str().into(), ..Default::default() };
+        let set = packet(OWN, PlanDB { arg: Some(plan.into()), ..PlanDB::default() });
+        let (filling, sent) = (std::sync::Arc::clone(&inbox), set.clone());
+        let stream = std::thread::spawn(move || {
+            for _ in 0..2000 {
+                filling.packet(Peer::Tcp(1), &sent);
+            }
+        });
+        for _ in 0..2000 {
+            assert_eq!(inbox.take(ROOM_WAIT), Some(Event::Packet(Peer::Tcp(1), set.clone())));
+        }
+        stream.join().unwrap();
+        assert_eq!(inbox.dropped(), 0);
     }
 
     #[test]
