@@ -192,10 +192,11 @@ impl Agent {
     /// Motors first, then the log.
     fn end(mut self, ending: &Ending) -> anyhow::Result<()> {
         self.edge.end();
+        // After a fault of its own the brain is asked nothing more.
         if !ending.has_fault() {
             self.tell(Input::Shutdown);
+            self.tell_lost();
         }
-        self.tell_lost();
         self.disk.hand(Work::Close(self.world.now().utc));
         let closed = self.disk.finish(DISK_END);
         self.edge.close();
