@@ -4,7 +4,8 @@
 //! at once; what it returns can be sailed. Only the first transition out of a maneuver counts, its conditions
 //! do not ("when done" is the only one), and cycles are legal. Actions at the start and end of plans and
 //! maneuvers are not kept here: the engine tells the place ([`ActionPoint`](crate::ActionPoint)), the caller
-//! holds the actions.
+//! holds the actions, and tells by [`DraftNote`]s what of them, and of other parts of a plan that are not seen
+//! here, cannot be followed.
 
 mod checks;
 mod problem;
@@ -31,6 +32,19 @@ pub struct PlanDraft {
     pub maneuvers: Vec<ManeuverDraft>,
     /// What follows what.
     pub transitions: Vec<TransitionDraft>,
+    /// What its maker found in parts that a draft does not have.
+    pub notes: Vec<DraftNote>,
+}
+
+/// Something in a plan that cannot be followed, for its author.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DraftNote {
+    /// Name of the maneuver; `None` for the plan itself.
+    pub maneuver: Option<String>,
+    /// Whether it makes the plan impossible rather than being left out with a warning.
+    pub refuses: bool,
+    /// What, and the remedy.
+    pub text: String,
 }
 
 /// A maneuver of a draft.
@@ -150,6 +164,10 @@ impl Plan {
         check_entrances(draft, start, &mut problems);
         let maneuvers: Vec<Option<Maneuver>> =
             draft.maneuvers.iter().map(|maneuver| maneuver.check(limits, &mut problems)).collect();
+        problems.extend(draft.notes.iter().filter(|note| note.refuses).map(|note| PlanProblem {
+            maneuver: note.maneuver.clone(),
+            kind: ProblemKind::Refused(note.text.clone()),
+        }));
         let (Some(start), true) = (start, problems.is_empty()) else {
             return Err(PlanProblems(problems));
         };
@@ -173,10 +191,8 @@ impl Plan {
     /// All that is wrong with it.
     pub fn quick(id: &str, maneuver: ManeuverDraft, limits: &PlanLimits) -> Result<Self, PlanProblems> {
         let start = maneuver.id.clone();
-        Self::build(
-            &PlanDraft { id: id.to_owned(), start, maneuvers: vec![maneuver], transitions: Vec::new() },
-            limits,
-        )
+        let maneuvers = vec![maneuver];
+        Self::build(&PlanDraft { id: id.to_owned(), start, maneuvers, ..PlanDraft::default() }, limits)
     }
 
     /// Its name.
@@ -243,6 +259,12 @@ impl Plan {
                 });
             }
         }
+        warnings.extend(
+            draft.notes.iter().map(|note| PlanWarning::Unheeded {
+                maneuver: note.maneuver.clone(),
+                text: note.text.clone(),
+            }),
+        );
         for node in &self.nodes {
             match &node.maneuver {
                 Maneuver::Loiter(loiter) if matches!(loiter.shape, LoiterShape::Other(_)) => {

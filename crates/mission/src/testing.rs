@@ -61,6 +61,7 @@ pub(crate) fn draft(maneuvers: Vec<Maneuver<RawPlace>>) -> PlanDraft {
             })
             .collect(),
         transitions: (1..count).map(|next| transition(next - 1)).collect(),
+        notes: Vec::new(),
     }
 }
 

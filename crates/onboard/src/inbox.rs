@@ -108,6 +108,12 @@ impl Brain {
                 let label = save.name.to_str_lossy().into_owned();
                 self.save_parameters(&label);
             }
+            Message::PushEntityParameters(push) if commands => {
+                self.push_parameters(&push.name.to_str_lossy());
+            }
+            Message::PopEntityParameters(pop) if commands => {
+                self.pop_parameters(asker, &pop.name.to_str_lossy());
+            }
             Message::PlanDB(request) if commands => {
                 let name = self.name_of(asker.system);
                 self.plans.database(&mut self.bus, asker, &name, request);

@@ -22,6 +22,7 @@ mod input;
 mod navigation;
 mod node;
 mod output;
+mod parameter_stack;
 pub mod parameters;
 mod pilot;
 mod plans;

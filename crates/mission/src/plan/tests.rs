@@ -168,3 +168,19 @@ fn cycles_are_legal_and_told() {
     assert_eq!((plan.order(), plan.is_cyclic()), (vec![0, 1], true));
     assert_eq!(plan.warnings(), [PlanWarning::Cycle]);
 }
+
+#[test]
+fn what_cannot_be_followed_refuses_the_plan_or_is_told() {
+    let note = |maneuver: Option<&str>, refuses, text: &str| DraftNote {
+        maneuver: maneuver.map(str::to_owned),
+        refuses,
+        text: text.to_owned(),
+    };
+    let mut plan = draft(vec![goto(1.0, 1.0), goto(2.0, 2.0)]);
+    plan.notes = vec![note(Some("m1"), false, "left out"), note(None, false, "odd")];
+    let built = Plan::build(&plan, &PlanLimits::default()).unwrap();
+    let told: Vec<String> = built.warnings().iter().map(ToString::to_string).collect();
+    assert_eq!(told, ["m1: left out", "odd"]);
+    plan.notes.push(note(Some("m0"), true, "not possible"));
+    assert_eq!(problems(&plan, &PlanLimits::default()), ["m0: not possible"]);
+}
