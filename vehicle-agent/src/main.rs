@@ -3,6 +3,7 @@
 mod chart;
 mod host;
 mod journal;
+mod laws;
 mod net;
 mod open_loop;
 mod plan;

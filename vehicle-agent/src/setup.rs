@@ -65,6 +65,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     settings.uid = uid;
     settings.names = config.addresses().into_iter().map(|(name, id)| (id, name.to_owned())).collect();
     base(config, &mut settings);
+    crate::laws::adopt(config, &mut settings, &mut doubts);
     for (spec, entity) in TASKS {
         for section in config.running(spec) {
             if let Some(label) = section.label() {

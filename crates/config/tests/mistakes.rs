@@ -145,3 +145,17 @@ fn contradictions_between_values_are_errors() {
         assert_eq!(config.report().counts().warnings, 0, "{text}\n{}", config.report());
     }
 }
+
+#[test]
+fn a_vessel_without_a_compass_is_refused() {
+    let head = "[General]\nVehicle = v\n[IMC Addresses]\nv = 1\n[Navigation.General.GPSNavigation]\n\
+                Enabled = Always\nEntity Label = Navigation\n";
+    for (text, refused) in
+        [("GPS has Yaw = true", false), ("GPS has Yaw = false", true), ("Entity Label - Yaw = AHRS", true)]
+    {
+        let files = InMemory::new().with("m.ini", format!("{head}{text}\n"));
+        let config = Config::load(&files, Path::new("m.ini"), &["Hardware"]);
+        assert_eq!(config.report().has_errors(), refused, "{text}\n{}", config.report());
+        assert_eq!(config.report().to_string().contains("satellite compass"), refused, "{text}");
+    }
+}

@@ -27,6 +27,8 @@ use units::MonoTime;
 
 const PATH_LOOPS: CLoopsMask =
     CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
+/// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
+const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
 const PATH_REPORT: Duration = Duration::from_secs(1);
 
 /// What moves the vessel.
@@ -65,7 +67,7 @@ pub(crate) struct Pilot {
     scope_ref: u32,
     speed: Option<SpeedTarget>,
     following: Option<Following>,
-    /// What a remote autopilot is to hold, and since when.
+    /// What a remote autopilot is to hold.
     held: Option<Setpoint>,
     rpm: [Option<(MonoTime, f64)>; 2],
     estimate: Option<Estimate>,
@@ -251,6 +253,29 @@ impl Pilot {
         bus.send(from, &ControlLoops { enable: ControlLoopsEnable::Enable, mask, scope_ref: self.scope_ref });
     }
 
+    fn some_loops_off(&mut self, bus: &mut Bus, from: Entity, mask: CLoopsMask) {
+        self.scope_ref += 1;
+        self.mask = self.mask.difference(mask);
+        let off = ControlLoops { enable: ControlLoopsEnable::Disable, mask, scope_ref: self.scope_ref };
+        bus.send(from, &off);
+    }
+
+    /// Course and speed control does what an operator's autopilot wants, from the next estimate on.
+    fn hold_for_operator(&mut self, bus: &mut Bus, setpoint: Setpoint) {
+        if self.held == Some(setpoint) {
+            return;
+        }
+        if self.held.replace(setpoint).is_none() {
+            self.loops_on(bus, Entity::Remote, AUTOPILOT_LOOPS);
+        }
+        if let Some(YawTarget::Heading(heading_rad)) = setpoint.yaw {
+            bus.send(Entity::Remote, &DesiredHeading { value: heading_rad });
+        }
+        if let Some(speed) = setpoint.speed {
+            bus.send(Entity::Remote, &desired_speed(speed));
+        }
+    }
+
     /// Takes in an estimate without steering by it yet.
     pub(crate) fn see(&mut self, estimate: &Estimate) {
         self.estimate = Some(*estimate);
@@ -345,17 +370,18 @@ impl Pilot {
         while let Some(command) = self.remote.poll(now) {
             match command {
                 RemoteCommand::Motors(motors) => {
-                    self.held = None;
-                    self.control.disable();
+                    if self.held.take().is_some() {
+                        self.control.disable();
+                        self.some_loops_off(bus, Entity::Remote, AUTOPILOT_LOOPS);
+                    }
                     if let Err(refusal) = self.authority.command(now, Owner::Remote, motors) {
                         bus.console(Level::Debug, format!("thrusters: {refusal}"));
                     }
                 }
-                RemoteCommand::Autopilot(setpoint) => self.held = Some(setpoint),
+                RemoteCommand::Autopilot(setpoint) => self.hold_for_operator(bus, setpoint),
             }
         }
         if was_connected && !self.remote.is_connected() {
-            self.held = None;
             bus.entry(Entity::Remote, Level::Warning, "the operator fell silent; motors stopped");
         }
         let entity = match self.authority.owner() {
