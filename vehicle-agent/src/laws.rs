@@ -1,17 +1,21 @@
-//! How paths are followed and how an operator's stick steers, from the configuration files.
+//! How paths are followed, how an operator's stick steers and how maneuvers behave, from the configuration
+//! files.
 //!
 //! These are choices between laws and the parameters that belong to one of them; what consoles may change
 //! while the vessel runs is in `onboard::parameters`. A set of values that a controller refuses changes
 //! nothing and is told.
 
 use config::schema::control::remote;
+use config::schema::mission::maneuver;
 use config::schema::path::{self, ilos, vector_field};
 use config::{Config, Section};
 use control::{
     AlongTrackConfig, CrossTrackConfig, Drive, ExtendedField, JumpConfig, Law, Mixing, NearRule,
     OutsideCorridor, PathConfig, RemoteConfig, ThrustMap,
 };
+use mission::{FollowSystemConfig, ManeuverKind, ScheduledGotoConfig, Speed};
 use onboard::Settings;
+use std::time::Duration;
 
 /// Speed of the autopilot at full throttle (m/s), as NTNU's boats have it.
 const AUTOPILOT_MPS: f64 = 2.3;
@@ -31,6 +35,7 @@ pub(crate) fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<S
         settings.path.loiter_capture_m = Some(section.get(&ilos::CORRIDOR_LOITER));
     }
     leg_law(config, settings);
+    maneuvers(config, settings, doubts);
     for section in config.running(&remote::REMOTE) {
         let wanted = RemoteConfig {
             mixing: mixing(section, settings, doubts),
@@ -90,6 +95,68 @@ fn leg_law(config: &Config, settings: &mut Settings) {
         }
         Law::PurePursuit => {}
     }
+}
+
+fn maneuvers(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
+    let behaviour = &mut settings.mission.engine.maneuver;
+    for section in config.running(&maneuver::MULTIPLEXER) {
+        behaviour.scheduled = ScheduledGotoConfig {
+            min_mps: section.get(&maneuver::SCHEDULED_MINIMUM),
+            max_mps: section.get(&maneuver::SCHEDULED_MAXIMUM),
+        };
+        for name in section.get(&maneuver::UNSUPPORTED) {
+            match kind(&name) {
+                Some(kind) => {
+                    settings.mission.limits.refused.insert(kind);
+                }
+                None => doubts.push(format!("[{}] Unsupported: no maneuver '{name}'", section.name())),
+            }
+        }
+    }
+    for section in config.running(&maneuver::FOLLOW_REFERENCE) {
+        let speed = section.get(&maneuver::FOLLOW_SPEED);
+        behaviour.reference.default_speed = match section.get(&maneuver::FOLLOW_SPEED_UNITS) {
+            "rpm" => Speed::Rpm(speed),
+            "m/s" => Speed::MetresPerSecond(speed),
+            _ => Speed::Percent(speed),
+        };
+        behaviour.reference.separation_m = section.get(&maneuver::SEPARATION);
+    }
+    for section in config.running(&maneuver::FOLLOW_TRAJECTORY) {
+        settings.mission.limits.max_timed_mps = section.get(&maneuver::TRAJECTORY_MAXIMUM);
+    }
+    for section in config.running(&maneuver::FOLLOW_SYSTEM) {
+        behaviour.system = FollowSystemConfig {
+            min_displace_m: section.get(&maneuver::FOLLOW_DISPLACEMENT),
+            safety_m: section.get(&maneuver::FOLLOW_STOP),
+            slack_m: section.get(&maneuver::FOLLOW_TOLERANCE),
+            silence: Duration::from_secs_f64(section.get(&maneuver::FOLLOW_TIMEOUT)),
+        };
+    }
+}
+
+/// A maneuver by its name in the files, which is IMC's.
+fn kind(name: &str) -> Option<ManeuverKind> {
+    use ManeuverKind::{
+        FollowPath, FollowReference, FollowSystem, FollowTrajectory, Goto, Idle, Launch, Loiter, Rows,
+        RowsCoverage, ScheduledGoto, StationKeeping, Teleoperation,
+    };
+    let all = [
+        ("IdleManeuver", Idle),
+        ("Goto", Goto),
+        ("Launch", Launch),
+        ("Loiter", Loiter),
+        ("StationKeeping", StationKeeping),
+        ("Rows", Rows),
+        ("RowsCoverage", RowsCoverage),
+        ("FollowPath", FollowPath),
+        ("FollowTrajectory", FollowTrajectory),
+        ("ScheduledGoto", ScheduledGoto),
+        ("FollowReference", FollowReference),
+        ("FollowSystem", FollowSystem),
+        ("Teleoperation", Teleoperation),
+    ];
+    all.into_iter().find_map(|(known, kind)| (known == name).then_some(kind))
 }
 
 fn mixing(section: &Section, settings: &Settings, doubts: &mut Vec<String>) -> Mixing {
@@ -201,5 +268,32 @@ mod tests {
         assert_eq!(settings.remote.mixing, Mixing::Additive);
         assert!((settings.remote.output_period_s - 0.05).abs() < 1e-12);
         assert!(doubts.len() == 1 && doubts[0].contains("no mode 4"), "{doubts:?}");
+    }
+
+    #[test]
+    fn maneuvers_behave_as_the_files_say() {
+        let (settings, doubts) = adopted(
+            "[Maneuver.Multiplexer]\nEnabled = Always\nEntity Label = Multiplexer Maneuver\n\
+             Unsupported = Launch, Dance\nScheduledGoto -- Maximum Speed = 2\n\
+             [Maneuver.FollowReference.ASV]\nEnabled = Always\nEntity Label = Follow Reference Maneuver\n\
+             Default Speed = 1.2\nDefault Speed Units = m/s\nMinimum Separation = 20\n\
+             [Maneuver.FollowSystem]\nEnabled = Always\nEntity Label = Follow System Maneuver\n\
+             Stop Distance = 25\nAnnounce Timeout = 90\n\
+             [Maneuver.FollowTrajectory]\nEnabled = Always\nEntity Label = Follow Trajectory Maneuver\n\
+             Maximum Speed = 1.5",
+        );
+        let behaviour = settings.mission.engine.maneuver;
+        assert_eq!(behaviour.scheduled, ScheduledGotoConfig { min_mps: 0.7, max_mps: 2.0 });
+        assert_eq!(behaviour.reference.default_speed, Speed::MetresPerSecond(1.2));
+        assert!((behaviour.reference.separation_m - 20.0).abs() < 1e-9);
+        let system = FollowSystemConfig {
+            safety_m: 25.0,
+            silence: Duration::from_secs(90),
+            ..FollowSystemConfig::default()
+        };
+        assert_eq!(behaviour.system, system);
+        assert!((settings.mission.limits.max_timed_mps - 1.5).abs() < 1e-9);
+        assert_eq!(settings.mission.limits.refused, [ManeuverKind::Launch].into());
+        assert!(doubts.len() == 1 && doubts[0].contains("no maneuver 'Dance'"), "{doubts:?}");
     }
 }

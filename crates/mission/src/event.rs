@@ -99,6 +99,8 @@ pub struct Sighting {
     pub system: u16,
     /// Its place.
     pub place: LatLon,
+    /// Whether it is something afloat rather than a console.
+    pub afloat: bool,
 }
 
 /// What the vessel is in.

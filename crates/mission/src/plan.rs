@@ -83,6 +83,8 @@ pub struct TransitionDraft {
 pub struct PlanLimits {
     /// Largest speeds.
     pub speed: SpeedLimits,
+    /// Largest speed that the times of a FollowTrajectory may need (m/s).
+    pub max_timed_mps: f64,
     /// Kinds that this vessel does not do.
     pub refused: BTreeSet<ManeuverKind>,
     /// Greatest depth a maneuver may want (m); 0 on the surface.
@@ -103,6 +105,7 @@ impl Default for PlanLimits {
     fn default() -> Self {
         Self {
             speed: SpeedLimits::default(),
+            max_timed_mps: SpeedLimits::default().max_mps,
             refused: BTreeSet::new(),
             max_depth_m: 0.0,
             max_radius_m: 5_000.0,

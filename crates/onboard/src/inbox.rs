@@ -137,7 +137,8 @@ impl Brain {
             }
             Message::Announce(announce) => {
                 if let Ok(place) = LatLon::from_rad(announce.lat, announce.lon) {
-                    let seen = Event::Sighting(Sighting { system: asker.system.0, place });
+                    let afloat = !asker.system.is_ccu();
+                    let seen = Event::Sighting(Sighting { system: asker.system.0, place, afloat });
                     self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
                 }
             }

@@ -234,7 +234,8 @@ fn lookahead(sea: &mut Sea) -> String {
 }
 
 fn book(sea: &Sea) -> String {
-    sea.all::<LogBookEntry>().iter().map(|(_, entry)| format!("{}\n", entry.text)).collect()
+    let entries = sea.all::<LogBookEntry>();
+    entries.iter().map(|(_, entry)| entry.text.to_string()).collect::<Vec<_>>().join("\n")
 }
 
 fn set(name: &str, parameter: &str, value: &str) -> Message {
