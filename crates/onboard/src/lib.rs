@@ -24,6 +24,7 @@ mod node;
 mod output;
 mod parameter_stack;
 pub mod parameters;
+mod path_wire;
 mod pilot;
 mod plans;
 pub mod record;
