@@ -5,6 +5,7 @@ mod clock;
 mod disk;
 mod edge;
 mod ending;
+mod laws;
 mod net;
 mod open_loop;
 mod plan;

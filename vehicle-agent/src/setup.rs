@@ -5,10 +5,7 @@ use config::schema::{control as loops, device, general, mission as plans, path, 
 use config::{Config, Section, SectionSpec};
 use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, VectorFieldConfig};
 use imc::Address;
-use mission::{
-    BatteryConfig, FollowSystemConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy,
-    ScheduledGotoConfig, Speed, Step, TrajectoryConfig, VehicleModel,
-};
+use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, VehicleModel};
 use onboard::parameters::{self, Parameter};
 use onboard::{Entity, Settings};
 use std::collections::BTreeSet;
@@ -62,6 +59,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     settings.uid = uid;
     settings.names = config.addresses().into_iter().map(|(name, id)| (id, name.to_owned())).collect();
     base(config, &mut settings);
+    crate::laws::adopt(config, &mut settings, &mut doubts);
     for (spec, entity) in TASKS {
         for section in config.running(spec) {
             if let Some(label) = section.label() {
@@ -82,7 +80,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     settings.watch.cpu_percent = general.get(&general::CPU_MAXIMUM);
     monitored(config, &mut settings, &mut doubts);
     supervisors(config, &mut settings, &mut doubts);
-    maneuvers(config, &mut settings);
+    engine(config, &mut settings);
     transports(config, &mut settings, &mut doubts);
     crate::transports::adopt(config, &mut settings, &mut doubts);
     adopt(config, &mut settings, &mut doubts);
@@ -319,7 +317,7 @@ fn remedy(action: &str, home: &str) -> Option<Remedy> {
     }
 }
 
-fn maneuvers(config: &Config, settings: &mut Settings) {
+fn engine(config: &Config, settings: &mut Settings) {
     let mission = &mut settings.mission;
     for section in config.running(&plans::plan::ENGINE) {
         mission.engine_report_hz = section.get(&plans::plan::REPORT_FREQUENCY);
@@ -327,37 +325,6 @@ fn maneuvers(config: &Config, settings: &mut Settings) {
         let calibration = section.get(&plans::plan::MINIMUM_CALIBRATION).clamp(0, 600) as u64;
         let wanted = section.get(&plans::plan::CALIBRATE);
         mission.engine.calibration = wanted.then_some(Duration::from_secs(calibration));
-    }
-    for section in config.running(&plans::maneuver::FOLLOW_TRAJECTORY) {
-        mission.engine.maneuver.trajectory = TrajectoryConfig {
-            tolerance_s: section.get(&plans::maneuver::TRAJECTORY_DELAY),
-            corrected_min_mps: section.get(&plans::maneuver::TRAJECTORY_MINIMUM),
-            corrected_max_mps: section.get(&plans::maneuver::TRAJECTORY_MAXIMUM),
-        };
-    }
-    for section in config.running(&plans::maneuver::FOLLOW_REFERENCE) {
-        let reference = &mut mission.engine.maneuver.reference;
-        reference.default_radius_m = section.get(&plans::maneuver::FOLLOW_RADIUS);
-        let speed = section.get(&plans::maneuver::FOLLOW_SPEED);
-        reference.default_speed = match section.get(&plans::maneuver::FOLLOW_SPEED_UNITS) {
-            "rpm" => Speed::Rpm(speed),
-            "m/s" => Speed::MetresPerSecond(speed),
-            _ => Speed::Percent(speed),
-        };
-    }
-    for section in config.running(&plans::maneuver::FOLLOW_SYSTEM) {
-        mission.engine.maneuver.system = FollowSystemConfig {
-            min_displace_m: section.get(&plans::maneuver::FOLLOW_DISPLACEMENT),
-            safety_m: section.get(&plans::maneuver::FOLLOW_STOP),
-            slack_m: section.get(&plans::maneuver::FOLLOW_TOLERANCE),
-            silence: Duration::from_secs_f64(section.get(&plans::maneuver::FOLLOW_TIMEOUT)),
-        };
-    }
-    for section in config.running(&plans::maneuver::MULTIPLEXER) {
-        mission.engine.maneuver.scheduled = ScheduledGotoConfig {
-            min_mps: section.get(&plans::maneuver::SCHEDULED_MINIMUM),
-            max_mps: section.get(&plans::maneuver::SCHEDULED_MAXIMUM),
-        };
     }
 }
 

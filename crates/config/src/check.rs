@@ -23,6 +23,7 @@ pub(crate) fn all(config: &mut Config) {
     limits(config, &mut found);
     tables(config, &mut found);
     hull_model(config, &mut found);
+    compass(config, &mut found);
     for section in config.sections.iter().filter(|section| section.runs) {
         activation(section, &mut found);
         not_honoured(section, &mut found);
@@ -261,6 +262,28 @@ fn tables(config: &Config, found: &mut Found) {
             let problem = about(section, Severity::Error, ProblemKind::Contradiction, param, what);
             found.push(problem.remedy("give latitude and longitude of at least three corners"));
         }
+    }
+}
+
+/// Without a compass DUNE takes the course for the heading: at rest that is noise, and the vessel spins.
+fn compass(config: &Config, found: &mut Found) {
+    use mission::navigation::{GPS, GPS_HAS_YAW, NAVIGATION, YAW};
+    for section in config.running(&NAVIGATION) {
+        let (param, what) = if !section.get(&GPS_HAS_YAW) {
+            (
+                &GPS_HAS_YAW.spec,
+                "`GPS has Yaw` is false: the heading would be the course over ground".to_owned(),
+            )
+        } else if section.get(&YAW) != section.get(&GPS) {
+            let what = format!("`{}` is `{}`, not the compass", YAW.spec.name, section.get(&YAW));
+            (&YAW.spec, what)
+        } else {
+            continue;
+        };
+        let problem = about(section, Severity::Error, ProblemKind::Contradiction, param, what);
+        found.push(
+            problem.remedy("Lutra steers by the heading of a satellite compass only; fit one and say so"),
+        );
     }
 }
 

@@ -159,9 +159,8 @@ fn what_nothing_obeys_is_said_and_is_an_error_where_it_would_protect_the_vessel(
         ("Monitors.FuelLevel", "Low Confidence Level = 40", Some(Severity::Warning)),
         ("Monitors.FuelLevel", "Error Voltage = 24", None),
         ("Monitors.Entities", "Transition Time Gap = 4", Some(Severity::Note)),
-        ("Maneuver.FollowReference.ASV", "Minimum Separation = 15", Some(Severity::Error)),
-        ("Maneuver.Multiplexer", "Unsupported = Rows", Some(Severity::Error)),
-        ("Maneuver.Multiplexer", "Unsupported =", None),
+        ("Maneuver.FollowReference.ASV", "Minimum Separation = 15", None),
+        ("Maneuver.Multiplexer", "Unsupported = Rows", None),
     ] {
         let text = format!("{VESSEL}[{section}]\nEnabled = Always\nEntity Label = GPS\n{line}\n");
         let config = Config::load(&InMemory::new().with("m.ini", text), Path::new("m.ini"), &["Simulation"]);
@@ -180,4 +179,18 @@ fn a_misspelt_vital_entity_is_an_error_with_the_right_name() {
     let config = Config::load(&files, Path::new("m.ini"), &["Simulation"]);
     let found = config.report().problems().iter().find(|one| one.what.contains("Navigatoin")).unwrap();
     assert_eq!((found.severity, found.remedy.as_str()), (Severity::Error, "`Navigation`?"));
+}
+
+#[test]
+fn a_vessel_without_a_compass_is_refused() {
+    let head = "[General]\nVehicle = v\n[IMC Addresses]\nv = 1\n[Navigation.General.GPSNavigation]\n\
+                Enabled = Always\nEntity Label = Navigation\n";
+    for (text, refused) in
+        [("GPS has Yaw = true", false), ("GPS has Yaw = false", true), ("Entity Label - Yaw = AHRS", true)]
+    {
+        let files = InMemory::new().with("m.ini", format!("{head}{text}\n"));
+        let config = Config::load(&files, Path::new("m.ini"), &["Hardware"]);
+        assert_eq!(config.report().has_errors(), refused, "{text}\n{}", config.report());
+        assert_eq!(config.report().to_string().contains("satellite compass"), refused, "{text}");
+    }
 }

@@ -34,6 +34,12 @@ pub enum Mixing {
     Additive,
     /// s·(1 ± 2h) (the thesis, NTNU's mode 0): no turn without throttle.
     Scaled,
+    /// As scaled, but the motor on the outer side of the turn gains only this share of what the inner one loses
+    /// (NTNU's mode 2): s·(1 + 2h·share) outside, s·(1 - 2h) inside.
+    Skewed {
+        /// "Skewed Motor Force Factor", 0 to 10: 0 turns by slowing the inner motor alone, 1 is scaled.
+        outer_share: f64,
+    },
     /// As additive, but s and h are shares of the force rather than of the actuation (NTNU's mode 1).
     ForceLinear(ThrustMap),
     /// A heading and a speed for the course and speed controller (NTNU's mode 3): speed = s·max, heading =
@@ -90,6 +96,7 @@ impl RemoteConfig {
             Mixing::Autopilot { max_speed_mps } => {
                 check.number("max_speed", "m/s", *max_speed_mps, 0.1..=10.0);
             }
+            Mixing::Skewed { outer_share } => check.number("outer_share", "1", *outer_share, 0.0..=10.0),
             Mixing::Additive | Mixing::Scaled => {}
         }
         check.number("thrust_scale", "1", self.thrust_scale, 0.01..=1.0);
@@ -297,6 +304,15 @@ impl Session {
         let motors = match config.mixing {
             Mixing::Additive => allocate(throttle, heading, unit, config.sharing).motors,
             Mixing::Scaled => allocate(throttle, 2.0 * throttle * heading, unit, Sharing::Independent).motors,
+            Mixing::Skewed { outer_share } => {
+                let turn = 2.0 * heading;
+                let (port, starboard) = if heading >= 0.0 {
+                    (1.0 + turn * outer_share, 1.0 - turn)
+                } else {
+                    (1.0 + turn, 1.0 - turn * outer_share)
+                };
+                MotorPair { port, starboard }.map(|share| (throttle * share).clamp(-1.0, 1.0))
+            }
             Mixing::ForceLinear(map) => {
                 let limits = map.limits();
                 let common_n = throttle * if throttle < 0.0 { -limits.astern } else { limits.ahead };

@@ -48,6 +48,8 @@ pub struct Fix {
     pub heading_rad: f64,
     /// Speed over ground (m/s).
     pub speed_mps: f64,
+    /// How uncertain the position is: its standard deviation on each axis (m).
+    pub sigma_m: f64,
     /// Water below the vessel (m), where measured.
     pub water_below_m: Option<f64>,
 }
@@ -97,6 +99,8 @@ pub struct Sighting {
     pub system: u16,
     /// Its place.
     pub place: LatLon,
+    /// Whether it is something afloat rather than a console.
+    pub afloat: bool,
 }
 
 /// What the vessel is in.

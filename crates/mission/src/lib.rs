@@ -35,8 +35,8 @@ pub use maneuver::{
     ScheduledGoto, ScheduledGotoConfig, StationKeeping, Swath, Teleoperation, TimedOffset, TrajectoryConfig,
 };
 pub use plan::{
-    DraftBody, ManeuverDraft, Node, PLAN_END, Plan, PlanDraft, PlanLimits, PlanProblem, PlanProblems,
-    PlanWarning, ProblemKind, TransitionDraft,
+    DraftBody, DraftNote, ManeuverDraft, Node, PLAN_END, Plan, PlanDraft, PlanLimits, PlanProblem,
+    PlanProblems, PlanWarning, ProblemKind, TransitionDraft,
 };
 pub use speed::{Speed, SpeedLimits};
 pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};

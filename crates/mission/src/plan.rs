@@ -4,7 +4,8 @@
 //! at once; what it returns can be sailed. Only the first transition out of a maneuver counts, its conditions
 //! do not ("when done" is the only one), and cycles are legal. Actions at the start and end of plans and
 //! maneuvers are not kept here: the engine tells the place ([`ActionPoint`](crate::ActionPoint)), the caller
-//! holds the actions.
+//! holds the actions, and tells by [`DraftNote`]s what of them, and of other parts of a plan that are not seen
+//! here, cannot be followed.
 
 mod checks;
 mod problem;
@@ -31,6 +32,19 @@ pub struct PlanDraft {
     pub maneuvers: Vec<ManeuverDraft>,
     /// What follows what.
     pub transitions: Vec<TransitionDraft>,
+    /// What its maker found in parts that a draft does not have.
+    pub notes: Vec<DraftNote>,
+}
+
+/// Something in a plan that cannot be followed, for its author.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DraftNote {
+    /// Name of the maneuver; `None` for the plan itself.
+    pub maneuver: Option<String>,
+    /// Whether it makes the plan impossible rather than being left out with a warning.
+    pub refuses: bool,
+    /// What, and the remedy.
+    pub text: String,
 }
 
 /// A maneuver of a draft.
@@ -69,6 +83,8 @@ pub struct TransitionDraft {
 pub struct PlanLimits {
     /// Largest speeds.
     pub speed: SpeedLimits,
+    /// Largest speed that the times of a FollowTrajectory may need (m/s).
+    pub max_timed_mps: f64,
     /// Kinds that this vessel does not do.
     pub refused: BTreeSet<ManeuverKind>,
     /// Greatest depth a maneuver may want (m); 0 on the surface.
@@ -89,6 +105,7 @@ impl Default for PlanLimits {
     fn default() -> Self {
         Self {
             speed: SpeedLimits::default(),
+            max_timed_mps: SpeedLimits::default().max_mps,
             refused: BTreeSet::new(),
             max_depth_m: 0.0,
             max_radius_m: 5_000.0,
@@ -150,6 +167,10 @@ impl Plan {
         check_entrances(draft, start, &mut problems);
         let maneuvers: Vec<Option<Maneuver>> =
             draft.maneuvers.iter().map(|maneuver| maneuver.check(limits, &mut problems)).collect();
+        problems.extend(draft.notes.iter().filter(|note| note.refuses).map(|note| PlanProblem {
+            maneuver: note.maneuver.clone(),
+            kind: ProblemKind::Refused(note.text.clone()),
+        }));
         let (Some(start), true) = (start, problems.is_empty()) else {
             return Err(PlanProblems(problems));
         };
@@ -231,6 +252,12 @@ impl Plan {
                 });
             }
         }
+        warnings.extend(
+            draft.notes.iter().map(|note| PlanWarning::Unheeded {
+                maneuver: note.maneuver.clone(),
+                text: note.text.clone(),
+            }),
+        );
         for node in &self.nodes {
             match &node.maneuver {
                 Maneuver::Loiter(loiter) if matches!(loiter.shape, LoiterShape::Other(_)) => {

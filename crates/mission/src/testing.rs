@@ -24,7 +24,7 @@ pub(crate) fn at(seconds: f64) -> Now {
 }
 
 pub(crate) fn fix(north_m: f64, east_m: f64) -> Fix {
-    Fix { place: place(north_m, east_m), heading_rad: 0.0, speed_mps: 1.0, water_below_m: None }
+    Fix { place: place(north_m, east_m), heading_rad: 0.0, speed_mps: 1.0, sigma_m: 0.0, water_below_m: None }
 }
 
 pub(crate) fn progress(path_ref: u32, left_m: f64) -> PathProgress {
@@ -61,6 +61,7 @@ pub(crate) fn draft(maneuvers: Vec<Maneuver<RawPlace>>) -> PlanDraft {
             })
             .collect(),
         transitions: (1..count).map(|next| transition(next - 1)).collect(),
+        notes: Vec::new(),
     }
 }
 

@@ -65,11 +65,7 @@ impl Brain {
 
     /// Changes one parameter everywhere, or nowhere.
     fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
-        if parameter.access == Access::FileOnly {
-            return Err(ParameterError::FileOnly(parameter.name.to_owned()));
-        }
-        let mut settings = self.settings.clone();
-        parameter.set(&mut settings, value)?;
+        let settings = parameter.try_live(&self.settings, value)?;
         if let Err(refusal) = self.pilot.reconfigure(&settings) {
             // What was taken before the refusal goes back; the old settings were in use and are good.
             self.pilot.reconfigure(&self.settings).ok();

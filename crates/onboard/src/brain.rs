@@ -15,6 +15,7 @@ use crate::intake::Intake;
 use crate::navigation::{Estimate, Navigation};
 use crate::operator::Operators;
 use crate::output::{Level, Output};
+use crate::parameter_stack::ParameterStack;
 use crate::pilot::{Drive, Pilot};
 use crate::plans::Plans;
 use crate::sensors::{self, Sensors};
@@ -47,6 +48,7 @@ pub struct Brain {
     pub(crate) operators: Operators,
     pub(crate) intake: Intake,
     pub(crate) supervise: Supervise,
+    pub(crate) kept: ParameterStack,
     detections: Detections,
     clock: Clock,
     host: Host,
@@ -89,6 +91,7 @@ impl Brain {
             operators: Operators::default(),
             intake: Intake::new(now.mono),
             supervise: Supervise::new(&settings, now.mono),
+            kept: ParameterStack::default(),
             detections: Detections::default(),
             clock: Clock::default(),
             host: Host::default(),
@@ -272,13 +275,16 @@ impl Brain {
     fn act_for_plan(&mut self) {
         for _ in 0..MOST_ACTIONS {
             let Some(message) = self.plans.poll_action() else { break };
-            // Parameters are what plans switch; anything else could turn a plan on itself.
-            if let Message::SetEntityParameters(set) = message {
-                let own = Asker { system: self.bus.address(), entity: Entity::PlanEngine.number() };
-                self.set_parameters(own, &set);
-            } else {
-                let text = format!("an action of the plan is left out: {}", message.abbrev());
-                self.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            let own = Asker { system: self.bus.address(), entity: Entity::PlanEngine.number() };
+            match message {
+                Message::SetEntityParameters(set) => self.set_parameters(own, &set),
+                Message::PushEntityParameters(push) => self.push_parameters(&push.name.to_str_lossy()),
+                Message::PopEntityParameters(pop) => self.pop_parameters(own, &pop.name.to_str_lossy()),
+                // Plans with other actions are refused; anything else could turn a plan on itself.
+                other => {
+                    let text = format!("an action of the plan is left out: {}", other.abbrev());
+                    self.bus.entry(Entity::PlanEngine, Level::Warning, text);
+                }
             }
         }
     }

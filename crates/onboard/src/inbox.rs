@@ -165,6 +165,12 @@ impl Brain {
                 let label = save.name.to_str_lossy().into_owned();
                 self.save_parameters(&label);
             }
+            Message::PushEntityParameters(push) if for_us => {
+                self.push_parameters(&push.name.to_str_lossy());
+            }
+            Message::PopEntityParameters(pop) if for_us => {
+                self.pop_parameters(asker, &pop.name.to_str_lossy());
+            }
             Message::PlanDB(request) if for_us || (may_stop && reads(request.op)) => {
                 let name = self.name_of(asker.system);
                 self.plans.database(&mut self.bus, asker, &name, request);
@@ -188,7 +194,8 @@ impl Brain {
             }
             Message::Announce(announce) => {
                 if let Ok(place) = LatLon::from_rad(announce.lat, announce.lon) {
-                    let seen = Event::Sighting(Sighting { system: asker.system.0, place });
+                    let afloat = !asker.system.is_ccu();
+                    let seen = Event::Sighting(Sighting { system: asker.system.0, place, afloat });
                     self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
                 }
             }

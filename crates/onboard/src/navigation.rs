@@ -120,6 +120,7 @@ impl Estimate {
             place: self.place,
             heading_rad: self.motion.heading_rad,
             speed_mps: self.motion.speed_over_ground_mps(),
+            sigma_m: self.sigma_m,
             water_below_m: None,
         }
     }

@@ -11,7 +11,7 @@
 use crate::entity::Entity;
 use crate::settings::Settings;
 use config::schema::{
-    control as loops, control::course_speed, control::course_speed_force, control::remote, general,
+    common, control as loops, control::course_speed, control::course_speed_force, control::remote, general,
     mission::maneuver, mission::navigation as gnss, path, path::ilos, path::vector_field, transport, watch,
 };
 use config::{ParamSpec, SectionSpec};
@@ -354,6 +354,19 @@ impl Parameter {
         Ok(())
     }
 
+    /// The settings with a value that somebody on the bus wants.
+    ///
+    /// # Errors
+    /// When the value is none that this parameter may have, or the files alone may set it.
+    pub(crate) fn try_live(&self, settings: &Settings, text: &str) -> Result<Settings, ParameterError> {
+        if self.access == Access::FileOnly {
+            return Err(ParameterError::FileOnly(self.name.to_owned()));
+        }
+        let mut changed = settings.clone();
+        self.set(&mut changed, text)?;
+        Ok(changed)
+    }
+
     /// Puts a value of the schema in its place; answers whether there is one in this setup.
     fn put(&self, settings: &mut Settings, text: &str) -> Result<bool, ParameterError> {
         use config::FromValue as _;
@@ -386,10 +399,12 @@ impl Parameter {
     }
 }
 
-/// Whether the files know a parameter of this name for an entity, though it cannot be changed live.
+/// Whether the files know a parameter of this name for an entity, though it cannot be changed live. Those that
+/// every task of DUNE has do not count: they are of tasks, which Lutra does not have.
 pub(crate) fn in_files(entity: Entity, name: &str) -> bool {
+    let of_tasks = |param: &ParamSpec| common::OF_EVERY_TASK.iter().any(|common| common.name == param.name);
     let task = config::schema::find(entity.label_and_task().1);
-    task.is_some_and(|section| section.params().any(|param| param.matches(name)))
+    task.is_some_and(|section| section.params().any(|param| param.matches(name) && !of_tasks(param)))
 }
 
 /// A number without the noise of its last bits.

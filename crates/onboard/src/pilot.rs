@@ -10,16 +10,14 @@ use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::navigation::Estimate;
 use crate::output::{Level, Output};
+use crate::path_wire::{desired_path, desired_speed, path_state};
 use crate::settings::Settings;
 use control::{
-    CourseSpeed, Fix, Geometry, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStart,
-    PathStatus, PathTracker, Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, Turn,
-    YawTarget,
+    CourseSpeed, Fix, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStatus, PathTracker,
+    Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, YawTarget,
 };
 use imc::messages::{
-    CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredPath, DesiredPathFlags,
-    DesiredSpeed, DesiredZ, PathControlState, PathControlStateFlags, SetThrusterActuation, SpeedUnits,
-    ZUnits,
+    CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredZ, SetThrusterActuation, ZUnits,
 };
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -27,6 +25,8 @@ use units::MonoTime;
 
 const PATH_LOOPS: CLoopsMask =
     CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
+/// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
+const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
 const PATH_REPORT: Duration = Duration::from_secs(1);
 
 /// What moves the vessel.
@@ -65,7 +65,7 @@ pub(crate) struct Pilot {
     scope_ref: u32,
     speed: Option<SpeedTarget>,
     following: Option<Following>,
-    /// What a remote autopilot is to hold, and since when.
+    /// What a remote autopilot is to hold.
     held: Option<Setpoint>,
     rpm: [Option<(MonoTime, f64)>; 2],
     estimate: Option<Estimate>,
@@ -251,6 +251,29 @@ impl Pilot {
         bus.send(from, &ControlLoops { enable: ControlLoopsEnable::Enable, mask, scope_ref: self.scope_ref });
     }
 
+    fn some_loops_off(&mut self, bus: &mut Bus, from: Entity, mask: CLoopsMask) {
+        self.scope_ref += 1;
+        self.mask = self.mask.difference(mask);
+        let off = ControlLoops { enable: ControlLoopsEnable::Disable, mask, scope_ref: self.scope_ref };
+        bus.send(from, &off);
+    }
+
+    /// Course and speed control does what an operator's autopilot wants, from the next estimate on.
+    fn hold_for_operator(&mut self, bus: &mut Bus, setpoint: Setpoint) {
+        if self.held == Some(setpoint) {
+            return;
+        }
+        if self.held.replace(setpoint).is_none() {
+            self.loops_on(bus, Entity::Remote, AUTOPILOT_LOOPS);
+        }
+        if let Some(YawTarget::Heading(heading_rad)) = setpoint.yaw {
+            bus.send(Entity::Remote, &DesiredHeading { value: heading_rad });
+        }
+        if let Some(speed) = setpoint.speed {
+            bus.send(Entity::Remote, &desired_speed(speed));
+        }
+    }
+
     /// Takes in an estimate without steering by it yet.
     pub(crate) fn see(&mut self, estimate: &Estimate) {
         self.estimate = Some(*estimate);
@@ -345,17 +368,18 @@ impl Pilot {
         while let Some(command) = self.remote.poll(now) {
             match command {
                 RemoteCommand::Motors(motors) => {
-                    self.held = None;
-                    self.control.disable();
+                    if self.held.take().is_some() {
+                        self.control.disable();
+                        self.some_loops_off(bus, Entity::Remote, AUTOPILOT_LOOPS);
+                    }
                     if let Err(refusal) = self.authority.command(now, Owner::Remote, motors) {
                         bus.console(Level::Debug, format!("thrusters: {refusal}"));
                     }
                 }
-                RemoteCommand::Autopilot(setpoint) => self.held = Some(setpoint),
+                RemoteCommand::Autopilot(setpoint) => self.hold_for_operator(bus, setpoint),
             }
         }
         if was_connected && !self.remote.is_connected() {
-            self.held = None;
             bus.entry(Entity::Remote, Level::Warning, "the operator fell silent; motors stopped");
         }
         let entity = match self.authority.owner() {
@@ -397,78 +421,5 @@ fn fix_of(estimate: &Estimate) -> Fix {
         place: estimate.place,
         motion: estimate.motion,
         variance_m2: Some(estimate.sigma_m * estimate.sigma_m),
-    }
-}
-
-fn speed_units(speed: SpeedTarget) -> SpeedUnits {
-    match speed {
-        SpeedTarget::MetresPerSecond(_) => SpeedUnits::MetersPs,
-        SpeedTarget::Rpm(_) => SpeedUnits::Rpm,
-        SpeedTarget::Percent(_) => SpeedUnits::Percentage,
-    }
-}
-
-fn desired_speed(speed: SpeedTarget) -> DesiredSpeed {
-    DesiredSpeed { value: speed.value(), speed_units: speed_units(speed) }
-}
-
-fn desired_path(command: &PathCommand, status: &PathStatus, speed: SpeedTarget) -> DesiredPath {
-    let mut flags = DesiredPathFlags::empty();
-    flags.set(DesiredPathFlags::START, matches!(command.start, PathStart::At(_)));
-    flags.set(DesiredPathFlags::DIRECT, matches!(command.start, PathStart::Here));
-    flags.set(
-        DesiredPathFlags::CCLOCKW,
-        command.loiter.is_some_and(|loiter| loiter.turn == Turn::CounterClockwise),
-    );
-    DesiredPath {
-        path_ref: command.path_ref,
-        start_lat: status.start.lat_rad(),
-        start_lon: status.start.lon_rad(),
-        start_z: 0.0,
-        start_z_units: ZUnits::Depth,
-        end_lat: status.end.lat_rad(),
-        end_lon: status.end.lon_rad(),
-        end_z: 0.0,
-        end_z_units: ZUnits::Depth,
-        speed: speed.value() as f32,
-        speed_units: speed_units(speed),
-        lradius: command.loiter.map_or(0.0, |loiter| loiter.radius_m as f32),
-        flags,
-    }
-}
-
-fn path_state(status: &PathStatus) -> PathControlState {
-    let mut flags = PathControlStateFlags::empty();
-    flags.set(PathControlStateFlags::NEAR, status.near);
-    flags.set(PathControlStateFlags::LOITERING, status.loitering);
-    flags.set(
-        PathControlStateFlags::CCLOCKW,
-        status.loiter.is_some_and(|loiter| loiter.turn == Turn::CounterClockwise),
-    );
-    let (sin, cos) = status.course_error_rad.sin_cos();
-    let along_m = match status.geometry {
-        Geometry::Leg(_) => status.left_m,
-        Geometry::Circle(_) => 0.0,
-    };
-    PathControlState {
-        path_ref: status.path_ref,
-        start_lat: status.start.lat_rad(),
-        start_lon: status.start.lon_rad(),
-        start_z: 0.0,
-        start_z_units: ZUnits::Depth,
-        end_lat: status.end.lat_rad(),
-        end_lon: status.end.lon_rad(),
-        end_z: 0.0,
-        end_z_units: ZUnits::Depth,
-        lradius: status.loiter.map_or(0.0, |loiter| loiter.radius_m as f32),
-        flags,
-        x: along_m as f32,
-        y: status.geometry.cross_m() as f32,
-        z: 0.0,
-        vx: (status.speed_mps * cos) as f32,
-        vy: (status.speed_mps * sin) as f32,
-        vz: 0.0,
-        course_error: status.course_error_rad as f32,
-        eta: status.eta_s,
     }
 }

@@ -176,3 +176,39 @@ fn follow_system_keeps_beside_another() {
     }
     assert!(sea.position().north_m > 80.0, "{:?}", sea.position());
 }
+
+/// The operator's keys, ten times a second.
+fn keys(sea: &mut Sea, text: &str, seconds: u32) {
+    for _ in 0..10 * seconds {
+        sea.send(RemoteActions { actions: text.into() });
+        sea.run(0.1);
+    }
+}
+
+#[test]
+fn an_operator_gives_heading_and_speed_to_the_autopilot_and_takes_the_motors_back() {
+    let mut settings = settings();
+    settings.remote.mixing = control::Mixing::Autopilot { max_speed_mps: 2.0 };
+    let mut sea = Sea::with(settings, |_| {}).ready();
+    sea.ask(PlanControlOp::Start, "by-hand", Some(Teleoperation { custom: "src=16385".into() }.into()));
+    let heading_rad = |sea: &Sea| sea.world.brain.estimate().unwrap().motion.heading_rad;
+    let before_rad = heading_rad(&sea);
+    // Half the axis is 90° to starboard of the heading at the first key.
+    keys(&mut sea, "Throttle=64;Heading=64", 40);
+    let turned_rad = units::wrap_pi(heading_rad(&sea) - before_rad);
+    assert!((turned_rad.to_degrees() - 90.7).abs() < 3.0, "{turned_rad}");
+    let speed_mps = sea.world.brain.estimate().unwrap().motion.surge_mps();
+    assert!((speed_mps - 1.0).abs() < 0.1, "{speed_mps}");
+    let loops = CLoopsMask::TELEOPERATION | CLoopsMask::YAW | CLoopsMask::SPEED;
+    assert_eq!(sea.last::<VehicleState>().unwrap().control_loops, loops);
+    assert!((sea.last::<DesiredSpeed>().unwrap().value - 128.0 / 127.0).abs() < 1e-6);
+    assert!(sea.last::<DesiredHeading>().is_some());
+    keys(&mut sea, "Port Motor=64;Starboard Motor=-64", 1);
+    assert_eq!(sea.last::<VehicleState>().unwrap().control_loops, CLoopsMask::TELEOPERATION);
+    let motors = sea.motors.last().unwrap().1;
+    assert!((motors.port - 64.0 / 127.0).abs() < 1e-6 && (motors.starboard + 64.0 / 127.0).abs() < 1e-6);
+    keys(&mut sea, "Throttle=64", 1);
+    assert!(sea.run_until(3.0, |sea| sea.motors.last().unwrap().1 == control::MotorPair::STOPPED));
+    sea.run(1.0);
+    assert_eq!(sea.last::<VehicleState>().unwrap().control_loops, CLoopsMask::TELEOPERATION);
+}

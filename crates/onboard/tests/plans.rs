@@ -268,6 +268,100 @@ fn takes_a_plan_of_600_waypoints() {
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
 }
 
+fn lookahead(sea: &mut Sea) -> String {
+    let name = "Path Control";
+    sea.send(QueryEntityParameters { name: name.into(), visibility: "user".into(), scope: "global".into() });
+    let told = sea.last::<EntityParameters>().unwrap();
+    let mut all = told.params.of::<EntityParameter>();
+    all.find(|parameter| parameter.name == "ILOS Lookahead Distance").unwrap().value.to_string()
+}
+
+fn book(sea: &Sea) -> String {
+    let entries = sea.all::<LogBookEntry>();
+    entries.iter().map(|(_, entry)| entry.text.to_string()).collect::<Vec<_>>().join("\n")
+}
+
+fn set(name: &str, parameter: &str, value: &str) -> Message {
+    let params = [EntityParameter { name: parameter.into(), value: value.into() }].into_iter().collect();
+    SetEntityParameters { name: name.into(), params }.into()
+}
+
+#[test]
+fn a_maneuver_has_parameters_of_its_own_and_gives_the_others_back() {
+    let mut sea = Sea::new().ready();
+    let before = lookahead(&mut sea);
+    let wait = IdleManeuver { duration: 10, ..IdleManeuver::default() };
+    let mut keeper = plan("keeper", vec![("a".into(), wait.clone().into()), ("b".into(), wait.into())]);
+    let node = |id: &str, start: Vec<Message>, end: Vec<Message>| PlanManeuver {
+        maneuver_id: id.into(),
+        data: IdleManeuver { duration: 10, ..IdleManeuver::default() }.into(),
+        start_actions: start.into_iter().collect(),
+        end_actions: end.into_iter().collect(),
+    };
+    let name = || "Path Control".into();
+    keeper.maneuvers = [
+        node(
+            "a",
+            vec![
+                PushEntityParameters { name: name() }.into(),
+                set("Path Control", "ILOS Lookahead Distance", "13"),
+            ],
+            vec![PopEntityParameters { name: name() }.into()],
+        ),
+        node("b", Vec::new(), vec![PopEntityParameters { name: name() }.into()]),
+    ]
+    .into_iter()
+    .collect();
+    sea.ask(PlanControlOp::Start, "keeper", Some(keeper.clone().into()));
+    sea.run(5.0);
+    assert_eq!(lookahead(&mut sea), "13");
+    sea.run(10.0);
+    assert_eq!(sea.plan_state().man_id, "b");
+    assert_eq!(lookahead(&mut sea), before);
+    assert!(sea.run_until(10.0, |sea| sea.plan_state().last_outcome == PlanControlStateLastOutcome::Success));
+    assert!(book(&sea).contains("no parameters were kept that could be given back"), "{}", book(&sea));
+    // Also where the maneuver does not come to its end.
+    sea.ask(PlanControlOp::Start, "keeper", Some(keeper.into()));
+    sea.run(5.0);
+    assert_eq!(lookahead(&mut sea), "13");
+    sea.send(Abort);
+    sea.run(1.0);
+    assert_eq!(lookahead(&mut sea), before);
+}
+
+#[test]
+fn parameters_are_kept_and_given_back_for_a_console_but_not_without_end() {
+    let mut sea = Sea::new().ready();
+    let before = lookahead(&mut sea);
+    for _ in 0..20 {
+        sea.send(PushEntityParameters { name: "Path Control".into() });
+    }
+    assert!(book(&sea).contains("parameters are not kept"), "{}", book(&sea));
+    sea.send(set("Path Control", "ILOS Lookahead Distance", "13"));
+    assert_eq!(lookahead(&mut sea), "13");
+    sea.send(PopEntityParameters { name: "Path Control".into() });
+    assert_eq!(lookahead(&mut sea), before);
+}
+
+#[test]
+fn what_a_plan_asks_for_in_vain_is_told_before_it_is_sailed() {
+    let mut sea = Sea::new().ready();
+    let mut odd = triangle();
+    odd.start_actions = [set("Sidescan", "Active", "true")].into_iter().collect();
+    let loaded = sea.ask(PlanControlOp::Load, "triangle", Some(odd.clone().into()));
+    assert_eq!(sea.replies(loaded)[0].r#type, PlanControlType::Success);
+    assert!(book(&sea).contains("there is no part 'Sidescan' aboard"), "{}", book(&sea));
+    odd.end_actions = [Message::from(PowerChannelControl::default())].into_iter().collect();
+    for op in [PlanControlOp::Load, PlanControlOp::Start] {
+        let refused = sea.ask(op, "triangle", Some(odd.clone().into()));
+        let reply = &sea.replies(refused)[0];
+        assert_eq!(reply.r#type, PlanControlType::Failure);
+        let info = reply.info.to_str_lossy().into_owned();
+        assert!(info.contains("end action: PowerChannelControl is not carried out aboard"), "{info}");
+    }
+    assert_eq!(sea.mode(), VehicleStateOpMode::Service);
+}
+
 #[test]
 fn keeps_station_quietly() {
     let mut sea = Sea::new().ready();

@@ -37,7 +37,7 @@ pub const ACTIVE_VISIBILITY: Param<&str> =
     choice("Active - Visibility", "developer", &["user", "developer"]).doc("Who sees `Active` on a console.");
 
 /// The options that every task has.
-pub(crate) const OF_EVERY_TASK: &[ParamSpec] = &[
+pub const OF_EVERY_TASK: &[ParamSpec] = &[
     ENABLED.spec,
     ENTITY_LABEL.spec,
     EXECUTION_PRIORITY.spec,

@@ -179,7 +179,7 @@ pub mod remote {
         .doc("How sticks become thrust: 0 normal, 1 force made linear, 2 skewed, 3 autopilot, 4 reserved.");
     pub const SKEW: Param<f64> = float("Skewed Motor Force Factor", 1.0, Unit::None)
         .within(0.0, 10.0)
-        .doc("Factor on the inner motor in mode 2.");
+        .doc("Mode 2: the outer motor gains this share of what the inner one loses in a turn.");
     pub const MIXING: Param<&str> = choice("Mixing", "additive", &["additive", "proportional"])
         .doc("Lutra: additive turns on the spot (speed +- heading); proportional is speed (1 +- 2 heading).");
 

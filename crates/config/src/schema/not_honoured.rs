@@ -31,7 +31,7 @@ const fn entry(
     NotHonoured { section, key, acts_as, instead, severity }
 }
 
-use Severity::{Error, Note, Warning};
+use Severity::{Note, Warning};
 
 const GENERAL: &str = "General";
 const NAVIGATION: &str = "Navigation.General.GPSNavigation";
@@ -39,7 +39,6 @@ const RPM: &str = "Control.ASV.HeadingAndSpeed";
 const FORCE: &str = "Control.ASV.HeadingAndSpeedForce";
 const ENGINE: &str = "Plan.Engine";
 const MULTIPLEXER: &str = "Maneuver.Multiplexer";
-const FOLLOW: &str = "Maneuver.FollowReference.ASV";
 const VEHICLE: &str = "Supervisors.Vehicle";
 const LOST: &str = "Supervisors.ASV.LostComms";
 const ENTITIES: &str = "Monitors.Entities";
@@ -82,8 +81,6 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Note, ENGINE, "Vehicle Reply Timeout", None, "engine and supervisor are one; nothing waits"),
     entry(Warning, "Plan.DB", "Folder", Some(""), "plans lie in the agent's data folder"),
     entry(Note, MULTIPLEXER, "Entity Label -- {}", None, "all maneuvers are one entity"),
-    entry(Error, MULTIPLEXER, "Unsupported", Some(""), "every maneuver that exists is sailed"),
-    entry(Error, FOLLOW, "Minimum Separation", Some("0"), "no maneuver keeps away from other vessels"),
     entry(
         Warning,
         VEHICLE,

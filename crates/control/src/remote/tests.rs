@@ -13,6 +13,7 @@ fn remote(mixing: Mixing) -> Remote {
     remote
 }
 
+const SKEWED: Mixing = Mixing::Skewed { outer_share: 0.25 };
 const STOP: RemoteCommand = RemoteCommand::Motors(MotorPair::STOPPED);
 
 fn keys(text: &str) -> RemoteActions {
@@ -44,6 +45,21 @@ fn mixes_as_each_mode_says() {
             64.0 / 127.0 * (63.0 / 127.0),
         ),
         (Mixing::Scaled, "Heading=127", 0.0, 0.0),
+        (SKEWED, "Throttle=127", 1.0, 1.0),
+        (
+            SKEWED,
+            "Throttle=64;Heading=32",
+            64.0 / 127.0 * (1.0 + 16.0 / 127.0),
+            64.0 / 127.0 * (63.0 / 127.0),
+        ),
+        (
+            SKEWED,
+            "Throttle=64;Heading=-32",
+            64.0 / 127.0 * (63.0 / 127.0),
+            64.0 / 127.0 * (1.0 + 16.0 / 127.0),
+        ),
+        (SKEWED, "Throttle=-64;Heading=127", -64.0 / 127.0 * 1.5, 64.0 / 127.0),
+        (Mixing::Skewed { outer_share: 10.0 }, "Throttle=127;Heading=127", 1.0, -1.0),
         (Mixing::ForceLinear(map), "Throttle=127", 1.0, 1.0),
         (Mixing::ForceLinear(map), "Throttle=-127", -1.0, -1.0),
         (Mixing::ForceLinear(map), "Heading=25", force(turn_n), force(-turn_n)),
@@ -187,10 +203,10 @@ fn refuses_values_out_of_range() {
 proptest! {
     #[test]
     fn thrust_stays_within_the_scale_and_mirrors(
-        mode in 0..3_usize, thrust_scale in 0.1..1.0_f64,
+        mode in 0..4_usize, thrust_scale in 0.1..1.0_f64,
         messages in proptest::collection::vec((any::<[f64; 4]>(), any::<[bool; 3]>(), 0..3000_u64), 1..30),
     ) {
-        let mixing = [Mixing::Additive, Mixing::Scaled, Mixing::ForceLinear(ThrustMap::NTNU_OTTER)][mode];
+        let mixing = [Mixing::Additive, Mixing::Scaled, Mixing::ForceLinear(ThrustMap::NTNU_OTTER), SKEWED][mode];
         let config = RemoteConfig { mixing, thrust_scale, ..RemoteConfig::default() };
         let (mut one, mut other) = (Remote::new(config).unwrap(), Remote::new(config).unwrap());
         one.activate(at(0));

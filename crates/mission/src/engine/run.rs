@@ -11,6 +11,9 @@ use crate::plan::{Node, Plan};
 use crate::statistics::{Progress, Standing};
 use units::{MonoTime, UtcTime};
 
+/// Warnings of a plan that are told one by one; the others are counted.
+const WARNINGS_TOLD: usize = 20;
+
 #[derive(Debug, Clone)]
 pub(super) struct Run {
     pub(super) id: RunId,
@@ -63,6 +66,7 @@ impl Engine {
             Ask::Stop => (Operation::Stop, Err(Failure::NothingToStop)),
             Ask::Load { .. } if self.run.is_some() => (Operation::Load, Err(Failure::Busy)),
             Ask::Load { plan: Ok(plan) } => {
+                self.warn(&plan_id, &plan);
                 (Operation::Load, Ok(Success::Loaded(Box::new(self.statistics(now, &plan)))))
             }
             Ask::Load { plan: Err(no_plan) } => (Operation::Load, Err(no_plan.into())),
@@ -127,10 +131,7 @@ impl Engine {
     fn begin_run(&mut self, now: Now, origin: Origin, plan_id: &str, plan: Plan, options: StartOptions) {
         self.last_run = RunId(self.last_run.0.wrapping_add(1));
         let run = self.last_run;
-        for warning in plan.warnings() {
-            let text = format!("{plan_id}: {warning}");
-            self.outputs.push_back(Output::Note(super::Note { level: NoteLevel::Warning, text }));
-        }
+        self.warn(plan_id, &plan);
         let calibration = self.config.calibration.filter(|_| options.calibrate);
         let here = self.fix.map(|(_, fix)| fix.place);
         self.vehicle.set_last_error(None);
@@ -165,6 +166,17 @@ impl Engine {
                 self.reply(origin, Operation::Start, plan_id, Ok(Success::Executing { maneuver }));
             }
             self.go_on(now);
+        }
+    }
+
+    /// Tells what the author of a plan may not have meant.
+    fn warn(&mut self, plan_id: &str, plan: &Plan) {
+        for warning in plan.warnings().iter().take(WARNINGS_TOLD) {
+            self.note(NoteLevel::Warning, format!("{plan_id}: {warning}"));
+        }
+        let more = plan.warnings().len().saturating_sub(WARNINGS_TOLD);
+        if more > 0 {
+            self.note(NoteLevel::Warning, format!("{plan_id}: and {more} warnings more"));
         }
     }
 

@@ -3,16 +3,23 @@
 //! Waits for a first reference, goes where it says, hovers (motors off) when near and goes again when the
 //! place is farther than its radius plus a tolerance. What a reference leaves out stays as before, or starts
 //! as: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference again
-//! keeps the timeout from passing and changes nothing else.
+//! keeps the timeout from passing and changes nothing else. While another vessel is announced close by, it
+//! hovers, and goes on when the other is gone or silent.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
 use super::goto::{distance_m, path_to};
 use crate::command::{Command, Path, PathStart};
-use crate::event::{Event, Fix, Now, Reference};
+use crate::event::{Event, Fix, Now, Reference, Sighting};
 use crate::plan::Checks;
 use crate::speed::Speed;
+use std::collections::BTreeMap;
 use std::time::Duration;
-use units::MonoTime;
+use units::{LatLon, MonoTime};
+
+/// A vessel announced longer ago is no longer where it was.
+const SIGHTING_MAX_AGE: Duration = Duration::from_secs(30);
+/// Vessels kept in mind; of more the one heard longest ago is forgotten.
+const MOST_OTHERS: usize = 64;
 
 /// Do as a commander says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,12 +43,19 @@ pub struct FollowReferenceConfig {
     pub default_speed: Speed,
     /// Radius where neither the plan nor a reference has named one (m).
     pub default_radius_m: f64,
+    /// The vessel hovers while another one is announced closer than this (m); 0 never does.
+    pub separation_m: f64,
 }
 
 impl Default for FollowReferenceConfig {
-    /// As the Otters' configuration has it.
+    /// As the Otters' configuration has it, other vessels left to the commander.
     fn default() -> Self {
-        Self { tolerance_m: 30.0, default_speed: Speed::Percent(50.0), default_radius_m: 7.5 }
+        Self {
+            tolerance_m: 30.0,
+            default_speed: Speed::Percent(50.0),
+            default_radius_m: 7.5,
+            separation_m: 0.0,
+        }
     }
 }
 
@@ -85,11 +99,40 @@ pub(crate) struct Machine {
     reference: Option<Reference>,
     deadline: Option<MonoTime>,
     near: bool,
+    /// Other vessels: when and where.
+    others: BTreeMap<u16, (MonoTime, LatLon)>,
+    /// It hovers because of them.
+    held_off: bool,
 }
 
 impl Machine {
     pub(super) fn new(follow: FollowReference) -> Self {
-        Self { follow, phase: ReferencePhase::Wait, reference: None, deadline: None, near: false }
+        Self {
+            follow,
+            phase: ReferencePhase::Wait,
+            reference: None,
+            deadline: None,
+            near: false,
+            others: BTreeMap::new(),
+            held_off: false,
+        }
+    }
+
+    fn sighting(&mut self, cx: &Context<'_>, sighting: &Sighting) {
+        self.others.insert(sighting.system, (cx.now.mono, sighting.place));
+        if self.others.len() > MOST_OTHERS
+            && let Some(oldest) = self.others.iter().min_by_key(|(_, (at, _))| *at).map(|(other, _)| *other)
+        {
+            self.others.remove(&oldest);
+        }
+    }
+
+    /// Whether another vessel is too close for going on.
+    fn is_crowded(&self, cx: &Context<'_>, fix: &Fix) -> bool {
+        self.others.values().any(|(at, place)| {
+            cx.now.mono.since(*at) <= SIGHTING_MAX_AGE
+                && distance_m(fix.place, *place) < cx.config.reference.separation_m
+        })
     }
 
     fn hears(&self, reference: &Reference) -> bool {
@@ -161,6 +204,11 @@ impl Machine {
     }
 
     fn go(&mut self, cx: &mut Context<'_>) {
+        self.held_off = cx.fix.is_some_and(|fix| self.is_crowded(cx, &fix));
+        if self.held_off {
+            self.hover(cx);
+            return;
+        }
         if let Some(Reference { location: Some(end), speed: Some(speed), start_point, .. }) = self.reference {
             self.phase = ReferencePhase::Goto;
             // One message that names a place both as start and as goal leaves no track but the straight one.
@@ -186,9 +234,19 @@ impl Machine {
     fn fix(&mut self, cx: &mut Context<'_>, fix: &Fix) {
         self.locate(cx, Some(fix));
         let stopped = self.reference.and_then(|reference| reference.speed).is_some_and(stands);
-        if self.phase == ReferencePhase::Hover && !self.near && !stopped {
-            self.go(cx);
-            self.report(cx);
+        let crowded = self.is_crowded(cx, fix);
+        match self.phase {
+            ReferencePhase::Goto if crowded => {
+                self.held_off = true;
+                self.hover(cx);
+                self.report(cx);
+            }
+            ReferencePhase::Hover if !crowded && !stopped && (self.held_off || !self.near) => {
+                self.go(cx);
+                self.report(cx);
+            }
+            ReferencePhase::Wait | ReferencePhase::Goto | ReferencePhase::Hover | ReferencePhase::Timeout => {
+            }
         }
     }
 }
@@ -214,6 +272,7 @@ impl Behaviour for Machine {
             }
             Event::PathFailed { reason, .. } => cx.fail(FailReason::Path(reason.clone())),
             Event::Reference(reference) if self.hears(reference) => self.reference(cx, reference),
+            Event::Sighting(sighting) if sighting.afloat => self.sighting(cx, sighting),
             Event::Path(_)
             | Event::Reference(_)
             | Event::Sighting(_)

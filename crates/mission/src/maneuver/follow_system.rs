@@ -141,7 +141,7 @@ impl Behaviour for Machine {
     fn event(&mut self, cx: &mut Context<'_>, event: &Event) {
         match event {
             Event::Fix(fix) => self.steer(cx, fix, false),
-            Event::Sighting(Sighting { system, place }) if *system == self.follow.system => {
+            Event::Sighting(Sighting { system, place, .. }) if *system == self.follow.system => {
                 self.sighting(cx, *place);
             }
             Event::Path(progress) if progress.near => self.rest(cx),

@@ -63,7 +63,7 @@ impl FollowTrajectory<RawPlace> {
             if !(time_s > 0.0 && time_s.is_finite()) {
                 checks.problem(ProblemKind::Timetable { point: index + 1 });
             } else if from.offset != to.offset {
-                checks.speed(Speed::MetresPerSecond(from.offset.distance_m(to.offset) / time_s));
+                checks.timed_speed(from.offset.distance_m(to.offset) / time_s);
             }
         }
         let origin = checks.place(self.origin)?;

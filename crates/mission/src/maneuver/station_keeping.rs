@@ -1,18 +1,36 @@
-//! Station keeping: drifts inside a radius, motors off, and drives back to the centre when outside. Between
-//! drives the vessel is quiet: this is how it listens.
+//! Station keeping: drifts inside a radius with its motors off, and drives back in time. Between drives the
+//! vessel is quiet: this is how it listens.
+//!
+//! It turns back before the radius, by what its position may be wrong and by what it drifts on while it turns.
+//! It drives to the side that wind and current come from, so that the next drift leads through the middle
+//! and lasts longest. How the vessel drifts it learns from its own positions while the motors are off; before
+//! that is known it drives to the centre.
 
 use super::RawPlace;
 use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
-use super::goto::{distance_m, path_to};
+use super::drift::Drift;
+use super::goto::path_to;
 use crate::command::{Path, PathStart};
 use crate::event::{Event, Fix, Now, PathProgress};
 use crate::plan::Checks;
 use crate::speed::Speed;
 use std::time::Duration;
-use units::{LatLon, MonoTime};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
 
-/// A path that is near its end, the vessel still outside, is sent again after this.
+/// A path that is near its end, the vessel still under way, is sent again after this.
 const RESEND_AFTER: Duration = Duration::from_secs(1);
+/// Standard deviations of the position that are kept from the radius: 95 % of a normal distribution.
+const SIGMAS: f64 = 2.0;
+/// From the decision to drive until the vessel makes way inward (s): it turns on the spot by up to 180°, an
+/// Otter at 15 to 20 °/s, and needs a second to gather way.
+const TURN_S: f64 = 12.0;
+/// The motors stop when the way left is what the vessel runs on without them (s, times its speed): its time
+/// constant in surge is 1.1 s.
+const COAST_S: f64 = 1.1;
+/// How far towards the weather the vessel drives, as a share of what it may drift on the other side.
+const UPWIND: f64 = 0.8;
+/// Margins never take more of the radius than this share.
+const MOST_MARGIN: f64 = 0.5;
 
 /// Drift near a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,34 +60,72 @@ enum State {
     Initial,
     /// Drifting inside.
     OnStation,
-    /// Driving back since the path was sent.
-    OffStation { sent: MonoTime },
+    /// Driving to `aim` since the path was sent.
+    OffStation { sent: MonoTime, from: LocalPoint, aim: LocalPoint },
 }
 
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {
     station: StationKeeping,
+    /// Around the centre.
+    frame: LocalFrame,
     state: State,
+    drift: Drift,
     arrived: Option<MonoTime>,
     range_m: Option<f64>,
 }
 
 impl Machine {
     pub(super) fn new(station: StationKeeping) -> Self {
-        Self { station, state: State::Initial, arrived: None, range_m: None }
+        Self {
+            station,
+            frame: LocalFrame::new(station.centre),
+            state: State::Initial,
+            drift: Drift::default(),
+            arrived: None,
+            range_m: None,
+        }
     }
 
     fn radius_m(&self, cx: &Context<'_>) -> f64 {
         self.station.radius_m.max(cx.config.station_min_radius_m)
     }
 
-    fn drive(&mut self, cx: &mut Context<'_>) {
-        self.state = State::OffStation { sent: cx.now.mono };
-        cx.follow(Path { start: PathStart::Here, ..path_to(self.station.centre, self.station.speed) });
+    /// How far from the centre the vessel may believe to be so that it is truly inside the radius.
+    fn keep_m(&self, cx: &Context<'_>, fix: &Fix) -> f64 {
+        let radius_m = self.radius_m(cx);
+        radius_m - (SIGMAS * fix.sigma_m.max(0.0)).min(MOST_MARGIN * radius_m)
+    }
+
+    /// Whether it is time to drive back.
+    fn leaves(&self, cx: &Context<'_>, fix: &Fix, here: LocalPoint) -> bool {
+        let range_m = from_centre_m(here);
+        let (north_mps, east_mps) = self.drift.velocity().unwrap_or_default();
+        let turned = LocalPoint {
+            north_m: here.north_m + TURN_S * north_mps,
+            east_m: here.east_m + TURN_S * east_mps,
+        };
+        // In a strong stream too, the vessel may drift some way before it turns.
+        let way_m = (from_centre_m(turned) - range_m).min(MOST_MARGIN * self.radius_m(cx));
+        range_m > self.radius_m(cx) || way_m >= 0.0 && range_m + way_m > self.keep_m(cx, fix)
+    }
+
+    /// Where to drive: to the side that the vessel drifts away from.
+    fn aim(&self, cx: &Context<'_>, fix: &Fix) -> LocalPoint {
+        let Some((north_mps, east_mps)) = self.drift.velocity() else { return LocalPoint::default() };
+        let share_s = UPWIND * self.keep_m(cx, fix) / north_mps.hypot(east_mps);
+        LocalPoint { north_m: -share_s * north_mps, east_m: -share_s * east_mps }
+    }
+
+    fn drive(&mut self, cx: &mut Context<'_>, from: LocalPoint, aim: LocalPoint) {
+        self.state = State::OffStation { sent: cx.now.mono, from, aim };
+        let end = self.frame.to_place(aim);
+        cx.follow(Path { start: PathStart::Here, ..path_to(end, self.station.speed) });
     }
 
     fn rest(&mut self, cx: &mut Context<'_>) {
         self.state = State::OnStation;
+        self.drift.begin(cx.now.mono);
         self.arrived.get_or_insert(cx.now.mono);
         cx.drift();
         self.finish_when_over(cx);
@@ -82,27 +138,48 @@ impl Machine {
     }
 
     fn fix(&mut self, cx: &mut Context<'_>, fix: &Fix) {
-        let range_m = distance_m(fix.place, self.station.centre);
-        self.range_m = Some(range_m);
-        let outside = range_m > self.radius_m(cx);
+        let here = self.frame.to_local(fix.place);
+        self.range_m = Some(from_centre_m(here));
         match self.state {
-            State::Initial | State::OnStation if outside => self.drive(cx),
-            State::Initial => self.rest(cx),
-            State::OnStation | State::OffStation { .. } => {}
-        }
-    }
-
-    fn progress(&mut self, cx: &mut Context<'_>, progress: &PathProgress) {
-        if let State::OffStation { sent } = self.state
-            && progress.near
-        {
-            if progress.left_m.hypot(progress.cross_m) < self.radius_m(cx) {
-                self.rest(cx);
-            } else if cx.now.mono.since(sent) >= RESEND_AFTER {
-                self.drive(cx);
+            State::Initial | State::OnStation => {
+                if self.state == State::OnStation {
+                    self.drift.at(cx.now.mono, here);
+                }
+                if self.leaves(cx, fix, here) {
+                    let aim = self.aim(cx, fix);
+                    self.drive(cx, here, aim);
+                } else if self.state == State::Initial {
+                    self.rest(cx);
+                }
+            }
+            State::OffStation { from, aim, .. } => {
+                let left_m = here.distance_m(aim);
+                if left_m <= COAST_S * fix.speed_mps || is_past(from, aim, here) {
+                    self.rest(cx);
+                }
             }
         }
     }
+
+    /// Path control takes a path for done some way before its end; the vessel goes on to where it rests.
+    fn progress(&mut self, cx: &mut Context<'_>, progress: &PathProgress) {
+        if let State::OffStation { sent, from, aim } = self.state
+            && progress.near
+            && cx.now.mono.since(sent) >= RESEND_AFTER
+        {
+            self.drive(cx, from, aim);
+        }
+    }
+}
+
+fn from_centre_m(point: LocalPoint) -> f64 {
+    point.distance_m(LocalPoint::default())
+}
+
+/// Whether the way from `from` to `aim` is over at `here`.
+fn is_past(from: LocalPoint, aim: LocalPoint, here: LocalPoint) -> bool {
+    let (north_m, east_m) = (aim.north_m - from.north_m, aim.east_m - from.east_m);
+    (aim.north_m - here.north_m) * north_m + (aim.east_m - here.east_m) * east_m <= 0.0
 }
 
 impl Behaviour for Machine {

@@ -2,7 +2,7 @@
 
 use super::{PlanLimits, PlanProblem, ProblemKind};
 use crate::maneuver::{Maneuver, Offset, RawPlace};
-use crate::speed::Speed;
+use crate::speed::{Speed, SpeedLimits};
 use units::LatLon;
 
 #[derive(Debug)]
@@ -56,6 +56,15 @@ impl<'a> Checks<'a> {
 
     pub(crate) fn speed(&mut self, speed: Speed) {
         if !self.limits.speed.allows(speed) {
+            self.problem(ProblemKind::Speed(speed));
+        }
+    }
+
+    /// A speed that follows from a timetable.
+    pub(crate) fn timed_speed(&mut self, mps: f64) {
+        let speed = Speed::MetresPerSecond(mps);
+        let limit_mps = self.limits.max_timed_mps.min(self.limits.speed.max_mps);
+        if !(SpeedLimits { max_mps: limit_mps, ..self.limits.speed }).allows(speed) {
             self.problem(ProblemKind::Speed(speed));
         }
     }

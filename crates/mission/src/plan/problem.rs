@@ -123,6 +123,9 @@ pub enum ProblemKind {
         /// Largest value.
         max: f64,
     },
+    /// Something that a draft does not have, found by its maker.
+    #[error("{0}")]
+    Refused(String),
     /// Too many points.
     #[error("{count} points, {limit} are allowed")]
     TooManyPoints {
@@ -162,4 +165,16 @@ pub enum PlanWarning {
     /// A path without points is done at once.
     #[error("{0}: has no points and is done at once")]
     NoPoints(String),
+    /// Something that is left out, found by the maker of the draft.
+    #[error("{}{text}", of(maneuver.as_deref()))]
+    Unheeded {
+        /// The maneuver; `None` for the plan itself.
+        maneuver: Option<String>,
+        /// What.
+        text: String,
+    },
+}
+
+fn of(maneuver: Option<&str>) -> String {
+    maneuver.map_or_else(String::new, |maneuver| format!("{maneuver}: "))
 }

@@ -1,7 +1,7 @@
 //! Tests of plans.
 
 use super::*;
-use crate::maneuver::{FollowPath, Loiter, Offset, Rows};
+use crate::maneuver::{FollowPath, FollowTrajectory, Loiter, Offset, Rows, TimedOffset};
 use crate::speed::Speed;
 use crate::testing::{SPEED, draft, goto, idle, place};
 
@@ -167,4 +167,36 @@ fn cycles_are_legal_and_told() {
     let plan = Plan::build(&draft, &PlanLimits::default()).unwrap();
     assert_eq!((plan.order(), plan.is_cyclic()), (vec![0, 1], true));
     assert_eq!(plan.warnings(), [PlanWarning::Cycle]);
+}
+
+#[test]
+fn what_cannot_be_followed_refuses_the_plan_or_is_told() {
+    let note = |maneuver: Option<&str>, refuses, text: &str| DraftNote {
+        maneuver: maneuver.map(str::to_owned),
+        refuses,
+        text: text.to_owned(),
+    };
+    let mut plan = draft(vec![goto(1.0, 1.0), goto(2.0, 2.0)]);
+    plan.notes = vec![note(Some("m1"), false, "left out"), note(None, false, "odd")];
+    let built = Plan::build(&plan, &PlanLimits::default()).unwrap();
+    let told: Vec<String> = built.warnings().iter().map(ToString::to_string).collect();
+    assert_eq!(told, ["m1: left out", "odd"]);
+    plan.notes.push(note(Some("m0"), true, "not possible"));
+    assert_eq!(problems(&plan, &PlanLimits::default()), ["m0: not possible"]);
+}
+
+#[test]
+fn a_timetable_that_needs_too_much_speed_is_refused() {
+    let point = |north_m, time_s| TimedOffset { offset: Offset { north_m, east_m: 0.0 }, time_s };
+    let timed = |time_s| {
+        draft(vec![Maneuver::FollowTrajectory(FollowTrajectory {
+            origin: place(0.0, 0.0).into(),
+            points: vec![point(0.0, 0.0), point(100.0, time_s)],
+            speed: SPEED,
+        })])
+    };
+    let slow = PlanLimits { max_timed_mps: 2.0, ..PlanLimits::default() };
+    assert_eq!(problems(&timed(50.0), &slow), Vec::<String>::new());
+    assert_eq!(problems(&timed(40.0), &slow), ["m0: a speed of 2.5 m/s is not possible"]);
+    assert_eq!(problems(&timed(40.0), &PlanLimits::default()), Vec::<String>::new());
 }

@@ -163,6 +163,7 @@ mod tests {
             place: corner(50.0, east_m),
             heading_rad: 0.0,
             speed_mps,
+            sigma_m: 0.0,
             water_below_m: None,
         };
         (OperationalLimits::new(config), fix)

@@ -5,6 +5,7 @@
 //! facts/dune_behaviour.md 6). Judge the running state by PlanControlState; replies are events.
 
 mod database;
+mod notes;
 mod requests;
 pub(crate) mod translate;
 mod wire;
@@ -24,7 +25,7 @@ use imc::messages::{
 use imc::{Address, Nested};
 use mission::{
     ActionPoint, Command, Engine, EngineConfig, Event, ManeuverEnd, NoteLevel, Operation, Operator,
-    PathProgress, PathStart, PlanLimits, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
+    PathProgress, PathStart, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -38,8 +39,8 @@ const RUNS_KEPT: usize = 4;
 pub(crate) struct Plans {
     engine: Engine,
     database: Database,
-    limits: PlanLimits,
-    capacity_wh: f64,
+    /// What plans are checked against.
+    settings: Box<Settings>,
     /// The plan of the start in hand, until the engine gives it a number.
     starting: Option<PlanSpecification>,
     runs: BTreeMap<RunId, PlanSpecification>,
@@ -69,8 +70,7 @@ impl Plans {
         Self {
             engine: Engine::new(engine_config(settings)),
             database,
-            limits: settings.mission.limits.clone(),
-            capacity_wh: settings.mission.capacity_wh,
+            settings: Box::new(settings.clone()),
             starting: None,
             runs: BTreeMap::new(),
             plan_state: PlanState::default(),
@@ -88,7 +88,7 @@ impl Plans {
 
     /// Other parameters, from here on.
     pub(crate) fn reconfigure(&mut self, settings: &Settings) {
-        self.limits = settings.mission.limits.clone();
+        *self.settings = settings.clone();
         self.engine.reconfigure(engine_config(settings));
     }
 
@@ -312,7 +312,7 @@ impl Plans {
             Ok(success) => {
                 let arg = match success {
                     Success::Loaded(statistics) => {
-                        Some(wire::statistics(statistics, self.capacity_wh).into())
+                        Some(wire::statistics(statistics, self.settings.mission.capacity_wh).into())
                     }
                     Success::Running(run) => self.runs.get(run).cloned().map(Message::from),
                     Success::Executing { .. } | Success::Completed | Success::Stopped => None,

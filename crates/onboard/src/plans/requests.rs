@@ -1,7 +1,6 @@
 //! What others ask about plans.
 
-use super::Plans;
-use super::translate;
+use super::{Plans, notes, translate};
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::output::Level;
@@ -10,7 +9,7 @@ use imc::messages::{
     Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanSpecification,
     Reference,
 };
-use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, StartOptions};
+use mission::{Ask, Event, NoPlan, Origin, Plan, PlanDraft, PlanPhase, Request, StartOptions};
 
 impl Plans {
     /// A request to the plan database.
@@ -120,7 +119,9 @@ impl Plans {
                 return Err(NoPlan::Unreadable(what));
             }
         };
-        let plan = Plan::build(&translate::draft(&specification), &self.limits)?;
+        let notes = notes::notes(&specification, &self.settings);
+        let draft = PlanDraft { notes, ..translate::draft(&specification) };
+        let plan = Plan::build(&draft, &self.settings.mission.limits)?;
         self.starting = Some(specification);
         Ok(Box::new(plan))
     }

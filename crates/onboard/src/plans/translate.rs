@@ -39,6 +39,7 @@ pub(crate) fn draft(plan: &PlanSpecification) -> PlanDraft {
                 to: transition.dest_man.to_str_lossy().into_owned(),
             })
             .collect(),
+        notes: Vec::new(),
     }
 }
 
@@ -68,8 +69,10 @@ fn depth_m(message: &Message) -> Option<f64> {
         Message::Launch(m) => (m.z, m.z_units),
         Message::Loiter(m) => (m.z, m.z_units),
         Message::StationKeeping(m) => (m.z, m.z_units),
-        Message::FollowPath(m) => (m.z, m.z_units),
-        Message::FollowTrajectory(m) => (m.z, m.z_units),
+        Message::FollowPath(m) => (deepest(m.z, m.points.of::<PathPoint>().map(|point| point.z)), m.z_units),
+        Message::FollowTrajectory(m) => {
+            (deepest(m.z, m.points.of::<TrajectoryPoint>().map(|point| point.z)), m.z_units)
+        }
         Message::Rows(m) => (m.z, m.z_units),
         Message::RowsCoverage(m) => (m.z, m.z_units),
         Message::ScheduledGoto(m) => (m.z, m.z_units),
@@ -77,6 +80,12 @@ fn depth_m(message: &Message) -> Option<f64> {
         _ => return None,
     };
     (units == ZUnits::Depth).then_some(f64::from(z))
+}
+
+/// The deepest of points that are offset down from `z`; no number if one of them is none.
+fn deepest(z: f32, offsets: impl Iterator<Item = f32>) -> f32 {
+    let deeper = |most: f32, z: f32| if most.is_nan() || z.is_nan() { f32::NAN } else { most.max(z) };
+    offsets.map(|offset| z + offset).fold(z, deeper)
 }
 
 fn body(message: &Message) -> DraftBody {

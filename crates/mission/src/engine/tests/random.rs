@@ -86,7 +86,7 @@ fn event() -> impl Strategy<Value = Event> {
         1 => (0..4_u32).prop_map(|path_ref| Event::PathFailed { path_ref, reason: "x".to_owned() }),
         3 => reference().prop_map(Event::Reference),
         2 => (0.0..99.0, 0.0..99.0)
-            .prop_map(|(n, e)| Event::Sighting(Sighting { system: 3, place: place(n, e) })),
+            .prop_map(|(n, e)| Event::Sighting(Sighting { system: 3, place: place(n, e), afloat: true })),
         1 => prop_oneof![Just(Medium::Water), Just(Medium::Ground)].prop_map(Event::Medium),
         1 => (0..3_u16).prop_map(|from| Event::TeleoperationDone { from }),
     ]

@@ -160,7 +160,7 @@ fn follow_reference_tames_speeds() {
 }
 
 fn sighting(north_m: f64, east_m: f64) -> Event {
-    Event::Sighting(Sighting { system: 0x2811, place: place(north_m, east_m) })
+    Event::Sighting(Sighting { system: 0x2811, place: place(north_m, east_m), afloat: true })
 }
 
 fn beside(duration: Option<Duration>) -> Bench {
@@ -197,4 +197,32 @@ fn follow_system_ends_by_time_or_by_silence() {
     assert_eq!(bench.outcome, None);
     bench.pass(90.0);
     assert_eq!(bench.outcome, Some(Outcome::Failed(FailReason::SystemSilent(0x2811))));
+}
+
+#[test]
+fn follow_reference_hovers_while_another_vessel_is_close() {
+    let mut bench = following();
+    bench.config.reference.separation_m = 15.0;
+    bench.event(&Event::Reference(reference(100.0)));
+    let console = Sighting { system: 0x4002, place: place(5.0, 0.0), afloat: false };
+    bench.event(&Event::Sighting(console));
+    assert_eq!(bench.fix(fix(5.0, 0.0)), [], "consoles ashore are in nobody's way");
+    bench.event(&sighting(30.0, 0.0));
+    assert_eq!(bench.fix(fix(10.0, 0.0)), []);
+    assert_eq!(bench.fix(fix(16.0, 0.0)), [Command::Drift]);
+    assert_eq!(phase(&bench), Some(ReferencePhase::Hover));
+    bench.now_s = 5.0;
+    assert_eq!(bench.event(&Event::Reference(reference(200.0))), [], "also a new goal waits");
+    bench.event(&sighting(60.0, 0.0));
+    path(&bench.fix(fix(16.0, 0.0)));
+    bench.event(&sighting(20.0, 0.0));
+    assert_eq!(bench.fix(fix(16.0, 0.0)), [Command::Drift]);
+    bench.now_s = 35.0;
+    assert_eq!(bench.fix(fix(16.0, 0.0)), []);
+    bench.now_s = 35.1;
+    path(&bench.fix(fix(16.0, 0.0)));
+    // Without a separation nobody is too close.
+    bench.config.reference.separation_m = 0.0;
+    bench.event(&sighting(16.0, 0.0));
+    assert_eq!(bench.fix(fix(16.0, 0.0)), []);
 }

@@ -2,9 +2,9 @@
 
 use super::{Bench, path};
 use crate::command::{Circle, Command, Operator, PathStart, Turn};
-use crate::event::{Event, PathProgress};
+use crate::event::{Event, Fix};
 use crate::maneuver::{Left, Loiter, LoiterShape, Maneuver, RawPlace, StationKeeping, Teleoperation};
-use crate::testing::{SPEED, fix, frame, idle, place, progress};
+use crate::testing::{SPEED, fix, frame, idle, place};
 use std::time::Duration;
 
 fn station(duration_s: u64) -> Maneuver<RawPlace> {
@@ -27,29 +27,64 @@ fn station_keeping_drifts_inside_and_drives_back_from_outside() {
     assert_eq!(bench.start(), [Command::Drift], "without a fix it waits");
     let out = path(&bench.fix(fix(40.0, 0.0)));
     assert_eq!((out.start, out.circle), (PathStart::Here, None));
+    assert!(frame().to_local(out.end).north_m.abs() < 1e-3, "to the centre, how it drifts is not known");
     assert_eq!(bench.fix(fix(20.0, 0.0)), []);
     assert_eq!(bench.fix(fix(5.0, 0.0)), [], "it goes on to the centre");
-    assert_eq!(bench.near(), [Command::Drift]);
+    assert_eq!(bench.fix(fix(1.0, 0.0)), [Command::Drift], "the rest it runs without motors");
     assert_eq!(bench.fix(fix(9.9, 0.0)), [], "it drifts");
     path(&bench.fix(fix(10.1, 0.0)));
+    assert_eq!(bench.fix(fix(-0.5, 4.0)), [Command::Drift], "past the centre, however far beside it");
     bench.pass(1e6);
     assert!(!bench.is_done(), "it never ends by itself");
 }
 
 #[test]
-fn station_keeping_that_is_near_but_outside_asks_once_per_second() {
+fn station_keeping_turns_back_by_what_its_position_may_be_wrong() {
+    let mut bench = Bench::new(station(0));
+    bench.fix = Some(fix(0.0, 0.0));
+    bench.start();
+    let at = |north_m, sigma_m| Fix { sigma_m, ..fix(north_m, 0.0) };
+    assert_eq!(bench.fix(at(7.9, 1.0)), []);
+    path(&bench.fix(at(8.1, 1.0)));
+    bench.fix(at(0.0, 1.0));
+    assert_eq!(bench.fix(at(4.9, 50.0)), [], "half the radius is left in any case");
+    path(&bench.fix(at(5.1, 50.0)));
+}
+
+#[test]
+fn station_keeping_drives_towards_the_weather_before_it_has_drifted_out() {
+    let mut bench = Bench::new(station(0));
+    bench.fix = Some(fix(0.0, 0.0));
+    bench.start();
+    let mut north_m = 0.0;
+    let back = loop {
+        bench.now_s += 1.0;
+        north_m += 0.1;
+        let commands = bench.fix(fix(north_m, 0.0));
+        if !commands.is_empty() {
+            break path(&commands);
+        }
+    };
+    // 0.1 m/s for the 12 s of a turn.
+    assert!((8.7..8.95).contains(&north_m), "{north_m}");
+    let aim = frame().to_local(back.end);
+    assert!((aim.north_m + 8.0).abs() < 0.1 && aim.east_m.abs() < 0.1, "{aim:?}");
+    assert_eq!(bench.fix(fix(-7.0, 0.0)), [Command::Drift]);
+    bench.now_s += 30.0;
+    assert_eq!(bench.fix(fix(-9.9, 0.0)), [], "from there it drifts inward");
+    path(&bench.fix(fix(-10.1, 0.0)));
+}
+
+#[test]
+fn station_keeping_goes_on_where_path_control_is_content() {
     let mut bench = Bench::new(station(0));
     bench.fix = Some(fix(40.0, 0.0));
     path(&bench.start());
-    let near_outside = |bench: &mut Bench| {
-        let outside = PathProgress { near: true, cross_m: 8.0, ..progress(bench.path_ref, 8.0) };
-        bench.event(&Event::Path(outside))
-    };
     bench.now_s = 0.5;
-    assert_eq!(near_outside(&mut bench), []);
+    assert_eq!(bench.near(), []);
     bench.now_s = 1.0;
-    assert_eq!(path(&near_outside(&mut bench)).path_ref, 2);
-    assert_eq!(near_outside(&mut bench), []);
+    assert_eq!(path(&bench.near()).path_ref, 2, "once a second, so that path control goes on");
+    assert_eq!(bench.near(), []);
 }
 
 #[test]
@@ -60,12 +95,12 @@ fn station_keeping_counts_from_the_first_arrival() {
     let left = bench.left().unwrap();
     assert!((left.way_m - 40.0).abs() < 1e-3 && (left.wait_s - 60.0).abs() < 1e-9);
     bench.pass(100.0);
-    bench.near();
+    bench.fix(fix(0.5, 0.0));
     bench.pass(130.0);
     path(&bench.fix(fix(11.0, 0.0)));
     bench.pass(170.0);
     assert!(!bench.is_done(), "it comes back first");
-    bench.near();
+    bench.fix(fix(0.5, 0.0));
     assert!(bench.is_done());
 }
 
