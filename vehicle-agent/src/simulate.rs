@@ -161,7 +161,8 @@ impl Run {
         let recorder = match &arguments.record {
             Some(path) => {
                 let (profile, uid) = ("Simulation".to_owned(), arguments.seed);
-                let beginning = Beginning { config: text.clone(), profile, uid, now, kept: Vec::new() };
+                let beginning =
+                    Beginning { config: text.clone(), profile, uid, now, kept: mission::Kept::default() };
                 Some(Recorder::create(path, &beginning)?)
             }
             None => None,
@@ -171,7 +172,7 @@ impl Run {
             .as_ref()
             .map(|base| Journal::new(base, settings.address, Entity::Logger.number(), text));
         let own = settings.address;
-        let world = World::new(vessel, Brain::new(settings, now, Vec::new())?);
+        let world = World::new(vessel, Brain::new(settings, now, mission::Kept::default())?);
         Ok(Self { world, own, recorder, journal, watch: Watch::default(), track: None, happened: Vec::new() })
     }
 

@@ -34,7 +34,7 @@ pub struct Change {
 }
 
 /// A stored plan.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Record {
     /// Its name.
     pub plan_id: String,
@@ -44,6 +44,15 @@ pub struct Record {
     pub digest: Digest,
     /// Its last change.
     pub change: Change,
+}
+
+/// What the shell has found stored.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Kept {
+    /// The plans.
+    pub plans: Vec<Record>,
+    /// The last time that plans were forgotten, where that is known.
+    pub forgotten: Option<Change>,
 }
 
 /// What is asked of the database.
@@ -157,12 +166,12 @@ struct Asked {
 
 impl PlanDatabase {
     /// A database with what the shell has found stored. All of it is taken, bounds or not.
-    pub fn new(limits: DatabaseLimits, stored: Vec<Record>, last_change: Option<Change>) -> Self {
-        let newest = stored.iter().map(|record| &record.change).max_by_key(|change| change.at).cloned();
+    pub fn new(limits: DatabaseLimits, kept: Kept) -> Self {
+        let changes = kept.plans.iter().map(|record| &record.change).chain(&kept.forgotten);
         Self {
             limits,
-            records: stored.into_iter().map(|record| (record.plan_id.clone(), record)).collect(),
-            last_change: last_change.or(newest),
+            last_change: changes.max_by_key(|change| change.at).cloned(),
+            records: kept.plans.into_iter().map(|record| (record.plan_id.clone(), record)).collect(),
             under_way: BTreeMap::new(),
             next_ticket: 0,
             outgoing: VecDeque::new(),

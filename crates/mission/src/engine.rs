@@ -120,6 +120,13 @@ impl Engine {
         self.config = config;
     }
 
+    /// The caller was held up until `now`: path control could not have been heard meanwhile.
+    pub fn held_up(&mut self, now: MonoTime) {
+        if let Some(heard) = self.run.as_mut().and_then(|run| run.path_heard.as_mut()) {
+            *heard = now;
+        }
+    }
+
     /// Takes an input. Deadlines that have passed by `now` are honoured first.
     pub fn handle_input(&mut self, now: Now, input: Input) {
         self.handle_timeout(now);

@@ -20,7 +20,7 @@ mod testing;
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
 pub use database::{
     Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseReply,
-    DatabaseRequest, DatabaseState, Digest, Effect, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
+    DatabaseRequest, DatabaseState, Digest, Effect, Kept, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
 };
 pub use engine::{
     ActionPoint, Ask, EndReason, Engine, EngineConfig, EntityCondition, Failure, Input, LastOutcome,

@@ -5,6 +5,7 @@
 //! [`Input::Timer`] if nothing else happens before. Nothing here reads a clock, waits, or draws lots: equal
 //! inputs give equal outputs.
 
+use crate::authority::COMMAND_LIFE;
 use crate::bus::{Asker, Bus};
 use crate::detections::Detections;
 use crate::discovery::{self, Discovery};
@@ -23,7 +24,7 @@ use crate::settings::Settings;
 use crate::states::{Condition, States};
 use crate::supervise::{Desk, Supervise};
 use imc::messages::{Message, VehicleMedium, VehicleMediumMedium};
-use mission::{EntityCondition, Event, Record};
+use mission::{EntityCondition, Event, Kept};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::MonoTime;
@@ -71,7 +72,7 @@ impl Brain {
     ///
     /// # Errors
     /// When parameters of the controllers are out of range.
-    pub fn new(settings: Settings, now: Now, kept: Vec<Record>) -> Result<Self, control::InvalidConfig> {
+    pub fn new(settings: Settings, now: Now, kept: Kept) -> Result<Self, control::InvalidConfig> {
         let mut bus = Bus::new(&settings, now);
         let watch = &settings.watch;
         let states = States::new(watch.monitored.clone(), now.mono);
@@ -125,8 +126,12 @@ impl Brain {
     pub fn handle(&mut self, now: Now, input: Input) {
         // Time that goes back is a fault of the shell; deadlines hold still until it has caught up.
         let now = Now { mono: now.mono.max(self.bus.mono()), utc: now.utc };
+        let held_up = now.mono.since(self.bus.mono()) > COMMAND_LIFE;
         self.bus.begin(now);
         self.clock.check(&mut self.bus);
+        if held_up {
+            self.plans.held_up(&self.bus);
+        }
         if !self.shut_down {
             self.take(input);
             self.tick();

@@ -61,7 +61,7 @@ fn two_hours_alike_and_their_replay_give_identical_bytes() {
     assert!(first == second, "two simulations of an hour differ");
     assert!(first.len() > 100_000, "{}", first.len());
 
-    let mut brain = Brain::new(settings(), begun, Vec::new()).unwrap();
+    let mut brain = Brain::new(settings(), begun, mission::Kept::default()).unwrap();
     // The connection that the harness makes before recording.
     brain.handle(begun, onboard::Input::Connected(PEER));
     while brain.poll_output().is_some() {}

@@ -63,7 +63,7 @@ fn greatest_thrust(
     speed_mps: f64,
     mut more: impl FnMut(u64) -> Vec<Input>,
 ) -> f64 {
-    let mut brain = Brain::new(settings, at(0), Vec::new()).unwrap();
+    let mut brain = Brain::new(settings, at(0), mission::Kept::default()).unwrap();
     let mut greatest = 0.0_f64;
     for step in 0..seconds.end * 20 {
         let us = step * 50_000;

@@ -7,7 +7,7 @@
 use crate::setup;
 use anyhow::{Context as _, bail};
 use config::{Config, InMemory};
-use mission::{Change, Record};
+use mission::{Change, Kept, Record};
 use onboard::record::{read_input, write_input, write_output};
 use onboard::{Brain, Input, Now, Output};
 use std::collections::VecDeque;
@@ -33,7 +33,7 @@ pub(crate) struct Beginning {
     pub(crate) profile: String,
     pub(crate) uid: u64,
     pub(crate) now: Now,
-    pub(crate) kept: Vec<Record>,
+    pub(crate) kept: Kept,
 }
 
 impl Recorder {
@@ -48,8 +48,13 @@ impl Recorder {
         start.extend(beginning.now.mono.micros().to_le_bytes());
         start.extend(beginning.now.utc.micros().to_le_bytes());
         recorder.put(b'S', &start)?;
-        for record in &beginning.kept {
+        for record in &beginning.kept.plans {
             recorder.put(b'K', &kept_bytes(record))?;
+        }
+        if let Some(change) = &beginning.kept.forgotten {
+            // A plan without a name or contents.
+            let record = Record { change: change.clone(), ..Record::default() };
+            recorder.put(b'F', &kept_bytes(&record))?;
         }
         Ok(recorder)
     }
@@ -114,7 +119,7 @@ pub(crate) fn replay(path: &Path) -> anyhow::Result<Replayed> {
         profile: String::new(),
         uid: 0,
         now: Now { mono: MonoTime::default(), utc: UtcTime::default() },
-        kept: Vec::new(),
+        kept: Kept::default(),
     };
     let mut brain: Option<Brain> = None;
     let mut got: VecDeque<Vec<u8>> = VecDeque::new();
@@ -133,7 +138,11 @@ pub(crate) fn replay(path: &Path) -> anyhow::Result<Replayed> {
             b'C' => beginning.config = String::from_utf8(bytes)?,
             b'P' => beginning.profile = String::from_utf8(bytes)?,
             b'S' => start(&mut beginning, &bytes)?,
-            b'K' => beginning.kept.push(kept_record(&bytes).context("a kept plan is damaged")?),
+            b'K' => beginning.kept.plans.push(kept_record(&bytes).context("a kept plan is damaged")?),
+            b'F' => {
+                let record = kept_record(&bytes).context("the last change of the plans is damaged")?;
+                beginning.kept.forgotten = Some(record.change);
+            }
             b'I' => {
                 if let Some(extra) = got.front() {
                     bail!("input {}: an output of {} bytes was not recorded", found.inputs, extra.len());

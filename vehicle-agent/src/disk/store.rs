@@ -2,12 +2,13 @@
 //!
 //! The packet is the PlanDB message that would set the plan: its header has the time and system of the last
 //! change, its `info` the system's name. A crash leaves the old file or the new one, never half of either, and
-//! all plans or none when all are forgotten: their folder is renamed at once and emptied afterwards.
+//! all plans or none when all are forgotten: their folder is renamed at once and emptied afterwards. Who forgot
+//! plans last, and when, is kept beside the folder as the PlanDB message that asked for it.
 
 use anyhow::Context as _;
 use imc::messages::{PlanDB, PlanDBOp, PlanDBType, PlanSpecification};
 use imc::{Address, FOOTER_BYTES, HEADER_BYTES, Header, Packet, PacketView, plan_digest};
-use mission::{Change, Effect, Record};
+use mission::{Change, Effect, Kept, Record};
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write as _};
@@ -22,11 +23,11 @@ pub(crate) struct Store {
 impl Store {
     /// Opens a folder, making it if need be, and reads its plans. What cannot be read stays where it is and
     /// is named.
-    pub(crate) fn open(folder: &Path) -> anyhow::Result<(Self, Vec<Record>, Vec<String>)> {
+    pub(crate) fn open(folder: &Path) -> anyhow::Result<(Self, Kept, Vec<String>)> {
         fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         let store = Self { folder: folder.to_owned() };
         store.empty_forgotten()?;
-        let (mut records, mut unreadable) = (Vec::new(), Vec::new());
+        let (mut plans, mut unreadable) = (Vec::new(), Vec::new());
         let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
         let mut paths: Vec<PathBuf> =
             entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
@@ -42,11 +43,21 @@ impl Store {
                 _ => continue,
             }
             match fs::read(&path).ok().and_then(|bytes| record(&bytes)) {
-                Some(record) => records.push(record),
+                Some(record) => plans.push(record),
                 None => unreadable.push(path.display().to_string()),
             }
         }
-        Ok((store, records, unreadable))
+        let forgotten = match fs::read(store.last_change()) {
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            read => {
+                let change = read.ok().and_then(|bytes| change(&Packet::decode(&bytes).ok()?));
+                if change.is_none() {
+                    unreadable.push(store.last_change().display().to_string());
+                }
+                change
+            }
+        };
+        Ok((store, Kept { plans, forgotten }, unreadable))
     }
 
     /// Carries a change out; when this answers, it is on the disk.
@@ -56,17 +67,45 @@ impl Store {
     pub(crate) fn carry_out(&self, effect: &Effect) -> anyhow::Result<()> {
         match effect {
             Effect::Store { record, .. } => self.write(record)?,
-            Effect::Remove { plan_id, .. } => {
+            Effect::Remove { plan_id, change, .. } => {
                 let path = self.path(plan_id);
                 match fs::remove_file(&path) {
                     // A file that someone else took away is gone as well.
                     Err(error) if error.kind() == ErrorKind::NotFound => {}
                     outcome => outcome.with_context(|| format!("removing {}", path.display()))?,
                 }
+                sync(&self.folder)?;
+                self.remember(change, PlanDBOp::Del, plan_id);
+                return Ok(());
             }
-            Effect::RemoveAll { .. } => return self.forget_all(),
+            Effect::RemoveAll { change, .. } => {
+                self.forget_all()?;
+                self.remember(change, PlanDBOp::Clear, "");
+                return Ok(());
+            }
         }
         sync(&self.folder)
+    }
+
+    /// Keeps who forgot plans. They are gone whether this succeeds or not.
+    fn remember(&self, change: &Change, op: PlanDBOp, plan_id: &str) {
+        let message = PlanDB {
+            r#type: PlanDBType::Request,
+            op,
+            plan_id: plan_id.into(),
+            info: change.name.as_str().into(),
+            ..PlanDB::default()
+        };
+        let written = write(&self.last_change(), change, message)
+            .and_then(|()| self.folder.parent().map_or(Ok(()), sync));
+        if let Err(error) = written {
+            tracing::warn!("who forgot plans last will not be known at the next start: {error:#}");
+        }
+    }
+
+    /// Where it stands who forgot plans last.
+    fn last_change(&self) -> PathBuf {
+        self.folder.with_extension("change")
     }
 
     /// Forgets all plans: from the renaming on they are gone, also after a crash.
@@ -117,11 +156,6 @@ impl Store {
 
     fn write(&self, record: &Record) -> anyhow::Result<()> {
         let plan: PlanSpecification = imc::decode(&PacketView::new(&record.bytes)?)?.context("no plan")?;
-        let header = Header {
-            timestamp: record.change.at.seconds(),
-            src: Address(record.change.system),
-            ..Header::default()
-        };
         let message = PlanDB {
             r#type: PlanDBType::Request,
             op: PlanDBOp::Set,
@@ -130,19 +164,7 @@ impl Store {
             arg: plan.into(),
             info: record.change.name.as_str().into(),
         };
-        let packet = Packet::new(header, message).encode()?;
-        let path = self.path(&record.plan_id);
-        let part = path.with_extension("part");
-        let written = File::create(&part).and_then(|mut file| {
-            file.write_all(&packet)?;
-            file.sync_all()
-        });
-        if written.is_err() {
-            // Half a file on a full disk would only take room.
-            fs::remove_file(&part).ok();
-        }
-        written.with_context(|| format!("writing {}", part.display()))?;
-        fs::rename(&part, &path).with_context(|| format!("renaming {}", part.display()))
+        write(&self.path(&record.plan_id), &record.change, message)
     }
 
     /// A name for any plan: letters, digits and `-` as they are, all else as hexadecimal bytes.
@@ -158,6 +180,23 @@ impl Store {
         }
         self.folder.join(name + ".plan")
     }
+}
+
+/// Writes a message beside a file and renames it: the header has the time and system of the change.
+fn write(path: &Path, change: &Change, message: PlanDB) -> anyhow::Result<()> {
+    let header = Header { timestamp: change.at.seconds(), src: Address(change.system), ..Header::default() };
+    let packet = Packet::new(header, message).encode()?;
+    let part = path.with_extension("part");
+    let written = File::create(&part).and_then(|mut file| {
+        file.write_all(&packet)?;
+        file.sync_all()
+    });
+    if written.is_err() {
+        // Half a file on a full disk would only take room.
+        fs::remove_file(&part).ok();
+    }
+    written.with_context(|| format!("writing {}", part.display()))?;
+    fs::rename(&part, path).with_context(|| format!("renaming {}", part.display()))
 }
 
 /// Waits until the names in a folder are on the disk.
@@ -177,11 +216,17 @@ fn record(bytes: &[u8]) -> Option<Record> {
         plan_id: plan.plan_id.as_str()?.to_owned(),
         bytes: packed,
         digest,
-        change: Change {
-            at: packet.header.time()?,
-            system: packet.header.src.0,
-            name: message.info.to_str_lossy().into_owned(),
-        },
+        change: change(&packet)?,
+    })
+}
+
+/// Who made a change, and when.
+fn change(packet: &Packet) -> Option<Change> {
+    let message: &PlanDB = packet.get()?;
+    Some(Change {
+        at: packet.header.time()?,
+        system: packet.header.src.0,
+        name: message.info.to_str_lossy().into_owned(),
     })
 }
 
@@ -207,24 +252,29 @@ mod tests {
 
     #[test]
     fn plans_return_after_a_restart_and_damage_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let (store, none, _) = Store::open(folder.path()).unwrap();
-        assert!(none.is_empty());
+        let data = tempfile::tempdir().unwrap();
+        let folder = data.path().join("plans");
+        let (store, none, _) = Store::open(&folder).unwrap();
+        assert_eq!(none, Kept::default());
         for id in ["a", "../evil", "Ø plan"] {
             store.carry_out(&Effect::Store { ticket: Ticket(1), record: example(id) }).unwrap();
         }
-        fs::write(folder.path().join("half.part"), b"x").unwrap();
-        fs::write(folder.path().join("junk.plan"), b"x").unwrap();
-        let (store, mut plans, unreadable) = Store::open(folder.path()).unwrap();
+        fs::write(folder.join("half.part"), b"x").unwrap();
+        fs::write(folder.join("junk.plan"), b"x").unwrap();
+        let (store, Kept { mut plans, .. }, unreadable) = Store::open(&folder).unwrap();
         plans.sort_by(|a, b| a.plan_id.cmp(&b.plan_id));
         assert_eq!(plans, [example("../evil"), example("a"), example("Ø plan")]);
         assert_eq!(unreadable.len(), 1);
-        assert!(!folder.path().join("half.part").exists());
+        assert!(!folder.join("half.part").exists());
         let change = plans[0].change.clone();
         let gone = Effect::Remove { ticket: Ticket(2), plan_id: "a".to_owned(), change: change.clone() };
         store.carry_out(&gone).unwrap();
-        assert_eq!(Store::open(folder.path()).unwrap().1.len(), 2);
+        let (_, kept, _) = Store::open(&folder).unwrap();
+        assert_eq!((kept.plans.len(), kept.forgotten), (2, Some(change)));
         store.carry_out(&gone).unwrap();
+        fs::write(data.path().join("plans.change"), b"x").unwrap();
+        let (_, kept, unreadable) = Store::open(&folder).unwrap();
+        assert_eq!((kept.forgotten, unreadable.len()), (None, 2));
     }
 
     fn forget_all() -> Effect {
@@ -245,18 +295,19 @@ mod tests {
         fs::write(&forgotten, b"in the way").unwrap();
         assert!(store.carry_out(&forget_all()).is_err());
         fs::remove_file(&forgotten).unwrap();
-        assert_eq!(Store::open(&folder).unwrap().1.len(), 3);
+        assert_eq!(Store::open(&folder).unwrap().1.plans.len(), 3);
 
         // The power fails right after the renaming, or half-way through the removal: all plans are gone.
         fs::rename(&folder, &forgotten).unwrap();
         fs::remove_file(forgotten.join("b.plan")).unwrap();
-        let (store, plans, unreadable) = Store::open(&folder).unwrap();
-        assert!(plans.is_empty() && unreadable.is_empty());
+        let (store, kept, unreadable) = Store::open(&folder).unwrap();
+        assert!(kept == Kept::default() && unreadable.is_empty());
         assert_eq!(fs::read(folder.join("notes.txt")).unwrap(), b"mine");
 
         store.carry_out(&Effect::Store { ticket: Ticket(1), record: example("d") }).unwrap();
         store.carry_out(&forget_all()).unwrap();
-        assert!(Store::open(&folder).unwrap().1.is_empty());
+        let (_, kept, _) = Store::open(&folder).unwrap();
+        assert_eq!(kept, Kept { plans: Vec::new(), forgotten: Some(example("a").change) });
         assert!(folder.join("notes.txt").exists() && !forgotten.exists());
     }
 }

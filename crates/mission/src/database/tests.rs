@@ -21,7 +21,7 @@ fn small() -> PlanDatabase {
         max_changes: 2,
         max_name_bytes: 8,
     };
-    PlanDatabase::new(limits, Vec::new(), None)
+    PlanDatabase::new(limits, Kept::default())
 }
 
 type Told = Option<Result<Answer, DatabaseError>>;
@@ -139,8 +139,21 @@ fn starts_with_what_was_stored() {
     ask(&mut database, set("a", 1), Ok(()));
     ask(&mut database, set("b", 2), Ok(()));
     let stored: Vec<Record> = database.records().cloned().collect();
-    let again = PlanDatabase::new(DatabaseLimits::default(), stored, None);
+    let again = PlanDatabase::new(DatabaseLimits::default(), Kept { plans: stored, forgotten: None });
     assert_eq!(again.state(), database.state());
+    // What was changed last may be gone.
+    let stored: Vec<Record> = database.records().cloned().collect();
+    let last = stored.iter().map(|record| record.change.at).max().unwrap();
+    let change = |s: f64| Change {
+        at: UtcTime::from_micros(last.micros() + (1e6 * s) as i64),
+        system: 9,
+        ..Change::default()
+    };
+    for (after_s, counts) in [(1.0, true), (-1.0, false)] {
+        let kept = Kept { plans: stored.clone(), forgotten: Some(change(after_s)) };
+        let state = PlanDatabase::new(DatabaseLimits::default(), kept).state();
+        assert_eq!(state.last_change == Some(change(after_s)), counts);
+    }
 }
 
 proptest! {

@@ -11,8 +11,8 @@ use imc::messages::{
 };
 use imc::{ANY_ENTITY, Address, FOOTER_BYTES, HEADER_BYTES, Header, Nested, PacketView, plan_digest};
 use mission::{
-    Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Origin, Outgoing,
-    PlanDatabase, PlanInfo, Record, Ticket,
+    Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Kept, Origin,
+    Outgoing, PlanDatabase, PlanInfo, Ticket,
 };
 use std::collections::BTreeMap;
 
@@ -35,16 +35,16 @@ pub(crate) struct Database {
 
 impl Database {
     /// With the plans that were kept, and the names of those that cannot be read.
-    pub(crate) fn new(kept: Vec<Record>) -> (Self, Vec<String>) {
-        let (good, bad): (Vec<_>, Vec<_>) =
-            kept.into_iter().partition(|record| read(&record.bytes).is_some());
+    pub(crate) fn new(kept: Kept) -> (Self, Vec<String>) {
+        let (plans, bad): (Vec<_>, Vec<_>) =
+            kept.plans.into_iter().partition(|record| read(&record.bytes).is_some());
         let limits = DatabaseLimits {
             max_plans: PLANS_KEPT,
             max_plan_bytes: LONGEST_PLAN,
             max_name_bytes: LONGEST_NAME,
             ..DatabaseLimits::default()
         };
-        let plans = PlanDatabase::new(limits, good, None);
+        let plans = PlanDatabase::new(limits, Kept { plans, ..kept });
         let database = Self { plans, asked: BTreeMap::new(), own_request: 0 };
         (database, bad.into_iter().map(|record| record.plan_id).collect())
     }

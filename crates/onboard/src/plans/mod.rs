@@ -24,8 +24,8 @@ use imc::messages::{
 };
 use imc::{Address, Nested};
 use mission::{
-    ActionPoint, Command, Engine, EngineConfig, Event, ManeuverEnd, NoteLevel, Operation, Operator,
-    PathProgress, PathStart, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
+    ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, Operator,
+    PathProgress, PathStart, PlanState, Reply, RunId, Success, Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -60,7 +60,7 @@ pub(crate) struct Plans {
 
 impl Plans {
     /// The engine with the plans that were kept.
-    pub(crate) fn new(settings: &Settings, bus: &mut Bus, kept: Vec<Record>) -> Self {
+    pub(crate) fn new(settings: &Settings, bus: &mut Bus, kept: Kept) -> Self {
         let (database, unreadable) = Database::new(kept);
         for id in unreadable {
             bus.entry(Entity::PlanDatabase, Level::Error, format!("the plan kept as '{id}' cannot be read"));
@@ -115,6 +115,11 @@ impl Plans {
     pub(crate) fn poll_timeout(&self) -> MonoTime {
         let own = self.next_engine.min(self.next_supervisor);
         self.engine.poll_timeout().map_or(own, |engine| engine.min(own))
+    }
+
+    /// Nothing was done for a while; that path control was silent is no news.
+    pub(crate) fn held_up(&mut self, bus: &Bus) {
+        self.engine.held_up(bus.mono());
     }
 
     /// Tells the engine something and carries out what it wants.

@@ -54,7 +54,7 @@ impl Sea {
         change(&mut config);
         let vessel = Vessel::new(&config).unwrap();
         let now = Now { mono: vessel.now(), utc: vessel.utc() };
-        let brain = Brain::new(settings, now, Vec::new()).unwrap();
+        let brain = Brain::new(settings, now, mission::Kept::default()).unwrap();
         let mut sea = Self {
             world: World::new(vessel, brain),
             said: Vec::new(),
