@@ -17,13 +17,15 @@ use mission::{FollowSystemConfig, ManeuverKind, ScheduledGotoConfig, Speed, Traj
 use onboard::Settings;
 use std::time::Duration;
 
-/// Speed of the autopilot at full throttle (m/s), as NTNU's boats have it.
-const AUTOPILOT_MPS: f64 = 2.3;
+/// In so long a held button changes the throttle by one step (s): the originals step once a message, of which
+/// consoles send ten a second.
+const STEP_S: f64 = 0.1;
 
 /// Takes over what the files say.
 pub(crate) fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
     for spec in [&ilos::ILOS, &path::PURE_PURSUIT, &vector_field::VECTOR_FIELD] {
         for section in config.running(spec) {
+            settings.path_report = Duration::from_secs_f64(1.0 / section.get(&path::STATE_REPORT_FREQUENCY));
             let wanted = tracking(section, settings.path);
             match wanted.validate() {
                 Ok(()) => settings.path = wanted,
@@ -40,6 +42,8 @@ pub(crate) fn adopt(config: &Config, settings: &mut Settings, doubts: &mut Vec<S
         let wanted = RemoteConfig {
             mixing: mixing(section, settings, doubts),
             output_period_s: 1.0 / section.get(&remote::FREQUENCY),
+            throttle_per_s: section.get(&remote::SPEED_STEP) / STEP_S,
+            heading_step_rad: section.get(&remote::YAW_STEP).to_radians(),
             ..settings.remote
         };
         match wanted.validate() {
@@ -177,7 +181,10 @@ fn mixing(section: &Section, settings: &Settings, doubts: &mut Vec<String>) -> M
             Drive::Rpm { .. } => ThrustMap::FOSSEN_OTTER,
         }),
         2 => Mixing::Skewed { outer_share: section.get(&remote::SKEW) },
-        3 => Mixing::Autopilot { max_speed_mps: AUTOPILOT_MPS },
+        3 => Mixing::Autopilot {
+            max_speed_mps: section.get(&remote::AUTOPILOT_SPEED),
+            max_turn_rad: section.get(&remote::AUTOPILOT_YAW).to_radians(),
+        },
         mode => {
             doubts.push(format!(
                 "[{}] RC mode: there is no mode {mode}; 0 is used, as in the original",
@@ -238,7 +245,7 @@ mod tests {
                 "Along-track -- Monitor = false\nCross-track -- Distance Limit = 40\n\
                  Cross-track -- Nav. Unc. Factor = 2\nCross-track -- Time Limit = 7\n\
                  Radius To Endpoint = 5\nMaximum Track Length = 900\nCourse Control = false\n\
-                 Position Jump Time Factor = 0.7",
+                 Position Jump Time Factor = 0.7\nState Report Frequency = 4",
             );
             assert_eq!(doubts, Vec::<String>::new(), "{task}");
             let path = settings.path;
@@ -246,6 +253,7 @@ mod tests {
             assert_eq!((path.max_length_m, path.course_control, path.jump.recovery_mps), (900.0, false, 0.7));
             let cross = CrossTrackConfig { limit_m: 40.0, uncertainty_factor: Some(2.0), time_limit_s: 7.0 };
             assert_eq!(path.cross_track, Some(cross), "{task}");
+            assert_eq!(settings.path_report, Duration::from_millis(250), "{task}");
         }
     }
 
@@ -264,12 +272,19 @@ mod tests {
             ("Mixing = proportional", Mixing::Scaled),
             ("RC mode = 1", Mixing::ForceLinear(ThrustMap::FOSSEN_OTTER)),
             ("RC mode = 2\nSkewed Motor Force Factor = 0.4", Mixing::Skewed { outer_share: 0.4 }),
-            ("RC mode = 3", Mixing::Autopilot { max_speed_mps: 2.3 }),
+            ("RC mode = 3", Mixing::Autopilot { max_speed_mps: 2.3, max_turn_rad: std::f64::consts::PI }),
+            (
+                "RC mode = 3\nAutopilot Max Speed = 1.5\nAutopuilot Max Yaw = 90",
+                Mixing::Autopilot { max_speed_mps: 1.5, max_turn_rad: std::f64::consts::FRAC_PI_2 },
+            ),
         ] {
             let (settings, doubts) = mode(values);
             assert_eq!(settings.remote.mixing, mixing);
             assert_eq!(doubts, Vec::<String>::new());
         }
+        let (settings, _) = mode("Speed step = 0.02\nYaw step = 45");
+        assert!((settings.remote.throttle_per_s - 0.2).abs() < 1e-12);
+        assert!((settings.remote.heading_step_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
         let (settings, doubts) = mode("RC mode = 4\nExecution Frequency = 20");
         assert_eq!(settings.remote.mixing, Mixing::Additive);
         assert!((settings.remote.output_period_s - 0.05).abs() < 1e-12);

@@ -58,7 +58,7 @@ pub(crate) struct RunArguments {
     /// UDP port in place of the configured one; 0 lets the system choose.
     #[arg(long)]
     udp_port: Option<u16>,
-    /// TCP port in place of the configured one; 0 lets the system choose.
+    /// TCP port of the first server in place of the configured one; 0 lets the system choose, for all servers.
     #[arg(long)]
     tcp_port: Option<u16>,
     /// Announcement port in place of the configured ones; 0 lets the system choose.

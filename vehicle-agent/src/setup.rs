@@ -37,9 +37,6 @@ const TASKS: [(&SectionSpec, Entity); 20] = [
     (&transport::logging::LOGGING, Entity::Logger),
 ];
 
-/// Announcements have ports of their own.
-const ANNOUNCE: u16 = 151;
-
 /// The configuration, or all that is wrong with it.
 pub(crate) fn load(path: &Path, profile: &str) -> anyhow::Result<Config> {
     let config = Config::load(&config::Disk, path, &[profile]);
@@ -81,7 +78,6 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     monitored(config, &mut settings, &mut doubts);
     supervisors(config, &mut settings, &mut doubts);
     engine(config, &mut settings);
-    transports(config, &mut settings, &mut doubts);
     crate::transports::adopt(config, &mut settings, &mut doubts);
     adopt(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
@@ -325,36 +321,6 @@ fn engine(config: &Config, settings: &mut Settings) {
         let calibration = section.get(&plans::plan::MINIMUM_CALIBRATION).clamp(0, 600) as u64;
         let wanted = section.get(&plans::plan::CALIBRATE);
         mission.engine.calibration = wanted.then_some(Duration::from_secs(calibration));
-    }
-}
-
-fn transports(config: &Config, settings: &mut Settings, doubts: &mut Vec<String>) {
-    for section in config.running(&transport::udp::UDP) {
-        settings.node.udp.most_per_s.clear();
-        for (name, rate) in section.get(&transport::udp::RATES) {
-            match imc::catalogue::by_abbrev(&name) {
-                Some(message) => {
-                    settings.node.udp.most_per_s.insert(message.id, rate);
-                }
-                None => doubts.push(format!("[{}] Rate Limiters: no message `{name}`", section.name())),
-            }
-        }
-        // What the files list is carried; what they do not say is as DUNE's stock setup has it.
-        if section
-            .parameter(transport::udp::MESSAGES.spec.name)
-            .is_some_and(|given| given.setting().is_some())
-        {
-            let listed = section.get(&transport::udp::MESSAGES);
-            let all = imc::catalogue::MESSAGES.iter();
-            let left_out = all.filter(|m| m.id == ANNOUNCE || !listed.iter().any(|l| l == m.abbrev));
-            settings.node.udp.left_out = left_out.map(|m| m.id).collect();
-        }
-        for (host, port) in section.get(&transport::udp::STATIC_DESTINATIONS) {
-            match format!("{host}:{port}").parse() {
-                Ok(socket) => settings.node.static_destinations.push(socket),
-                Err(_) => doubts.push(format!("[{}] `{host}:{port}` is no address", section.name())),
-            }
-        }
     }
 }
 

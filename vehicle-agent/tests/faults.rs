@@ -169,7 +169,7 @@ fn an_abort_comes_through_a_flood() {
     console.wait_for::<EstimatedState>("way on", |state| state.u > 0.5);
 
     let stop = Arc::new(AtomicBool::new(false));
-    let floods = [flood(agent.tcp, &stop), flood(agent.tcp, &stop)];
+    let floods = [flood(agent.tcp[0], &stop), flood(agent.tcp[0], &stop)];
     // By datagrams, which nobody waits for, to whoever hears it, from a console that never spoke before.
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let header = Header { src: Address(0x4002), dst: Address::BROADCAST, ..Header::default() };
@@ -180,7 +180,7 @@ fn an_abort_comes_through_a_flood() {
     console.wait_for::<VehicleState>("service", |state| state.op_mode == VehicleStateOpMode::Service);
     // Others are heard as well while it lasts, and one who floods may abort too.
     console.start("far", None);
-    let mut loud = TcpStream::connect(("127.0.0.1", agent.tcp)).unwrap();
+    let mut loud = TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap();
     loud.write_all(&packet(Heartbeat).repeat(50_000)).unwrap();
     loud.write_all(&packet(Abort)).unwrap();
     console.wait_for::<Aborted>("aborted again", |_| true);
@@ -202,9 +202,9 @@ fn a_client_that_does_not_read_is_disconnected_with_a_word() {
     command.arg("run").arg(&config).stderr(Stdio::piped());
     let mut agent = Agent::spawn(&mut command, folder.path(), &[]);
     let mut words = BufReader::new(agent.child.stderr.take().unwrap()).lines();
-    let deaf = TcpStream::connect(("127.0.0.1", agent.tcp)).unwrap();
+    let deaf = TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap();
     // What the deaf one gets is what others ask for: the list of entities, again and again.
-    let mut asker = TcpStream::connect(("127.0.0.1", agent.tcp)).unwrap();
+    let mut asker = TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap();
     let query = packet(EntityList { op: EntityListOp::Query, ..Default::default() }).repeat(500);
     let mut reader = asker.try_clone().unwrap();
     let reading = std::thread::spawn(move || std::io::copy(&mut reader, &mut std::io::sink()).ok());
@@ -319,7 +319,7 @@ fn the_listener_survives_a_lack_of_file_descriptors() {
     command.args(["-c", "ulimit -n 16 && exec \"$@\"", "sh", program, "run"]).arg(&config);
     let mut agent = Agent::spawn(command.stderr(Stdio::piped()), folder.path(), &[]);
     let mut words = BufReader::new(agent.child.stderr.take().unwrap()).lines();
-    let crowd: Vec<_> = (0..14).map(|_| TcpStream::connect(("127.0.0.1", agent.tcp)).unwrap()).collect();
+    let crowd: Vec<_> = (0..14).map(|_| TcpStream::connect(("127.0.0.1", agent.tcp[0])).unwrap()).collect();
     let told = words.any(|line| line.unwrap().contains("a connection could not be accepted"));
     assert!(told);
     drop(crowd);

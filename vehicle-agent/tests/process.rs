@@ -225,3 +225,26 @@ fn the_bare_hull_answers_as_the_reference() {
     assert!((last[1] - 1.0287).abs() < 0.002, "{last:?}");
     assert_eq!(text.lines().count(), 32);
 }
+
+#[test]
+fn a_second_server_of_streams_carries_what_its_section_lists() {
+    let folder = TempDir::new().unwrap();
+    let mut config = std::fs::read_to_string(ini()).unwrap();
+    config.push_str(
+        "\n[Transports.TCP.Server/R1]\nEnabled = Always\nEntity Label = TCP for R1\nPort = 9801\n\
+         Transports = Heartbeat\n",
+    );
+    std::fs::write(folder.path().join("otter.ini"), config).unwrap();
+    let agent = Agent::start(folder.path(), &[]);
+    let [first, second] = agent.tcp[..] else { panic!("{}", agent.listening) };
+    let mut console = Console::connect_to(first);
+    console.ready();
+    let mut formation = Console::connect_to(second);
+    for _ in 0..3 {
+        formation.wait("the next", |packet| packet.get::<Heartbeat>().map(|_| ()));
+    }
+    // What is asked is answered on all streams; nothing but heartbeats comes by itself.
+    let by_itself = formation.seen.iter().find(|packet| packet.header.dst.is_everyone());
+    assert_eq!(by_itself, None);
+    assert!(console.seen.len() > 10);
+}

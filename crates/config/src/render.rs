@@ -43,8 +43,8 @@ pub fn documented_ini(vessel: &Vessel) -> Result<String, Unwritable> {
          line. Assignments override earlier ones: keep what is common in one file, begin the file of a \
          vessel with [Require that-file.ini] and write below it only what differs.",
     );
-    every_task(&mut text);
-    for spec in SECTIONS {
+    // A task that is not there needs no section.
+    for spec in SECTIONS.iter().filter(|spec| not_honoured(spec.name(), ENABLED.spec.name).is_none()) {
         match spec.form {
             Form::OpenData(_) => open_data(&mut text, spec, vessel)?,
             Form::DataFor { example } => {
@@ -58,17 +58,6 @@ pub fn documented_ini(vessel: &Vessel) -> Result<String, Unwritable> {
         }
     }
     Ok(text)
-}
-
-/// The options that every task has, once, as comments.
-fn every_task(text: &mut String) {
-    text.push('\n');
-    comment(text, "Besides what stands in its section, every task has these options with these defaults:");
-    for param in OF_EVERY_TASK.iter().filter(|param| !is_written(param)) {
-        comment(text, &documentation(param));
-        let value = default(&param.kind).map(|value| value.to_string()).unwrap_or_default();
-        let _ = writeln!(text, "#   {} = {value}", param.name);
-    }
 }
 
 /// Whether a parameter is written in its section: not so the options of every task but for two.

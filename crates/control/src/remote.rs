@@ -43,10 +43,12 @@ pub enum Mixing {
     /// As additive, but s and h are shares of the force rather than of the actuation (NTNU's mode 1).
     ForceLinear(ThrustMap),
     /// A heading and a speed for the course and speed controller (NTNU's mode 3): speed = s·max, heading =
-    /// held heading + 180°·h.
+    /// held heading + max·h.
     Autopilot {
         /// Speed at full throttle (m/s), 0.1 to 10; 2.3 at NTNU.
         max_speed_mps: f64,
+        /// Turn at full deflection (rad), 0.01 to π; π at NTNU.
+        max_turn_rad: f64,
     },
 }
 
@@ -93,8 +95,9 @@ impl RemoteConfig {
         let mut check = RangeCheck::default();
         match &self.mixing {
             Mixing::ForceLinear(map) => check.within("map", |check| map.check(check)),
-            Mixing::Autopilot { max_speed_mps } => {
+            Mixing::Autopilot { max_speed_mps, max_turn_rad } => {
                 check.number("max_speed", "m/s", *max_speed_mps, 0.1..=10.0);
+                check.number("max_turn", "rad", *max_turn_rad, 0.01..=std::f64::consts::PI);
             }
             Mixing::Skewed { outer_share } => check.number("outer_share", "1", *outer_share, 0.0..=10.0),
             Mixing::Additive | Mixing::Scaled => {}
@@ -320,8 +323,8 @@ impl Session {
                 let shared = allocate(common_n, differential_n, limits, config.sharing);
                 shared.motors.map(|force_n| map.actuation_for(force_n))
             }
-            Mixing::Autopilot { max_speed_mps } => {
-                let heading_rad = wrap_pi(self.held_heading_rad + std::f64::consts::PI * heading);
+            Mixing::Autopilot { max_speed_mps, max_turn_rad } => {
+                let heading_rad = wrap_pi(self.held_heading_rad + max_turn_rad * heading);
                 return RemoteCommand::Autopilot(Setpoint {
                     yaw: Some(YawTarget::Heading(heading_rad)),
                     speed: Some(SpeedTarget::MetresPerSecond(max_speed_mps * throttle.max(0.0))),

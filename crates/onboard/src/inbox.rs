@@ -11,10 +11,10 @@ use crate::output::{Level, Output};
 use crate::pilot::Drive;
 use control::RemoteActions;
 use imc::messages::{
-    EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType, PlanDBOp,
-    RemoteActionsRequest, RemoteActionsRequestOp,
+    Announce, EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType,
+    PlanDBOp, RemoteActionsRequest, RemoteActionsRequestOp,
 };
-use imc::{ANY_ENTITY, Address, Packet};
+use imc::{ANY_ENTITY, Address, Packet, Payload as _};
 use mission::{Event, Sighting};
 use units::LatLon;
 
@@ -48,7 +48,7 @@ impl Brain {
         // What others say is logged; announcements also reach those who only listen by TCP.
         if self.intake.admits(now, header.src, bytes.len()) {
             let passed = match message {
-                Message::Announce(_) => self.bus.node.tcp_but(from),
+                Message::Announce(_) => self.bus.node.tcp_but(from, Announce::ID),
                 _ => Vec::new(),
             };
             self.bus.pass_on(bytes, passed);

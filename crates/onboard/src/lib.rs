@@ -40,8 +40,8 @@ pub use authority::{Authority, COMMAND_LIFE, Owner, Refusal};
 pub use brain::Brain;
 pub use entity::{Entity, Labels};
 pub use input::{
-    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
-    TagReading, WaterReading,
+    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, SERVERS,
+    Side, TagReading, WaterReading,
 };
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};

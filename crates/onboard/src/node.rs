@@ -10,6 +10,7 @@
 //! only; it lasts when something else comes from there, too. Who is in contact is neither redirected by
 //! another host's announcement nor pushed out by many new ones, and few can be in contact at once.
 
+use crate::entity::Entity;
 use crate::input::Peer;
 use crate::settings::{NodeSettings, TransportSettings};
 use imc::Address;
@@ -63,9 +64,9 @@ impl Link {
 pub(crate) struct Node {
     settings: NodeSettings,
     systems: BTreeMap<Address, System>,
-    tcp: BTreeSet<u32>,
+    tcp: BTreeSet<Peer>,
     /// When a limited message may go next, per transport, message and entity.
-    next: BTreeMap<(bool, u16, u8), MonoTime>,
+    next: BTreeMap<(Option<usize>, u16, u8), MonoTime>,
 }
 
 /// What a packet tells about the system that sent it.
@@ -87,15 +88,13 @@ impl Node {
     }
 
     pub(crate) fn connected(&mut self, peer: Peer) {
-        if let Peer::Tcp(number) = peer {
-            self.tcp.insert(number);
+        if matches!(peer, Peer::Tcp(_)) {
+            self.tcp.insert(peer);
         }
     }
 
     pub(crate) fn disconnected(&mut self, peer: Peer) {
-        if let Peer::Tcp(number) = peer {
-            self.tcp.remove(&number);
-        }
+        self.tcp.remove(&peer);
     }
 
     /// A system's announcement, from a peer.
@@ -147,6 +146,9 @@ impl Node {
         let Some(system) = self.systems.get_mut(&id) else { return Contact::Known };
         system.heard = now;
         let Peer::Udp(at) = from else { return Contact::Known };
+        if !self.settings.dynamic_contacts {
+            return Contact::Known;
+        }
         // The same host counts: a console may send from another port than the one it listens on.
         let Some(socket) = system.sockets.iter().find(|socket| socket.ip() == at.ip()).copied() else {
             return Contact::Known;
@@ -184,17 +186,23 @@ impl Node {
         (self.systems.values().filter(live).count(), self.tcp.len())
     }
 
-    /// TCP clients other than `from`, for what is passed on.
-    pub(crate) fn tcp_but(&self, from: Peer) -> Vec<Peer> {
-        self.tcp.iter().map(|number| Peer::Tcp(*number)).filter(|peer| *peer != from).collect()
+    /// TCP clients other than `from` whose server carries a message, for what is passed on.
+    pub(crate) fn tcp_but(&self, from: Peer, id: u16) -> Vec<Peer> {
+        let carries = |peer: &&Peer| !self.carried(peer.server()).left_out.contains(&id);
+        self.tcp.iter().filter(|peer| **peer != from).filter(carries).copied().collect()
     }
 
     /// Who gets a packet of this system.
     pub(crate) fn recipients(&mut self, now: MonoTime, id: u16, entity: u8, to: Address) -> Vec<Peer> {
         let mut peers = Vec::new();
         let addressed = !to.is_everyone();
-        if !self.tcp.is_empty() && self.passes(now, true, id, entity, addressed) {
-            peers.extend(self.tcp.iter().map(|number| Peer::Tcp(*number)));
+        // In order of their servers, of which each decides once.
+        let mut of_server = (None, false);
+        for peer in self.tcp.clone() {
+            if of_server.0 != peer.server() {
+                of_server = (peer.server(), self.passes(now, peer.server(), id, entity, addressed));
+            }
+            peers.extend(Some(peer).filter(|_| of_server.1));
         }
         let timeout = self.settings.contact_timeout;
         let mut live = self
@@ -206,24 +214,37 @@ impl Node {
             .map(|link| Peer::Udp(link.at))
             .chain(self.settings.static_destinations.iter().map(|socket| Peer::Udp(*socket)))
             .collect::<BTreeSet<_>>();
-        if !live.is_empty() && self.passes(now, false, id, entity, addressed) {
+        if !live.is_empty() && self.passes(now, None, id, entity, addressed) {
             peers.extend(std::mem::take(&mut live));
         }
         peers
     }
 
-    fn passes(&mut self, now: MonoTime, tcp: bool, id: u16, entity: u8, addressed: bool) -> bool {
-        let TransportSettings { left_out, most_per_s } =
-            if tcp { &self.settings.tcp } else { &self.settings.udp };
+    /// What a server of streams carries, or UDP.
+    fn carried(&self, server: Option<usize>) -> &TransportSettings {
+        static EVERYTHING: TransportSettings = TransportSettings {
+            left_out: BTreeSet::new(),
+            most_per_s: BTreeMap::new(),
+            only_of: BTreeMap::new(),
+        };
+        match server {
+            None => &self.settings.udp,
+            Some(server) => self.settings.tcp.get(server).unwrap_or(&EVERYTHING),
+        }
+    }
+
+    fn passes(&mut self, now: MonoTime, server: Option<usize>, id: u16, entity: u8, addressed: bool) -> bool {
         if addressed {
             return true;
         }
-        if left_out.contains(&id) {
+        let TransportSettings { left_out, most_per_s, only_of } = self.carried(server);
+        let is_one = |entities: &BTreeSet<Entity>| entities.iter().any(|one| one.number() == entity);
+        if left_out.contains(&id) || only_of.get(&id).is_some_and(|entities| !is_one(entities)) {
             return false;
         }
         let Some(rate) = most_per_s.get(&id) else { return true };
         let period = Duration::from_secs_f64(1.0 / rate.clamp(1e-3, 1e3));
-        let next = self.next.entry((tcp, id, entity)).or_insert(now);
+        let next = self.next.entry((server, id, entity)).or_insert(now);
         if now < *next {
             return false;
         }
@@ -314,6 +335,41 @@ mod tests {
         // When the console is gone from its host, another host is believed.
         node.announced(at(40.0), CONSOLE, thief, &announce);
         assert_eq!(node.recipients(at(40.0), 500, 0, CONSOLE), [thief]);
+    }
+
+    #[test]
+    fn each_server_of_streams_carries_its_own_list_and_rates() {
+        let entities = [Entity::Gps].into();
+        let tcp = vec![
+            TransportSettings { left_out: [150].into(), ..TransportSettings::default() },
+            TransportSettings { only_of: [(150, entities)].into(), ..TransportSettings::default() },
+            TransportSettings { most_per_s: [(150, 1.0)].into(), ..TransportSettings::default() },
+        ];
+        let mut node = Node::new(NodeSettings { tcp, ..NodeSettings::default() });
+        let [first, second, third, fourth] = [0, 1, 2, 3].map(|server| Peer::Tcp(Peer::number(server, 5)));
+        for peer in [first, second, third, fourth] {
+            node.connected(peer);
+        }
+        let gps = Entity::Gps.number();
+        assert_eq!(node.recipients(at(0.0), 150, gps, Address::NULL), [second, third, fourth]);
+        assert_eq!(node.recipients(at(0.1), 150, gps, Address::NULL), [second, fourth]);
+        let other = Entity::Navigation.number();
+        assert_eq!(node.recipients(at(0.1), 150, other, Address::NULL), [third, fourth]);
+        // Answers go to all, whatever the lists say.
+        assert_eq!(node.recipients(at(0.1), 150, other, CONSOLE), [first, second, third, fourth]);
+        assert_eq!(node.tcp_but(second, 150), [third, fourth]);
+    }
+
+    #[test]
+    fn without_dynamic_contacts_only_fixed_destinations_are_sent_to() {
+        let fixed = SocketAddrV4::new([10, 0, 0, 7].into(), 6001);
+        let static_destinations = vec![fixed];
+        let settings =
+            NodeSettings { dynamic_contacts: false, static_destinations, ..NodeSettings::default() };
+        let mut node = Node::new(settings);
+        assert_eq!(node.announced(at(0.0), CONSOLE, udp(6001), &announce()), Contact::Known);
+        assert_eq!(node.heard(at(0.0), CONSOLE, udp(6001)), Contact::Known);
+        assert_eq!(node.recipients(at(0.0), 500, 0, Address::NULL), [Peer::Udp(fixed)]);
     }
 
     #[test]

@@ -27,7 +27,6 @@ const PATH_LOOPS: CLoopsMask =
     CLoopsMask::PATH.union(CLoopsMask::DEPTH).union(CLoopsMask::YAW).union(CLoopsMask::SPEED);
 /// On beside TELEOPERATION while an operator gives heading and speed rather than thrust.
 const AUTOPILOT_LOOPS: CLoopsMask = CLoopsMask::YAW.union(CLoopsMask::SPEED);
-const PATH_REPORT: Duration = Duration::from_secs(1);
 
 /// What moves the vessel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -60,6 +59,7 @@ pub(crate) struct Pilot {
     guidance: Guidance,
     control: CourseSpeed,
     remote: Remote,
+    path_report: Duration,
     drive: Drive,
     mask: CLoopsMask,
     scope_ref: u32,
@@ -90,6 +90,7 @@ impl Pilot {
             guidance: Guidance::new(settings.guidance)?,
             control: CourseSpeed::new(settings.control)?,
             remote: Remote::new(settings.remote)?,
+            path_report: settings.path_report,
             drive: Drive::Off,
             mask: CLoopsMask::empty(),
             scope_ref: 0,
@@ -105,6 +106,7 @@ impl Pilot {
 
     /// Other parameters, from here on.
     pub(crate) fn reconfigure(&mut self, settings: &Settings) -> Result<(), control::InvalidConfig> {
+        self.path_report = settings.path_report;
         self.tracker.reconfigure(settings.path)?;
         self.guidance.reconfigure(settings.guidance)?;
         self.control.reconfigure(settings.control)?;
@@ -299,7 +301,7 @@ impl Pilot {
         let now = bus.mono();
         let Some(mut following) = self.following else { return };
         let Ok(status) = self.tracker.update(now, &fix_of(estimate), false) else { return };
-        let due = following.reported.is_none_or(|at| now.since(at) >= PATH_REPORT);
+        let due = following.reported.is_none_or(|at| now.since(at) >= self.path_report);
         if due || status.event.is_some() {
             following.reported = Some(now);
             bus.send(Entity::Path, &path_state(&status));

@@ -30,6 +30,8 @@ pub struct Settings {
     pub guidance: GuidanceConfig,
     /// Path tracker.
     pub path: PathConfig,
+    /// Time between two reports of the state on the path.
+    pub path_report: Duration,
     /// Manual control.
     pub remote: RemoteConfig,
     /// Keys of an operator that took longer than this beyond the fastest packet have no effect.
@@ -51,12 +53,15 @@ pub struct NodeSettings {
     pub announce_period: Duration,
     /// Silence after which a contact is no more.
     pub contact_timeout: Duration,
+    /// Whether systems that announce themselves are sent to by UDP.
+    pub dynamic_contacts: bool,
     /// Sockets that always receive.
     pub static_destinations: Vec<SocketAddrV4>,
     /// What goes by UDP.
     pub udp: TransportSettings,
-    /// What goes by TCP.
-    pub tcp: TransportSettings,
+    /// What each server of streams carries, by its number ([`Peer::server`](crate::Peer::server)); one that is
+    /// not here carries everything.
+    pub tcp: Vec<TransportSettings>,
 }
 
 /// What a transport carries.
@@ -64,8 +69,10 @@ pub struct NodeSettings {
 pub struct TransportSettings {
     /// Messages that stay aboard.
     pub left_out: BTreeSet<u16>,
-    /// Largest rates (Hz) by message.
+    /// Largest rates (Hz) by message, for each entity.
     pub most_per_s: BTreeMap<u16, f64>,
+    /// Entities of which alone a message is carried.
+    pub only_of: BTreeMap<u16, BTreeSet<Entity>>,
 }
 
 /// Watching over parts.
@@ -135,13 +142,15 @@ impl Default for NodeSettings {
         Self {
             announce_period: Duration::from_secs(10),
             contact_timeout: Duration::from_secs(30),
+            dynamic_contacts: true,
             static_destinations: Vec::new(),
             udp: TransportSettings {
                 // Announce has ports of its own; the rest DUNE does not carry by default.
                 left_out: [470, 406, 507, 501, 102, 151, 3, 8].into(),
                 most_per_s: rates.into(),
+                only_of: BTreeMap::new(),
             },
-            tcp: TransportSettings::default(),
+            tcp: Vec::new(),
         }
     }
 }
@@ -214,6 +223,7 @@ impl Settings {
             control: CourseSpeedConfig::default(),
             guidance: GuidanceConfig::default(),
             path: PathConfig::default(),
+            path_report: Duration::from_secs(1),
             remote: RemoteConfig::default(),
             longest_key_age: Duration::from_secs(1),
             node: NodeSettings::default(),

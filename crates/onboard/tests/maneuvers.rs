@@ -188,7 +188,8 @@ fn keys(sea: &mut Sea, text: &str, seconds: u32) {
 #[test]
 fn an_operator_gives_heading_and_speed_to_the_autopilot_and_takes_the_motors_back() {
     let mut settings = settings();
-    settings.remote.mixing = control::Mixing::Autopilot { max_speed_mps: 2.0 };
+    settings.remote.mixing =
+        control::Mixing::Autopilot { max_speed_mps: 2.0, max_turn_rad: std::f64::consts::PI };
     let mut sea = Sea::with(settings, |_| {}).ready();
     sea.ask(PlanControlOp::Start, "by-hand", Some(Teleoperation { custom: "src=16385".into() }.into()));
     let heading_rad = |sea: &Sea| sea.world.brain.estimate().unwrap().motion.heading_rad;

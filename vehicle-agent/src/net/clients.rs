@@ -1,4 +1,4 @@
-//! The server of streams: who is connected, what waits for each, and who has to go.
+//! The servers of streams: who is connected, what waits for each, and who has to go.
 //!
 //! Bounds: at most [`CLIENTS`] at a time; one more takes the place of the one that has said nothing for
 //! longest. What waits for a client is at most [`OUTBOX_BYTES`] here and [`SOCKET_BYTES`] in the system; one
@@ -7,6 +7,7 @@
 use super::inbox::Inbox;
 use anyhow::Context as _;
 use imc::{Deframer, Frame};
+use onboard::Peer;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -153,7 +154,7 @@ impl Client {
             deframer.push(&buffer[..length]);
             while let Some(frame) = deframer.next_frame() {
                 if let Frame::Packet { view, .. } = frame {
-                    inbox.packet(onboard::Peer::Tcp(number), view.bytes());
+                    inbox.packet(Peer::Tcp(number), view.bytes());
                 }
             }
         }
@@ -161,11 +162,16 @@ impl Client {
     }
 }
 
-/// Accepts clients from here on.
-pub(super) fn listen(listener: TcpListener, clients: Arc<Clients>, inbox: Arc<Inbox>) -> anyhow::Result<()> {
+/// Accepts clients of a server from here on.
+pub(super) fn listen(
+    server: u8,
+    listener: TcpListener,
+    clients: Arc<Clients>,
+    inbox: Arc<Inbox>,
+) -> anyhow::Result<()> {
     let work = move || {
         let mut told: Option<Instant> = None;
-        for number in 1.. {
+        for number in (1..).map(|count| Peer::number(server, count)) {
             let accepted = listener.accept().map_err(anyhow::Error::from);
             let outcome = accepted.and_then(|(stream, from)| {
                 // Connections that come and go faster than the loop sees are turned away.
@@ -247,7 +253,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let at = listener.local_addr().unwrap();
         let (clients, inbox) = (Arc::new(Clients::default()), Arc::new(Inbox::new(Address(0x2810))));
-        listen(listener, Arc::clone(&clients), Arc::clone(&inbox)).unwrap();
+        listen(0, listener, Arc::clone(&clients), Arc::clone(&inbox)).unwrap();
         Server { clients, inbox, at }
     }
 

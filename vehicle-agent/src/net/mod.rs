@@ -1,4 +1,4 @@
-//! Sockets: announcements, datagrams, and a server of streams. Each socket has a thread that does nothing
+//! Sockets: announcements, datagrams, and servers of streams. Each socket has a thread that does nothing
 //! but wait for it; what comes waits in the [`Inbox`] of the one loop that owns the brain. What the
 //! configuration has off is not opened.
 
@@ -27,12 +27,21 @@ const RECEIVE_PAUSE: Duration = Duration::from_millis(10);
 pub(crate) struct Ports {
     /// Interface.
     pub(crate) bind: Ipv4Addr,
-    /// Datagrams; the next five are tried too. 0 lets the system choose.
-    pub(crate) udp: Option<u16>,
-    /// Streams; 0 lets the system choose.
-    pub(crate) tcp: Option<u16>,
+    /// Datagrams; the next five are tried too.
+    pub(crate) udp: Option<Listen>,
+    /// Servers of streams.
+    pub(crate) tcp: Vec<Listen>,
     /// Announcements.
     pub(crate) announce: Option<AnnouncePorts>,
+}
+
+/// A socket to listen on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Listen {
+    /// Its port; 0 lets the system choose.
+    pub(crate) port: u16,
+    /// Whether the announcement names it.
+    pub(crate) announced: bool,
 }
 
 /// Where to announce.
@@ -70,12 +79,13 @@ impl Net {
         let mut reachable = Reachable::default();
         let name = |port: Option<u16>| port.map_or_else(|| "off".to_owned(), |port| port.to_string());
 
-        let udp = ports.udp.map(|port| bind_udp(ports.bind, port)).transpose()?;
+        let udp = ports.udp.map(|udp| bind_udp(ports.bind, udp.port)).transpose()?;
         let udp_port = udp.as_ref().map(|udp| udp.local_addr()).transpose()?.map(|at| at.port());
         if let Some(socket) = &udp {
             listen_udp("udp", Arc::clone(socket), Arc::clone(&inbox))?;
         }
-        reachable.udp = udp_port.map(at).unwrap_or_default();
+        let announced = ports.udp.is_some_and(|udp| udp.announced);
+        reachable.udp = udp_port.filter(|_| announced).map(at).unwrap_or_default();
 
         let (announcer, announce_port) = match &ports.announce {
             Some(announce) => {
@@ -95,26 +105,23 @@ impl Net {
         });
 
         let clients = Arc::new(Clients::default());
-        let mut tcp_port = None;
-        if let Some(port) = ports.tcp {
+        let mut tcp_ports = Vec::new();
+        for (server, Listen { port, announced }) in (0..).zip(&ports.tcp) {
             let listener =
-                TcpListener::bind((ports.bind, port)).with_context(|| format!("TCP port {port}"))?;
-            tcp_port = Some(listener.local_addr()?.port());
-            clients::listen(listener, Arc::clone(&clients), Arc::clone(&inbox))?;
+                TcpListener::bind((ports.bind, *port)).with_context(|| format!("TCP port {port}"))?;
+            let port = listener.local_addr()?.port();
+            clients::listen(server, listener, Arc::clone(&clients), Arc::clone(&inbox))?;
+            tcp_ports.push(port.to_string());
+            reachable.tcp.extend(at(port).into_iter().filter(|_| *announced));
         }
-        reachable.tcp = tcp_port.map(at).unwrap_or_default();
+        let tcp = if tcp_ports.is_empty() { name(None) } else { tcp_ports.join(",") };
         Ok(Self {
             udp,
             announcer,
             announce_to: announce_to.collect(),
             clients,
             reachable,
-            listening: format!(
-                "udp={} tcp={} announce={}",
-                name(udp_port),
-                name(tcp_port),
-                name(announce_port)
-            ),
+            listening: format!("udp={} tcp={tcp} announce={}", name(udp_port), name(announce_port)),
             inbox,
             unsent: 0,
         })

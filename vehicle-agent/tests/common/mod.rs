@@ -23,7 +23,8 @@ pub(crate) struct Agent {
     out: BufReader<ChildStdout>,
     pub(crate) listening: String,
     pub(crate) udp: u16,
-    pub(crate) tcp: u16,
+    /// One for each server.
+    pub(crate) tcp: Vec<u16>,
     pub(crate) announce: u16,
 }
 
@@ -57,12 +58,13 @@ impl Agent {
         let mut out = BufReader::new(child.stdout.take().unwrap());
         let mut line = String::new();
         out.read_line(&mut line).unwrap();
-        let port = |name: &str| {
+        let ports = |name: &str| -> Vec<u16> {
             let found = line.split_whitespace().find_map(|word| word.strip_prefix(&format!("{name}=")));
             // What is off has no port.
-            found.unwrap_or_else(|| panic!("{line}")).parse().unwrap_or(0)
+            found.unwrap_or_else(|| panic!("{line}")).split(',').flat_map(str::parse).collect()
         };
-        let (udp, tcp, announce) = (port("udp"), port("tcp"), port("announce"));
+        let port = |name: &str| ports(name).first().copied().unwrap_or(0);
+        let (udp, tcp, announce) = (port("udp"), ports("tcp"), port("announce"));
         Self { child, out, listening: line, udp, tcp, announce }
     }
 
@@ -105,7 +107,11 @@ pub(crate) struct Console {
 
 impl Console {
     pub(crate) fn connect(agent: &Agent) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", agent.tcp)).unwrap();
+        Self::connect_to(agent.tcp[0])
+    }
+
+    pub(crate) fn connect_to(port: u16) -> Self {
+        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
         stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
         let (deframer, seen) = (Deframer::new(), Vec::new());
         Self { stream, deframer, beat: Instant::now(), request: 0, seen }

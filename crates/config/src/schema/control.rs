@@ -180,6 +180,18 @@ pub mod remote {
     pub const SKEW: Param<f64> = float("Skewed Motor Force Factor", 1.0, Unit::None)
         .within(0.0, 10.0)
         .doc("Mode 2: the outer motor gains this share of what the inner one loses in a turn.");
+    pub const AUTOPILOT_SPEED: Param<f64> = float("Autopilot Max Speed", 2.3, Unit::MetrePerSecond)
+        .within(0.1, 10.0)
+        .doc("Mode 3: speed at full throttle.");
+    pub const AUTOPILOT_YAW: Param<f64> = float("Autopuilot Max Yaw", 180.0, Unit::Degree)
+        .within(1.0, 180.0)
+        .doc("Mode 3: turn at full deflection. The name is spelled as NTNU's task has it.");
+    pub const SPEED_STEP: Param<f64> = float("Speed step", 0.05, Unit::Actuation).within(0.005, 0.5).doc(
+        "What Accelerate and Decelerate change in a tenth of a second, however many messages come in it.",
+    );
+    pub const YAW_STEP: Param<f64> = float("Yaw step", 30.0, Unit::Degree)
+        .within(1.0, 180.0)
+        .doc("What each press of Left and Right changes.");
     pub const MIXING: Param<&str> = choice("Mixing", "additive", &["additive", "proportional"])
         .doc("Lutra: additive turns on the spot (speed +- heading); proportional is speed (1 +- 2 heading).");
 
@@ -198,6 +210,10 @@ pub mod remote {
             THRUST_SCALE.spec,
             RC_MODE.spec,
             SKEW.spec,
+            AUTOPILOT_SPEED.spec,
+            AUTOPILOT_YAW.spec,
+            SPEED_STEP.spec,
+            YAW_STEP.spec,
             MIXING.spec,
         ],
     ]);

@@ -16,7 +16,7 @@ pub mod simulate;
 pub mod transport;
 pub mod watch;
 
-pub use not_honoured::{NOT_HONOURED, NotHonoured, not_honoured};
+pub use not_honoured::{ANY_TASK, NOT_HONOURED, NotHonoured, not_honoured};
 pub use otter::{OTTER_VALUES, otter_value};
 
 use crate::spec::{Form, SectionSpec};

@@ -1,15 +1,15 @@
 //! Settings that are read and checked, because DUNE's files have them, and that nothing in Lutra obeys.
 //!
 //! A setting stands here with the value as which Lutra acts, where it has one. A file that says otherwise is
-//! told so: a note where it makes no difference to safety, a warning where the vessel behaves otherwise than
-//! the file says, an error where the vessel would be less safe than the file says.
+//! told so: a note where it makes little difference, a warning where the vessel behaves otherwise than the file
+//! says. What would make the vessel less safe than the file says must not stand here but be obeyed.
 
 use crate::problem::Severity;
 
 /// A setting that nothing obeys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotHonoured {
-    /// The first name of its section.
+    /// The first name of its section; [`ANY_TASK`] for an option that every task has.
     pub section: &'static str,
     /// Its key; `{}` as in the schema.
     pub key: &'static str,
@@ -33,6 +33,9 @@ const fn entry(
 
 use Severity::{Note, Warning};
 
+/// Stands for every task.
+pub const ANY_TASK: &str = "*";
+
 const GENERAL: &str = "General";
 const NAVIGATION: &str = "Navigation.General.GPSNavigation";
 const RPM: &str = "Control.ASV.HeadingAndSpeed";
@@ -45,12 +48,35 @@ const ENTITIES: &str = "Monitors.Entities";
 const FUEL: &str = "Monitors.FuelLevel";
 const CLOCK: &str = "Monitors.Clock";
 const HOST: &str = "Monitors.HostResources";
+const ILOS: &str = "Control.Path.ILOS";
+const PURE_PURSUIT: &str = "Control.Path.PurePursuit";
+const VECTOR_FIELD: &str = "Control.Path.VectorField";
+const UDP: &str = "Transports.UDP";
+const ANNOUNCE: &str = "Transports.Announce";
+const LOGGING: &str = "Transports.Logging";
+const SIMULATED_CURRENT: &str = "Simulators.StreamVelocity";
+const SIMULATED_GPS: &str = "Simulators.GPS";
+const SIMULATED_HULL: &str = "Simulators.VSIM";
+const SIMULATED_MOTOR: &str = "Simulators.Motor";
 
 const TUNED: &str = "the controllers have limits of their own, tuned on the hull";
+const EVERY_POSITION: &str = "path control steps with every estimate of the position";
+const PRINT: &str = "packets are not printed; `imc listen` shows them";
+const AT_ONCE: &str = "every part is ready at once";
+const ONE_COMPASS: &str = "the simulated compass is one model, with that model's noise";
+const ONE_HULL: &str = "the simulated vessel has steps, motors and current of its own";
 const NO_ROLL: &str = "roll and pitch are not used";
 
 /// All of them.
 pub static NOT_HONOURED: &[NotHonoured] = &[
+    entry(Note, ANY_TASK, "Execution Priority", None, "all tasks share one thread"),
+    entry(Note, ANY_TASK, "Activation Time", Some("0"), AT_ONCE),
+    entry(Note, ANY_TASK, "Deactivation Time", Some("0"), AT_ONCE),
+    entry(Note, ANY_TASK, "Debug Level", Some("None"), "`--log-level` says what is logged, also by part"),
+    entry(Note, ANY_TASK, "Loopback Internal Messages", Some("false"), "parts do not send to themselves"),
+    entry(Note, ANY_TASK, "Active", Some("true"), "what is enabled is active"),
+    entry(Note, ANY_TASK, "Active - Scope", Some("global"), "what is enabled is active"),
+    entry(Note, ANY_TASK, "Active - Visibility", None, "what is enabled is active"),
     entry(Note, GENERAL, "Battery Packs", None, "every battery that reports is watched"),
     entry(Note, GENERAL, "CPU Usage - Moving Average Samples", Some("10"), "ten samples are averaged"),
     entry(Warning, GENERAL, "Recovery Plan", None, "any console may start any plan"),
@@ -100,6 +126,39 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Note, ENTITIES, "Maximum Consecutive Transitions", None, "every change of state is told"),
     entry(Note, FUEL, "Execution Frequency", None, "the batteries are looked at twice a second"),
     entry(Warning, FUEL, "Low Confidence Level", Some("0"), "the batteries' own charge is believed"),
+    entry(Note, ILOS, "Control Frequency", None, EVERY_POSITION),
+    entry(Note, PURE_PURSUIT, "Control Frequency", None, EVERY_POSITION),
+    entry(Note, VECTOR_FIELD, "Control Frequency", None, EVERY_POSITION),
+    entry(Note, UDP, "Contact Refresh Periodicity", None, "contacts are looked through at every packet"),
+    entry(Note, UDP, "Local Messages Only", Some("true"), "no others' messages are passed on by datagrams"),
+    entry(Note, UDP, "Print Incoming Messages", Some("false"), PRINT),
+    entry(Note, UDP, "Print Outgoing Messages", Some("false"), PRINT),
+    entry(Warning, "Transports.TCP.Client", "Enabled", Some("Never"), "the agent connects to nobody"),
+    entry(
+        Warning,
+        ANNOUNCE,
+        "Ignored Interfaces",
+        Some(""),
+        "announcements go out as the system routes them",
+    ),
+    entry(Warning, ANNOUNCE, "System Type", Some("USV"), "the vessel announces itself as a USV"),
+    entry(Note, LOGGING, "LSF Volume Size", Some("0"), "a new log begins with every plan only"),
+    entry(Warning, LOGGING, "LSF Volume Directories", Some(""), "logs lie in the agent's data folder"),
+    entry(Note, LOGGING, "Transports", Some(""), "every message is logged"),
+    entry(Note, SIMULATED_HULL, "Execution Frequency", None, ONE_HULL),
+    entry(Note, SIMULATED_HULL, "Entity Label - Stream Velocity Source", None, ONE_HULL),
+    entry(Note, SIMULATED_CURRENT, "Execution Frequency", None, ONE_HULL),
+    entry(Note, SIMULATED_CURRENT, "Default Speed Down", Some("0"), ONE_HULL),
+    entry(Note, SIMULATED_MOTOR, "Execution Frequency", None, ONE_HULL),
+    entry(Note, SIMULATED_MOTOR, "Thruster Act to RPM Factor", None, ONE_HULL),
+    entry(Note, SIMULATED_GPS, "Number of Satellites", None, ONE_COMPASS),
+    entry(Note, SIMULATED_GPS, "HACC", None, ONE_COMPASS),
+    entry(Note, SIMULATED_GPS, "HDOP", None, ONE_COMPASS),
+    entry(Note, SIMULATED_GPS, "Activation Depth", None, ONE_COMPASS),
+    entry(Note, SIMULATED_GPS, "Report Ground Velocity", None, ONE_COMPASS),
+    entry(Warning, SIMULATED_GPS, "Report Yaw", Some("true"), ONE_COMPASS),
+    entry(Warning, SIMULATED_GPS, "Position Noise", None, ONE_COMPASS),
+    entry(Note, "Sensors.ThermalZone", "Execution Frequency", None, "the temperature is told every second"),
     entry(Warning, CLOCK, "Minimum GPS Fixes", None, "the clock is judged by every position with a time"),
     entry(Warning, CLOCK, "Boot Synchronization Timeout", Some("0"), "nothing waits for the clock"),
     entry(Warning, CLOCK, "Hardware Clock Synchronization Command", Some(""), "no command is run"),
@@ -115,21 +174,28 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
 
 /// Whether nothing obeys this setting, and what is done instead.
 pub fn not_honoured(section: &str, key: &str) -> Option<&'static NotHonoured> {
-    NOT_HONOURED.iter().find(|one| one.section == section && one.key == key)
+    let is_of = |one: &&NotHonoured| one.section == section || one.section == ANY_TASK;
+    NOT_HONOURED.iter().filter(is_of).find(|one| one.key == key)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::read::read;
+    use crate::schema::common::OF_EVERY_TASK;
     use crate::schema::find;
 
     #[test]
     fn each_is_a_setting_of_the_schema_once_and_acts_as_a_value_it_may_have() {
         for (n, one) in NOT_HONOURED.iter().enumerate() {
-            let (spec, name) = (find(one.section).unwrap(), format!("{}/{}", one.section, one.key));
-            assert_eq!(spec.name(), one.section);
-            let param = spec.params().find(|param| param.name == one.key);
+            let name = format!("{}/{}", one.section, one.key);
+            let param = if one.section == ANY_TASK {
+                OF_EVERY_TASK.iter().find(|param| param.name == one.key)
+            } else {
+                let spec = find(one.section).unwrap();
+                assert_eq!(spec.name(), one.section);
+                spec.params().find(|param| param.name == one.key)
+            };
             let param = param.unwrap_or_else(|| panic!("{name}"));
             assert!(
                 NOT_HONOURED[..n].iter().all(|other| (other.section, other.key) != (one.section, one.key))

@@ -135,7 +135,7 @@ pub mod vector_field {
     pub const EXTENDED: Param<bool> =
         flag("Extended Control -- Enabled", false).doc("Whether the law is refined inside the corridor.");
     pub const EXTENDED_GAIN: Param<f64> = float("Extended Control -- Controller Gain", 1.0, Unit::None)
-        .within(0.1, 10.0)
+        .within(1.0, 10.0)
         .doc("Exponent of the refined law.");
     pub const EXTENDED_TURN_GAIN: Param<f64> = float("Extended Control -- Turn Rate Gain", 1.0, Unit::None)
         .within(0.1, 10.0)

@@ -64,7 +64,12 @@ fn mixes_as_each_mode_says() {
         (Mixing::ForceLinear(map), "Throttle=-127", -1.0, -1.0),
         (Mixing::ForceLinear(map), "Heading=25", force(turn_n), force(-turn_n)),
         (Mixing::Scaled, "Port Motor=127;Starboard Motor=-64", 1.0, -64.0 / 127.0),
-        (Mixing::Autopilot { max_speed_mps: 2.3 }, "Starboard Motor=127", 0.0, 1.0),
+        (
+            Mixing::Autopilot { max_speed_mps: 2.3, max_turn_rad: std::f64::consts::PI },
+            "Starboard Motor=127",
+            0.0,
+            1.0,
+        ),
         (Mixing::Additive, "Throttle=127;Stop=1", 0.0, 0.0),
     ] {
         let mut remote = remote(mixing);
@@ -79,7 +84,7 @@ fn mixes_as_each_mode_says() {
 
 #[test]
 fn autopilot_holds_the_heading_it_began_with_and_steps_once_per_press() {
-    let mut remote = remote(Mixing::Autopilot { max_speed_mps: 2.3 });
+    let mut remote = remote(Mixing::Autopilot { max_speed_mps: 2.3, max_turn_rad: std::f64::consts::PI });
     let step = 30_f64.to_radians();
     for (ms, text, heading_rad, speed_mps) in [
         (100, "Throttle=127", 1.0, 2.3),
@@ -193,7 +198,7 @@ fn a_stop_does_not_wait_for_the_next_output() {
 #[test]
 fn refuses_values_out_of_range() {
     let config = RemoteConfig {
-        mixing: Mixing::Autopilot { max_speed_mps: f64::NAN },
+        mixing: Mixing::Autopilot { max_speed_mps: f64::NAN, max_turn_rad: std::f64::consts::PI },
         connection_timeout_s: 60.0,
         ..RemoteConfig::default()
     };
