@@ -1,0 +1,1 @@
+//! What browsers and scripts send to the server and get from it.

@@ -1,0 +1,89 @@
+//! The command line, one module per subcommand.
+
+mod say;
+mod serve;
+
+use crate::config::{self, Config, Overrides};
+use clap::{Args, Parser, Subcommand};
+use say::{complain, say};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Lutra's shore server: telemetry, history and control of a fleet of vessels from a browser.
+#[derive(Debug, Parser)]
+#[command(version, name = "lutra-server")]
+struct Arguments {
+    #[command(flatten)]
+    common: Common,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Where the configuration comes from.
+#[derive(Debug, Args)]
+struct Common {
+    /// The configuration; `lutra-server config` prints one with every key explained.
+    #[arg(long, global = true, env = "LUTRA_CONFIG", value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// The folder of archive, history and people [default: lutra-data].
+    #[arg(long, global = true, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Set any key of the configuration, like http.max_connections=100. May be repeated.
+    #[arg(long, global = true, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    set: Vec<(String, String)>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the server until SIGTERM or Ctrl-C.
+    Serve(serve::ServeArguments),
+    /// Print a configuration file with every key, its default and what it means.
+    Config {
+        /// Print what is in force instead, from file, LUTRA_ variables and flags.
+        #[arg(long)]
+        effective: bool,
+    },
+}
+
+impl Common {
+    /// Reads the configuration; `flags` of a subcommand win over everything.
+    fn load(&self, flags: Vec<(String, String)>) -> anyhow::Result<Config> {
+        let mut overrides = Overrides::from_environment();
+        overrides.flags.extend(self.set.iter().cloned());
+        if let Some(data) = &self.data {
+            overrides.flags.push(("data".to_owned(), data.display().to_string()));
+        }
+        overrides.flags.extend(flags);
+        Ok(config::load(self.config.as_deref(), &overrides)?)
+    }
+}
+
+/// Reads the command line and does as told.
+pub fn main() -> ExitCode {
+    let Arguments { common, command } = Arguments::parse();
+    let outcome = match command {
+        Command::Serve(arguments) => serve::serve(&common, &arguments),
+        Command::Config { effective: false } => {
+            say!("{}", config::DOCUMENTED.trim_end());
+            Ok(())
+        }
+        Command::Config { effective: true } => effective(&common),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain!("lutra-server: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn effective(common: &Common) -> anyhow::Result<()> {
+    say!("{}", toml::to_string_pretty(&common.load(Vec::new())?)?.trim_end());
+    Ok(())
+}
+
+fn key_and_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, like http.max_connections=100")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}

@@ -1,0 +1,1 @@
+//! Doors through which IMC comes in and goes out, one module each.

@@ -1,0 +1,82 @@
+//! Starts everything a running server consists of and ends it in order.
+
+use super::listen::Web;
+use super::routes;
+use crate::config::Config;
+use crate::shore::AppState;
+use anyhow::Context as _;
+use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+/// How long open sockets may take to say good-bye.
+const GOOD_BYE: Duration = Duration::from_secs(2);
+
+/// A running server.
+pub struct Serving {
+    /// Where it listens.
+    pub address: SocketAddr,
+    stop: CancellationToken,
+    web: JoinHandle<()>,
+    tasks: TaskTracker,
+}
+
+impl Serving {
+    /// Ends the server: no new requests, running ones end, sockets are closed.
+    pub async fn stop(self) {
+        self.stop.cancel();
+        self.web.await.ok();
+        self.tasks.close();
+        if tokio::time::timeout(GOOD_BYE, self.tasks.wait()).await.is_err() {
+            tracing::warn!("{} sockets were cut off", self.tasks.len());
+        }
+    }
+}
+
+/// Starts a server; it runs until [`Serving::stop`].
+///
+/// # Errors
+/// The address is taken or not ours, the data folder cannot be used.
+pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
+        format!(
+            "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
+            config.http.listen
+        )
+    })?;
+    let address = listener.local_addr()?;
+    let stop = CancellationToken::new();
+    let tasks = TaskTracker::new();
+    let max_connections = config.http.max_connections;
+    let state = AppState {
+        config: Arc::new(config),
+        metrics: figures(&tasks, stop.clone()),
+        stop: stop.clone(),
+        tasks: tasks.clone(),
+    };
+    let web = Web { listener, tls: None, router: routes::router(state), max_connections };
+    let web = tokio::spawn(web.run(stop.clone()));
+    Ok(Serving { address, stop, web, tasks })
+}
+
+/// The recorder of figures. Only the first server of a process (tests start several) is measured.
+fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
+    let recorder = PrometheusBuilder::new().build_recorder();
+    let handle = recorder.handle();
+    if metrics::set_global_recorder(recorder).is_err() {
+        tracing::debug!("figures are recorded elsewhere");
+    }
+    let upkeep = handle.clone();
+    tasks.spawn(async move {
+        let mut interval = tokio::time::interval(Duration::from_secs(5));
+        while stop.run_until_cancelled(interval.tick()).await.is_some() {
+            upkeep.run_upkeep();
+        }
+    });
+    handle
+}
