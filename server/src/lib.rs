@@ -8,6 +8,7 @@ pub mod config;
 mod doors;
 mod http;
 mod log;
+mod relay;
 mod shore;
 
 pub use http::serve::{Serving, serve};

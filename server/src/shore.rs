@@ -1,6 +1,7 @@
 //! What every handler may reach: the configuration and the handles of the tasks that own state.
 
 use crate::config::Config;
+use crate::relay::{Recorder, Relay};
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
@@ -17,4 +18,8 @@ pub struct AppState {
     pub(crate) stop: CancellationToken,
     /// Sockets that outlive their request; the end waits for them.
     pub(crate) tasks: TaskTracker,
+    /// The hub: routing and the fleet's state.
+    pub(crate) relay: Relay,
+    /// The archive and history.
+    pub(crate) recorder: Recorder,
 }

@@ -3,12 +3,15 @@
 use super::listen::Web;
 use super::routes;
 use crate::config::Config;
+use crate::doors::{self, Open};
+use crate::relay::{Recorder, Relay};
 use crate::shore::AppState;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
+use store::Store;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
@@ -21,6 +24,10 @@ const GOOD_BYE: Duration = Duration::from_secs(2);
 pub struct Serving {
     /// Where it listens.
     pub address: SocketAddr,
+    /// The doors that are open.
+    pub doors: Open,
+    recorder: Recorder,
+    recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     web: JoinHandle<()>,
     tasks: TaskTracker,
@@ -35,6 +42,8 @@ impl Serving {
         if tokio::time::timeout(GOOD_BYE, self.tasks.wait()).await.is_err() {
             tracing::warn!("{} sockets were cut off", self.tasks.len());
         }
+        self.recorder.close();
+        tokio::task::spawn_blocking(|| self.recording.join()).await.ok();
     }
 }
 
@@ -52,16 +61,25 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let address = listener.local_addr()?;
     let stop = CancellationToken::new();
     let tasks = TaskTracker::new();
+    let store = Store::open(&config.data)?;
+    for note in &store.repairs().notes {
+        tracing::warn!("{note}");
+    }
+    let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
+    let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+    let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
+        relay,
+        recorder: recorder.clone(),
     };
     let web = Web { listener, tls: None, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, stop, web, tasks })
+    Ok(Serving { address, doors: open, recorder, recording, stop, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
