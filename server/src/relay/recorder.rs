@@ -167,6 +167,9 @@ impl Thread {
                 }
                 self.pause();
             } else if closed && self.taken.is_empty() && !self.dirty {
+                if let Err(error) = self.store.close() {
+                    tracing::warn!(%error, "the history will be brought up to date at the next start");
+                }
                 return;
             }
         }

@@ -188,7 +188,8 @@ impl History {
     fn open_month(&mut self, key: MonthKey) -> Result<()> {
         if !self.months.contains_key(&key) {
             if self.months.len() >= MAX_OPEN_MONTHS
-                && let Some(oldest) = self.months.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key)
+                && let Some(oldest) =
+                    self.months.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key)
             {
                 self.months.remove(&oldest);
             }

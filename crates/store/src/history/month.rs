@@ -136,9 +136,10 @@ impl Month {
         let time_us = entry.sample.time_us;
         let known = schema.table(entry.group.id);
         // Most imports bring what is all before or after what is there.
-        let possible = self.groups.get(&entry.group).is_some_and(|group| {
-            (group.extent.first_us..=group.extent.last_us).contains(&time_us)
-        });
+        let possible = self
+            .groups
+            .get(&entry.group)
+            .is_some_and(|group| (group.extent.first_us..=group.extent.last_us).contains(&time_us));
         let path = self.path.clone();
         let sample = &entry.sample;
         let (src, src_ent) = (entry.group.src, entry.group.src_ent);
@@ -155,7 +156,8 @@ impl Month {
             }
         }
         // What could not be read as its id says lies among the raw.
-        let sql = "SELECT received_us FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us=?4 AND hash=?5";
+        let sql =
+            "SELECT received_us FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us=?4 AND hash=?5";
         let find = |mut find: rusqlite::CachedStatement<'_>| {
             find.query_row((src, src_ent, entry.group.id, time_us, sample.hash), |row| row.get(0)).optional()
         };
@@ -350,8 +352,11 @@ fn load_groups(connection: &Connection) -> rusqlite::Result<BTreeMap<GroupKey, G
     let mut statement = connection.prepare("SELECT id,src,src_ent,first_us,last_us,count FROM _group")?;
     let rows = statement.query_map((), |row| {
         let key = GroupKey { id: row.get(0)?, src: row.get(1)?, src_ent: row.get(2)? };
-        let extent =
-            Extent { first_us: row.get(3)?, last_us: row.get(4)?, count: row.get::<_, i64>(5)?.cast_unsigned() };
+        let extent = Extent {
+            first_us: row.get(3)?,
+            last_us: row.get(4)?,
+            count: row.get::<_, i64>(5)?.cast_unsigned(),
+        };
         Ok((key, Group { extent, changed: false }))
     })?;
     rows.collect()
