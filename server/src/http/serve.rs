@@ -3,6 +3,7 @@
 use super::listen::Web;
 use super::routes;
 use crate::config::Config;
+use crate::people::{FirstAdmin, People};
 use crate::shore::AppState;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -22,11 +23,17 @@ pub struct Serving {
     /// Where it listens.
     pub address: SocketAddr,
     stop: CancellationToken,
+    first: Option<FirstAdmin>,
     web: JoinHandle<()>,
     tasks: TaskTracker,
 }
 
 impl Serving {
+    /// Name and one-time password of the admin made at the very first start.
+    pub fn first_admin(&self) -> Option<(&str, &str)> {
+        self.first.as_ref().map(|first| (first.name, first.one_time_password.as_str()))
+    }
+
     /// Ends the server: no new requests, running ones end, sockets are closed.
     pub async fn stop(self) {
         self.stop.cancel();
@@ -43,6 +50,9 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    let (folder, settings) = (config.data.clone(), config.people.clone());
+    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
+    let (people, first) = opened.await??;
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
             "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
@@ -55,17 +65,18 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
+        people,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
     };
     let web = Web { listener, tls: None, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, stop, web, tasks })
+    Ok(Serving { address, stop, first, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
-fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
+pub(super) fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
     let recorder = PrometheusBuilder::new().build_recorder();
     let handle = recorder.handle();
     if metrics::set_global_recorder(recorder).is_err() {
