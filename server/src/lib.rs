@@ -14,4 +14,3 @@ mod people;
 mod shore;
 
 pub use http::serve::{Serving, serve};
-pub use shore::AppState;

@@ -65,7 +65,7 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
 }
 
 /// Who asks: by token if there is one, else by session.
-async fn identify(
+pub(super) async fn identify(
     state: &AppState,
     headers: &HeaderMap,
     caller: Caller,

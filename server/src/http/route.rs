@@ -102,6 +102,15 @@ impl Route {
         Self::new(Method::DELETE, path, Kind::Api, need, about, on(MethodFilter::DELETE, handler))
     }
 
+    /// A WebSocket.
+    pub(crate) fn socket<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::GET, path, Kind::Socket, need, about, on(MethodFilter::GET, handler))
+    }
+
     fn new(
         method: Method,
         path: &'static str,

@@ -2,10 +2,13 @@
 
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
-use super::{assets, error::ApiError, headers, health, measure, openapi, people};
+use super::{assets, error::ApiError, headers, health, history, live, measure, openapi, people};
 use crate::pages;
 use crate::shore::AppState;
-use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
+use api::{
+    AuditEntry, ExportQuery, LiveFrame, LiveRequest, Me, NewToken, Person, Recorded, Role, Session, System,
+    Token, TokenMade, TrackPoint, TrackQuery,
+};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::Uri;
@@ -43,6 +46,28 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/api/v1/audit", admin, "Who did what, the newest first.", people::audit_list)
             .query::<people::AuditQuery>()
             .gives::<Vec<AuditEntry>>(),
+        Route::get("/api/v1/vessels", viewer, "The fleet as it is.", history::vessels).gives::<Vec<System>>(),
+        Route::socket("/api/live", viewer, "The fleet as it changes: a WebSocket.", live::socket)
+            .takes::<LiveRequest>()
+            .gives::<LiveFrame>(),
+        Route::get("/api/v1/recorded", viewer, "What the history holds.", history::recorded)
+            .gives::<Vec<Recorded>>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/track",
+            Need::OnVessel(Role::Viewer),
+            "A vessel's track.",
+            history::track,
+        )
+        .query::<TrackQuery>()
+        .gives::<Vec<TrackPoint>>(),
+        Route::get(
+            "/api/v1/export.csv",
+            Need::Somewhere(Role::Researcher),
+            "CSV of a message. An answer that ends without an error is whole.",
+            history::export,
+        )
+        .query::<ExportQuery>()
+        .media("text/csv"),
     ];
     table.extend(pages::routes());
     table

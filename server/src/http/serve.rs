@@ -3,8 +3,9 @@
 use super::listen::Web;
 use super::routes;
 use crate::config::Config;
+use crate::doors;
 use crate::people::{FirstAdmin, People};
-use crate::shore::AppState;
+use crate::shore::{AppState, Fleet, History};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
@@ -50,6 +51,20 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    let (fleet, answering) = doors::closed();
+    tokio::spawn(answering);
+    serve_with(config, fleet, None).await
+}
+
+/// As [`serve`], with this fleet and history.
+///
+/// # Errors
+/// As [`serve`].
+pub(crate) async fn serve_with(
+    config: Config,
+    fleet: Fleet,
+    history: Option<Arc<dyn History>>,
+) -> anyhow::Result<Serving> {
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
     let (people, first) = opened.await??;
@@ -66,6 +81,8 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let state = AppState {
         config: Arc::new(config),
         people,
+        fleet,
+        history,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),

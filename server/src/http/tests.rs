@@ -59,7 +59,11 @@ impl Shore {
         let (people, first) = People::start(&config.data, &config.people).unwrap();
         let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
         let metrics = serve::figures(&tasks, stop.clone());
-        let state = AppState { config: Arc::new(config), people: people.clone(), metrics, stop, tasks };
+        let (fleet, answering) = crate::doors::closed();
+        tokio::spawn(answering);
+        let people_too = people.clone();
+        let config = Arc::new(config);
+        let state = AppState { config, people: people_too, fleet, history: None, metrics, stop, tasks };
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state), people, first_password, _folder: folder }
     }

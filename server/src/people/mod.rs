@@ -20,5 +20,5 @@ pub(crate) mod vessels;
 pub(crate) use db::{Fault, open};
 pub(crate) use handle::{FirstAdmin, People};
 pub(crate) use login::{Attempt, Refused};
-pub(crate) use roles::{Principal, Via};
+pub(crate) use roles::{Grants, Principal, Via};
 pub(crate) use secret::{Secret, one_time_password, same};
