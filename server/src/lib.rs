@@ -4,12 +4,14 @@
 //! are sockets, pages, people and configuration. `main.rs` only starts it, so that tests can start it too.
 
 pub mod cli;
+mod clock;
 pub mod config;
 mod doors;
 mod http;
 mod log;
+mod pages;
+mod people;
 mod relay;
 mod shore;
 
 pub use http::serve::{Serving, serve};
-pub use shore::AppState;

@@ -1,17 +1,31 @@
 //! What every handler may reach: the configuration and the handles of the tasks that own state.
+//!
+//! The fleet belongs to the task that owns the hub; it answers [`FleetQuestion`]s and counts its revisions. The
+//! history is read through [`History`], on threads where slow work may be done.
 
 use crate::config::Config;
+use crate::people::{Grants, People};
 use crate::relay::{Recorder, Relay};
+use api::{ExportQuery, Recorded, System, TrackPoint, TrackQuery, Update};
 use metrics_exporter_prometheus::PrometheusHandle;
+use std::collections::BTreeSet;
+use std::io::Write;
 use std::sync::Arc;
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 /// Shared by all handlers; cheap to clone.
 #[derive(Clone)]
-pub struct AppState {
+pub(crate) struct AppState {
     /// As the server was started.
     pub(crate) config: Arc<Config>,
+    /// Accounts, sessions, tokens.
+    pub(crate) people: People,
+    /// The fleet as it is.
+    pub(crate) fleet: Fleet,
+    /// The fleet as it was; `None` where nothing is recorded.
+    pub(crate) history: Option<Arc<dyn History>>,
     /// Figures for Prometheus.
     pub(crate) metrics: PrometheusHandle,
     /// Says that the server is about to end.
@@ -22,4 +36,129 @@ pub struct AppState {
     pub(crate) relay: Relay,
     /// The archive and history.
     pub(crate) recorder: Recorder,
+}
+
+/// The handle of the task that owns the fleet's state.
+#[derive(Debug, Clone)]
+pub(crate) struct Fleet {
+    questions: mpsc::Sender<FleetQuestion>,
+    revision: watch::Receiver<u64>,
+}
+
+/// What the owner of the fleet's state is asked. Who asks and goes away before the answer does not mind.
+#[derive(Debug)]
+pub(crate) enum FleetQuestion {
+    /// All systems that `wanted` admits.
+    Systems {
+        /// Which.
+        wanted: Arc<Wanted>,
+        /// Where the answer goes.
+        answer: oneshot::Sender<Vec<System>>,
+    },
+    /// What changed after the revision `since` (0: everything).
+    Changes {
+        /// The revision up to which the asker knows everything.
+        since: u64,
+        /// Which.
+        wanted: Arc<Wanted>,
+        /// Where the answer goes.
+        answer: oneshot::Sender<Changes>,
+    },
+}
+
+/// What somebody wants to see and may see.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Wanted {
+    /// What the person may see.
+    pub(crate) grants: Grants,
+    /// IMC addresses; `None` for all.
+    pub(crate) systems: Option<BTreeSet<u16>>,
+    /// Abbreviations of messages; `None` for all.
+    pub(crate) messages: Option<BTreeSet<String>>,
+    /// Whether events are wanted.
+    pub(crate) events: bool,
+}
+
+impl Wanted {
+    /// Whether this system is wanted and may be seen.
+    pub(crate) fn admits_system(&self, address: u16) -> bool {
+        self.grants.on(address).is_some()
+            && self.systems.as_ref().is_none_or(|systems| systems.contains(&address))
+    }
+
+    /// Whether messages with this abbreviation are wanted.
+    pub(crate) fn admits_message(&self, abbrev: &str) -> bool {
+        self.messages.as_ref().is_none_or(|messages| messages.contains(abbrev))
+    }
+}
+
+/// What changed.
+#[derive(Debug, Default)]
+pub(crate) struct Changes {
+    /// To ask with next time.
+    pub(crate) revision: u64,
+    /// All wanted systems as they are.
+    pub(crate) systems: Vec<System>,
+    /// Series with a new value.
+    pub(crate) values: Vec<Update>,
+    /// Events, in order.
+    pub(crate) events: Vec<Update>,
+    /// Values that newer ones replaced since.
+    pub(crate) skipped: u64,
+    /// Events that were forgotten since.
+    pub(crate) events_missed: u64,
+}
+
+impl Fleet {
+    /// A handle whose questions come to the owner through `questions` (a bounded channel: askers wait when it is
+    /// full) and which learns of changes through `revision`.
+    pub(crate) fn new(questions: mpsc::Sender<FleetQuestion>, revision: watch::Receiver<u64>) -> Self {
+        Self { questions, revision }
+    }
+
+    /// All systems that `wanted` admits; `None` when the owner is gone.
+    pub(crate) async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<System>> {
+        let (answer, answered) = oneshot::channel();
+        self.questions.send(FleetQuestion::Systems { wanted, answer }).await.ok()?;
+        answered.await.ok()
+    }
+
+    /// What changed after `since`; `None` when the owner is gone.
+    pub(crate) async fn changes(&self, since: u64, wanted: Arc<Wanted>) -> Option<Changes> {
+        let (answer, answered) = oneshot::channel();
+        self.questions.send(FleetQuestion::Changes { since, wanted, answer }).await.ok()?;
+        answered.await.ok()
+    }
+
+    /// Counts changes.
+    pub(crate) fn revision(&self) -> watch::Receiver<u64> {
+        self.revision.clone()
+    }
+}
+
+/// What was recorded. All of it may take long and is called where that is allowed.
+pub(crate) trait History: Send + Sync + 'static {
+    /// Which messages there are of which system.
+    ///
+    /// # Errors
+    /// The history cannot be read.
+    fn recorded(&self) -> anyhow::Result<Vec<Recorded>>;
+
+    /// A track, simplified to the points asked for.
+    ///
+    /// # Errors
+    /// The history cannot be read.
+    fn track(&self, vessel: u16, query: &TrackQuery) -> anyhow::Result<Vec<TrackPoint>>;
+
+    /// Writes CSV of the vessels that `may` admits. Stops when `out` fails, which it does when nobody reads any
+    /// more.
+    ///
+    /// # Errors
+    /// The history cannot be read, or `out` failed.
+    fn export(
+        &self,
+        query: &ExportQuery,
+        may: &dyn Fn(u16) -> bool,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<()>;
 }

@@ -1,5 +1,6 @@
 //! The command line, one module per subcommand.
 
+mod people;
 mod say;
 mod serve;
 
@@ -37,6 +38,15 @@ struct Common {
 enum Command {
     /// Run the server until SIGTERM or Ctrl-C.
     Serve(serve::ServeArguments),
+    /// People: add, list, roles, passwords.
+    #[command(subcommand)]
+    User(people::UserCommand),
+    /// Tokens of scripts and of vessels' links.
+    #[command(subcommand)]
+    Token(people::TokenCommand),
+    /// Vessels that have names.
+    #[command(subcommand)]
+    Vessel(people::VesselCommand),
     /// Print a configuration file with every key, its default and what it means.
     Config {
         /// Print what is in force instead, from file, LUTRA_ variables and flags.
@@ -63,6 +73,9 @@ pub fn main() -> ExitCode {
     let Arguments { common, command } = Arguments::parse();
     let outcome = match command {
         Command::Serve(arguments) => serve::serve(&common, &arguments),
+        Command::User(command) => people::user(&common, command),
+        Command::Token(command) => people::token(&common, command),
+        Command::Vessel(command) => people::vessel(&common, command),
         Command::Config { effective: false } => {
             say!("{}", config::DOCUMENTED.trim_end());
             Ok(())

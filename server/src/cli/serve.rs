@@ -36,6 +36,9 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         if let Some(address) = serving.doors.udp {
             say!("udp {address}");
         }
+        if let Some((name, password)) = serving.first_admin() {
+            say!("first start: log in as {name} with the one-time password {password}");
+        }
         tokio::select! {
             _ = terminate.recv() => {}
             _ = interrupt.recv() => {}

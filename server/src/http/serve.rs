@@ -4,8 +4,9 @@ use super::listen::Web;
 use super::routes;
 use crate::config::Config;
 use crate::doors::{self, Open};
+use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::AppState;
+use crate::shore::{AppState, Fleet, History};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
@@ -29,11 +30,17 @@ pub struct Serving {
     recorder: Recorder,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
+    first: Option<FirstAdmin>,
     web: JoinHandle<()>,
     tasks: TaskTracker,
 }
 
 impl Serving {
+    /// Name and one-time password of the admin made at the very first start.
+    pub fn first_admin(&self) -> Option<(&str, &str)> {
+        self.first.as_ref().map(|first| (first.name, first.one_time_password.as_str()))
+    }
+
     /// Ends the server: no new requests, running ones end, sockets are closed.
     pub async fn stop(self) {
         self.stop.cancel();
@@ -52,6 +59,23 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    let (fleet, answering) = doors::closed();
+    tokio::spawn(answering);
+    serve_with(config, fleet, None).await
+}
+
+/// As [`serve`], with this fleet and history.
+///
+/// # Errors
+/// As [`serve`].
+pub(crate) async fn serve_with(
+    config: Config,
+    fleet: Fleet,
+    history: Option<Arc<dyn History>>,
+) -> anyhow::Result<Serving> {
+    let (folder, settings) = (config.data.clone(), config.people.clone());
+    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
+    let (people, first) = opened.await??;
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
             "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
@@ -71,6 +95,9 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
+        people,
+        fleet,
+        history,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
@@ -79,11 +106,11 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     };
     let web = Web { listener, tls: None, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, doors: open, recorder, recording, stop, web, tasks })
+    Ok(Serving { address, doors: open, recorder, recording, stop, first, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
-fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
+pub(super) fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
     let recorder = PrometheusBuilder::new().build_recorder();
     let handle = recorder.handle();
     if metrics::set_global_recorder(recorder).is_err() {
