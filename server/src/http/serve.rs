@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History};
+use crate::shore::{AppState, Fleet};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
@@ -59,20 +59,6 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
-    let (fleet, answering) = doors::closed();
-    tokio::spawn(answering);
-    serve_with(config, fleet, None).await
-}
-
-/// As [`serve`], with this fleet and history.
-///
-/// # Errors
-/// As [`serve`].
-pub(crate) async fn serve_with(
-    config: Config,
-    fleet: Fleet,
-    history: Option<Arc<dyn History>>,
-) -> anyhow::Result<Serving> {
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
     let (people, first) = opened.await??;
@@ -96,8 +82,8 @@ pub(crate) async fn serve_with(
     let state = AppState {
         config: Arc::new(config),
         people,
-        fleet,
-        history,
+        fleet: Fleet::new(relay.clone()),
+        history: None,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
