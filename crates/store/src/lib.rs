@@ -6,6 +6,8 @@ mod gaps;
 mod history;
 mod lock;
 mod packet;
+mod range;
+mod reader;
 mod store;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
@@ -13,4 +15,9 @@ pub use error::{Result, StoreError};
 pub use gaps::{Gap, GapKind};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
+pub use range::TimeRange;
+pub use reader::{
+    Bucket, Buckets, Cell, Detection, EntityName, LogEntry, Reader, Row, Samples, Series, Source, System, Track,
+    TrackPoint,
+};
 pub use store::Store;
