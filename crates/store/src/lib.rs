@@ -4,6 +4,7 @@ mod error;
 mod fingerprint;
 mod gaps;
 mod history;
+mod import;
 mod lock;
 mod packet;
 mod range;
@@ -14,6 +15,7 @@ pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use error::{Result, StoreError};
 pub use gaps::{Gap, GapKind};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
+pub use import::{ImportProgress, Imported};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{

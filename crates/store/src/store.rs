@@ -140,6 +140,11 @@ impl Store {
         Ok(if appended { Outcome::Recorded } else { Outcome::Duplicate })
     }
 
+    /// The first of `count` times of arrival, from `now_us` on, that no import had before.
+    pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
+        self.history.reserve_arrivals(now_us, count)
+    }
+
     /// Puts everything accepted on disk and into the history.
     ///
     /// The archive comes first. When it cannot be written nothing of what waits is on disk, nothing is lost
