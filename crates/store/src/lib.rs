@@ -1,6 +1,8 @@
 //! Every packet on disk, and everything that is asked of them.
 mod archive;
 mod error;
+#[cfg(test)]
+mod faults;
 mod fingerprint;
 mod gaps;
 mod history;
