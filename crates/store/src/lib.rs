@@ -1,16 +1,27 @@
 //! Every packet on disk, and everything that is asked of them.
 mod archive;
 mod error;
+#[cfg(test)]
+mod faults;
 mod fingerprint;
 mod gaps;
 mod history;
+mod import;
 mod lock;
 mod packet;
+mod range;
+mod reader;
 mod store;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use error::{Result, StoreError};
 pub use gaps::{Gap, GapKind};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
+pub use import::{ImportProgress, Imported};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
+pub use range::TimeRange;
+pub use reader::{
+    Bucket, Buckets, Cell, Detection, EntityName, LogEntry, Reader, Row, Samples, Series, Source, System, Track,
+    TrackPoint,
+};
 pub use store::Store;

@@ -83,9 +83,8 @@ impl Store {
             repairs: Repairs::default(),
             _lock: lock,
         };
-        store.mend_archive()?;
-        store.archive.streams.start_from(store.history.streams()?);
-        store.recover_streams()?;
+        let shorter = store.mend_archive()?;
+        store.recover_streams(shorter)?;
         store.replay(progress)?;
         store.save()?;
         Ok(store)
@@ -138,6 +137,11 @@ impl Store {
         }
         let appended = self.archive.append(view, received, Door::Import, None)?;
         Ok(if appended { Outcome::Recorded } else { Outcome::Duplicate })
+    }
+
+    /// The first of `count` times of arrival, from `now_us` on, that no import had before.
+    pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
+        self.history.reserve_arrivals(now_us, count)
     }
 
     /// Puts everything accepted on disk and into the history.
@@ -256,8 +260,10 @@ impl Store {
         self.save()
     }
 
-    /// Mends the days whose files are not as the history last saw them, and learns all their lengths.
-    fn mend_archive(&mut self) -> Result<()> {
+    /// Mends the days whose files are not as the history last saw them, and learns all their lengths. Whether
+    /// one is shorter than the history knew it.
+    fn mend_archive(&mut self) -> Result<bool> {
+        let mut shorter = false;
         for key in archive::days(self.archive.root())? {
             let mut progress = self.history.progress(key);
             let folder = key.folder(self.archive.root());
@@ -281,18 +287,23 @@ impl Store {
                 self.repairs.notes.push(format!("archive/{name}: shorter than when it was last read"));
                 progress = Progress::default();
                 self.history.set_progress(key, progress);
+                shorter = true;
             }
             self.archive.know(key, lengths);
         }
-        Ok(())
+        Ok(shorter)
     }
 
-    /// Learns from the records of arrival which numbers are surely on disk. It comes before the replay, which
-    /// saves what it has done as it goes on.
-    fn recover_streams(&mut self) -> Result<()> {
+    /// Learns which numbers are surely on disk: from what was known when the progress was saved, and the records
+    /// of arrival since; or, `from_scratch`, from all records. It comes before the replay, which saves what it
+    /// has done as it goes on.
+    fn recover_streams(&mut self, from_scratch: bool) -> Result<()> {
+        if !from_scratch {
+            self.archive.streams.start_from(self.history.streams()?);
+        }
         let mut recovered = Recovered::default();
         for key in archive::days(self.archive.root())? {
-            let read = self.history.progress(key).lengths;
+            let read = if from_scratch { Lengths::default() } else { self.history.progress(key).lengths };
             if read != self.archive.lengths(key) {
                 recovered.read(&key.folder(self.archive.root()), read.arrivals)?;
             }

@@ -128,6 +128,22 @@ impl Catalogue {
         read().named(&self.path)
     }
 
+    /// The first of `count` times of arrival, from `now_us` on, that no import had before.
+    pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
+        let reserve = || -> rusqlite::Result<i64> {
+            let last: Option<String> = self
+                .connection
+                .query_row("SELECT value FROM meta WHERE name='last_import_us'", (), |row| row.get(0))
+                .optional()?;
+            let last_us = last.and_then(|text| text.parse::<i64>().ok());
+            let start_us = last_us.map_or(now_us, |last_us| now_us.max(last_us + 1));
+            let end = (start_us + count as i64).to_string();
+            self.connection.execute("INSERT OR REPLACE INTO meta VALUES ('last_import_us',?1)", [end])?;
+            Ok(start_us)
+        };
+        reserve().named(&self.path)
+    }
+
     /// Hears a system's name; whether it is a new one.
     pub(crate) fn hear_system(&mut self, address: Address, time_us: i64, name: &SystemName) -> bool {
         self.changed_systems.insert(address.0);

@@ -1,5 +1,6 @@
 //! Which file a sample belongs to.
 
+use crate::range::TimeRange;
 use units::{Civil, UtcTime};
 
 /// Times from here on belong to a month: 2000-01-01.
@@ -50,6 +51,31 @@ impl MonthKey {
         let (year, month) = name.strip_suffix(".sqlite")?.split_once('-')?;
         let key = Self::Month { year: year.parse().ok()?, month: month.parse().ok()? };
         (key.file_name() == name && key.range_us().is_some()).then_some(key)
+    }
+
+    /// The files that hold a range, with the part that each holds, in order of time. What is undated lies
+    /// before and after all months.
+    pub(crate) fn parts(range: TimeRange, present: &[Self]) -> Vec<(Self, TimeRange)> {
+        let mut parts = Vec::new();
+        let mut add = |key: Self, from_us: i64, to_us: i64| {
+            let part = range.within(TimeRange { from_us, to_us });
+            if !part.is_empty() {
+                parts.push((key, part));
+            }
+        };
+        let undated = present.contains(&Self::Undated);
+        if undated {
+            add(Self::Undated, i64::MIN, FIRST_US);
+        }
+        for key in present {
+            if let Some((from_us, to_us)) = key.range_us() {
+                add(*key, from_us, to_us);
+            }
+        }
+        if undated {
+            add(Self::Undated, END_US, i64::MAX);
+        }
+        parts
     }
 
     /// First microsecond of the month and of the next; `None` for what is undated.
