@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet};
+use crate::shore::{AppState, Fleet, Stored};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
@@ -78,12 +78,13 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
+    let data = config.data.clone();
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
-        history: None,
+        history: Some(Arc::new(Stored::new(data))),
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),

@@ -5,8 +5,10 @@
 
 mod decode;
 mod fleet;
+mod history;
 
 pub(crate) use fleet::Fleet;
+pub(crate) use history::Stored;
 
 use crate::config::Config;
 use crate::people::{Grants, People};
