@@ -13,6 +13,7 @@ mod setup;
 mod simulate;
 mod store;
 mod track;
+mod uplink;
 mod world;
 
 use crate::say::{complain, say};
