@@ -4,6 +4,7 @@
 //! are off unless configured, belong on loopback or a VPN, and admit only declared addresses.
 
 mod imcproxy;
+pub(crate) mod link;
 mod tcp;
 mod udp;
 

@@ -39,6 +39,25 @@ impl<S: Sync> FromRequestParts<S> for Who {
     }
 }
 
+/// The vessel (IMC address) whose link comes in, for the handler behind [`Need::Link`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkOf(pub(crate) u16);
+
+impl<S: Sync> FromRequestParts<S> for LinkOf {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        parts.extensions.get::<Self>().copied().ok_or_else(ApiError::not_logged_in)
+    }
+}
+
+/// The vessel whose link token a request shows.
+async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiError> {
+    let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
+    let token = given.and_then(|given| given.strip_prefix("Bearer ")).ok_or_else(ApiError::not_logged_in)?;
+    let vessel = state.people.by_link_token(token.trim().to_owned()).await?;
+    vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
+}
+
 /// Lets a request through, or answers why not.
 pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().copied() else {
@@ -46,6 +65,15 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
     };
     let caller = Caller::of(peer, request.headers(), &post.state.config.http);
     request.extensions_mut().insert(caller);
+    if post.need == Need::Link {
+        return match link_of(&post.state, request.headers()).await {
+            Ok(link) => {
+                request.extensions_mut().insert(link);
+                next.run(request).await
+            }
+            Err(error) => refuse(&post, &request, error),
+        };
+    }
     let who = match identify(&post.state, request.headers(), caller).await {
         Ok(who) => who,
         Err(error) => return refuse(&post, &request, error),
@@ -113,7 +141,7 @@ async fn may(
         }
         Need::Everywhere(least) => (who.grants.everywhere(), least, "all vessels".to_owned()),
         Need::Figures => (who.grants.everywhere(), Role::Admin, "all vessels".to_owned()),
-        Need::Anyone | Need::Session => return Ok(()),
+        Need::Anyone | Need::Session | Need::Link => return Ok(()),
     };
     if has >= Some(least) {
         return Ok(());

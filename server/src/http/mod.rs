@@ -4,7 +4,7 @@ mod assets;
 mod caller;
 mod csrf;
 mod error;
-mod guard;
+pub(crate) mod guard;
 mod headers;
 mod health;
 mod history;

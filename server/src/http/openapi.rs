@@ -119,6 +119,7 @@ fn needs(need: Need) -> String {
         Need::OnVessel(role) => format!("Needs the role {role} on the vessel."),
         Need::Everywhere(role) => format!("Needs the role {role} on all vessels."),
         Need::Figures => "For this machine, or an admin.".to_owned(),
+        Need::Link => "For a vessel with the token of its link.".to_owned(),
     }
 }
 

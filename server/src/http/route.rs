@@ -24,6 +24,8 @@ pub(crate) enum Need {
     Everywhere(Role),
     /// On this machine, or admin.
     Figures,
+    /// A vessel with the token of its link.
+    Link,
 }
 
 /// Who uses a route, which decides how a refusal looks.

@@ -46,6 +46,7 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/api/v1/audit", admin, "Who did what, the newest first.", people::audit_list)
             .query::<people::AuditQuery>()
             .gives::<Vec<AuditEntry>>(),
+        Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", crate::doors::link::open),
         Route::get("/api/v1/vessels", viewer, "The fleet as it is.", history::vessels).gives::<Vec<System>>(),
         Route::socket("/api/live", viewer, "The fleet as it changes: a WebSocket.", live::socket)
             .takes::<LiveRequest>()

@@ -3,6 +3,7 @@
 use super::listen::Web;
 use super::routes;
 use crate::config::Config;
+use crate::doors::link::Links;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
@@ -88,6 +89,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
+        links: Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone()),
         relay,
         recorder: recorder.clone(),
     };

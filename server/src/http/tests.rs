@@ -5,6 +5,7 @@ use super::route::{Kind, Need};
 use super::{routes, serve};
 use crate::clock;
 use crate::config::Config;
+use crate::doors::link::Links;
 use crate::people::{People, persons, tokens};
 use crate::relay::{Recorder, Relay};
 use crate::shore::AppState;
@@ -65,6 +66,7 @@ impl Shore {
         let (recorder, _recording) = Recorder::start(Store::open(&config.data).unwrap()).unwrap();
         let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
         let fleet = Fleet::new(relay.clone());
+        let links = Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone());
         let people_too = people.clone();
         let config = Arc::new(config);
         let state = AppState {
@@ -77,6 +79,7 @@ impl Shore {
             tasks,
             relay,
             recorder,
+            links,
         };
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state), people, first_password, _folder: folder }
@@ -186,6 +189,7 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
                 Need::OnVessel(least) => (*role >= least, *role >= least, false),
                 Need::Everywhere(least) => (*role >= least, false, false),
                 Need::Figures => (*role == Role::Admin, false, false),
+                Need::Link => (false, false, false),
             };
             for (token, may) in [(everywhere, all), (own, some), (elsewhere, other)] {
                 // Making tokens by token is refused by the handler, for everybody.

@@ -110,14 +110,20 @@ impl Recorder {
         let work: Work = Box::new(move |store| {
             reply.send(work(store)).ok();
         });
-        let mut waiting = self.shared.lock();
-        if waiting.closed {
+        if !self.queue(work) {
             return None;
         }
-        waiting.work.push(work);
-        drop(waiting);
-        self.shared.ready.notify_one();
         answer.await.ok()
+    }
+
+    /// Whether the thread is there to do the work.
+    fn queue(&self, work: Work) -> bool {
+        let mut waiting = self.shared.lock();
+        if !waiting.closed {
+            waiting.work.push(work);
+        }
+        self.shared.ready.notify_one();
+        !waiting.closed
     }
 
     /// What is durable of each stream, as it grows.

@@ -185,8 +185,7 @@ mod tests {
     #[test]
     fn nested_messages_are_objects() {
         let goto = Goto { speed: 1.5, ..Goto::default() };
-        let maneuver =
-            PlanManeuver { maneuver_id: "a".into(), data: goto.into(), ..Default::default() };
+        let maneuver = PlanManeuver { maneuver_id: "a".into(), data: goto.into(), ..Default::default() };
         let plan = PlanSpecification { maneuvers: [maneuver].into_iter().collect(), ..Default::default() };
         let plan = update(plan);
         let maneuvers = &field(&plan, "maneuvers").value;

@@ -11,6 +11,7 @@ pub(crate) use fleet::Fleet;
 pub(crate) use history::Stored;
 
 use crate::config::Config;
+use crate::doors::link::Links;
 use crate::people::{Grants, People};
 use crate::relay::{Recorder, Relay};
 use api::{ExportQuery, Recorded, System, TrackPoint, TrackQuery, Update};
@@ -38,6 +39,8 @@ pub(crate) struct AppState {
     pub(crate) stop: CancellationToken,
     /// Sockets that outlive their request; the end waits for them.
     pub(crate) tasks: TaskTracker,
+    /// The vessels that came in by the link.
+    pub(crate) links: Links,
     /// The hub: routing and the fleet's state.
     pub(crate) relay: Relay,
     /// The archive and history.
