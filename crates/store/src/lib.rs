@@ -1,6 +1,7 @@
 //! Every packet on disk, and everything that is asked of them.
 mod archive;
 mod error;
+mod export;
 #[cfg(test)]
 mod faults;
 mod fingerprint;
@@ -15,6 +16,7 @@ mod store;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use error::{Result, StoreError};
+pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, export_csv, export_lsf};
 pub use gaps::{Gap, GapKind};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use import::{ImportProgress, Imported};
