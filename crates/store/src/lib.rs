@@ -1,5 +1,7 @@
 //! Every packet on disk, and everything that is asked of them.
 mod archive;
+mod backup;
+mod doctor;
 mod error;
 mod export;
 #[cfg(test)]
@@ -12,9 +14,13 @@ mod lock;
 mod packet;
 mod range;
 mod reader;
+mod reindex;
+mod retention;
 mod store;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
+pub use backup::{BackedUp, backup};
+pub use doctor::{Check, Health, doctor};
 pub use error::{Result, StoreError};
 pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, export_csv, export_lsf};
 pub use gaps::{Gap, GapKind};
@@ -26,4 +32,6 @@ pub use reader::{
     Bucket, Buckets, Cell, Detection, EntityName, LogEntry, Reader, Row, Samples, Series, Source, System, Track,
     TrackPoint,
 };
+pub use reindex::{Reindexed, reindex};
+pub use retention::{Removal, Retention, plan_retention};
 pub use store::Store;
