@@ -11,6 +11,7 @@ use crate::packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 use imc::PacketView;
 use std::fs;
 use std::path::{Path, PathBuf};
+use crate::reindex::{self, GROWING, HISTORY};
 use units::UtcTime;
 
 /// Packets of the archive that are read into the history in one transaction.
@@ -40,7 +41,7 @@ pub struct Store {
     saved_at: UtcTime,
     now: UtcTime,
     repairs: Repairs,
-    _lock: FolderLock,
+    lock: FolderLock,
 }
 
 impl Store {
@@ -62,18 +63,33 @@ impl Store {
         Self::open_on(folder, Box::new(RealDisk), progress)
     }
 
+    /// Opens the archive with a history that grows beside the one that is asked.
+    pub(crate) fn open_growing(folder: &Path, progress: &mut dyn FnMut(u64) -> bool) -> Result<Self> {
+        Self::open_in(folder, GROWING, Box::new(RealDisk), progress)
+    }
+
     pub(crate) fn open_on(
         folder: &Path,
+        disk: Box<dyn Disk>,
+        progress: &mut dyn FnMut(u64) -> bool,
+    ) -> Result<Self> {
+        Self::open_in(folder, HISTORY, disk, progress)
+    }
+
+    fn open_in(
+        folder: &Path,
+        history: &str,
         disk: Box<dyn Disk>,
         progress: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self> {
         let root = folder.join("archive");
         fs::create_dir_all(&root).named(&root)?;
         let lock = FolderLock::take(folder)?;
+        reindex::finish_swap(folder)?;
         let mut store = Self {
             folder: folder.to_owned(),
             archive: Archive::new(root, disk),
-            history: History::open(folder.join("history"))?,
+            history: History::open(folder.join(history))?,
             repeats: RepeatWindow::new(),
             unindexed: Vec::new(),
             behind: false,
@@ -81,7 +97,7 @@ impl Store {
             saved_at: UtcTime::default(),
             now: UtcTime::default(),
             repairs: Repairs::default(),
-            _lock: lock,
+            lock,
         };
         let shorter = store.mend_archive()?;
         store.recover_streams(shorter)?;
@@ -258,6 +274,17 @@ impl Store {
             return Ok(());
         }
         self.save()
+    }
+
+    /// Saves the progress and closes all files, but goes on keeping other writers away.
+    pub(crate) fn close_keeping_lock(mut self) -> Result<FolderLock> {
+        self.save()?;
+        Ok(self.lock)
+    }
+
+    /// Closes the history's months; they are opened again when needed.
+    pub(crate) fn close_months(&mut self) {
+        self.history.close_months();
     }
 
     /// Mends the days whose files are not as the history last saw them, and learns all their lengths. Whether

@@ -190,6 +190,10 @@ impl History {
         self.catalogue.save(Some(streams))
     }
 
+    pub(crate) fn close_months(&mut self) {
+        self.months.clear();
+    }
+
     fn open_month(&mut self, key: MonthKey) -> Result<()> {
         if !self.months.contains_key(&key) {
             if self.months.len() >= MAX_OPEN_MONTHS

@@ -1,8 +1,8 @@
 //! Least, greatest and mean per stretch of time, whatever range is asked for, from the coarsest roll-ups that
 //! answer exactly.
 //!
-//! Buckets are at least as wide as the coarsest level not wider than what was asked for, and a multiple of it, so
-//! every roll-up lies in one bucket. The ends of the range, and windows whose roll-ups are stale, are answered
+//! Buckets as wide as roll-ups or wider are a multiple of the coarsest level not wider than what was asked for, so
+//! every roll-up lies in one bucket, and there are at least half as many as were asked for. The ends of the range, and windows whose roll-ups are stale, are answered
 //! from finer levels and the samples themselves. The answer is what the samples would give.
 
 use super::{Reader, Source, has_group, select_list};
@@ -164,7 +164,10 @@ impl Grid {
         let count = count.clamp(1, MAX_BUCKETS) as i64;
         let span_us = range.to_us.saturating_sub(range.from_us).max(1);
         let wanted_us = span_us.div_euclid(count) + i64::from(span_us % count != 0);
-        match LEVELS_S.iter().rposition(|level_s| level_s * 1_000_000 <= wanted_us) {
+        let level = LEVELS_S.iter().rposition(|level_s| level_s * 1_000_000 <= wanted_us);
+        // Half as many buckets come much quicker than twice as many samples.
+        let level = level.or((2 * wanted_us >= LEVELS_S[0] * 1_000_000).then_some(0));
+        match level {
             None => Self { origin_us: range.from_us, width_us: wanted_us, level: None },
             Some(level) => {
                 let level_us = LEVELS_S[level] * 1_000_000;

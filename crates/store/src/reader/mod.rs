@@ -20,6 +20,7 @@ use crate::gaps::{self, Gap};
 use crate::history::schema::Schema;
 use crate::history::{self, CATALOGUE, GroupKey, MonthKey, Names, Table};
 use crate::range::TimeRange;
+use crate::reindex::HISTORY;
 use imc::Address;
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
 use std::collections::BTreeMap;
@@ -70,10 +71,16 @@ impl Reader {
     }
 
     pub(crate) fn open_with(data: &Path, memory: Memory) -> Result<Self> {
+        Ok(Self { memory, ..Self::open_folder(data, HISTORY)? })
+    }
+
+    /// A history that lies in another folder of the data.
+    pub(crate) fn open_folder(data: &Path, folder: &str) -> Result<Self> {
         data.metadata().named(data)?;
+        let memory = Memory::QUESTIONS;
         Ok(Self {
             data: data.to_owned(),
-            folder: data.join("history"),
+            folder: data.join(folder),
             memory,
             schema: Schema::new(),
             months: BTreeMap::new(),

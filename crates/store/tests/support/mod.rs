@@ -1,5 +1,5 @@
 //! What the tests of the store share.
-#![expect(dead_code, reason = "each test file uses some of it")]
+#![allow(dead_code, reason = "each test file uses some of it")]
 
 use imc::messages::{EstimatedState, Payload, Temperature};
 use imc::{Address, Header};
@@ -32,8 +32,7 @@ pub(crate) fn temperature(time_us: i64, value: f32) -> Vec<u8> {
     packet(time_us, 5, &Temperature { value })
 }
 
-pub(crate) fn state(time_us: i64, x: f32) -> EstimatedState {
-    let _ = time_us;
+pub(crate) fn state(x: f32) -> EstimatedState {
     EstimatedState {
         lat: 63.4406_f64.to_radians(),
         lon: 10.3535_f64.to_radians(),
