@@ -61,5 +61,6 @@ await inBrowser(async (open) => {
   await page.getByText("No link to the server").waitFor();
   console.log(`greyed ${Date.now() - asked} ms after the server was told to stop`);
   check((await page.locator("#fleet").evaluate((node) => getComputedStyle(node).filter)) !== "none", "greyed");
+  await systems.getByRole("button", { name: "otter-0" }).getByText("not known").waitFor();
   await page.screenshot({ path: new URL("../../target/screenshots/fleet-lost.png", import.meta.url).pathname });
 });
