@@ -12,5 +12,6 @@ mod log;
 mod pages;
 mod people;
 mod shore;
+mod tls;
 
 pub use http::serve::{Serving, serve};

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
+use rustls::pki_types::pem::PemObject as _;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
@@ -141,6 +142,50 @@ fn mistakes_are_told_with_their_remedy() {
     wrong(&["serve", "--listen", "0.0.0.0:0"], "beyond loopback");
     wrong(&["serve", "--set", "http.listn=1"], "nearest is http.listen");
     wrong(&["serve", "--config", "/nowhere.toml"], "/nowhere.toml");
+}
+
+#[test]
+fn it_serves_encrypted_with_a_certificate_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = printed(&run(folder.path(), &["tls", "init", "--name", "localhost"]));
+    let config = folder.path().join("server.toml");
+    std::fs::write(&config, made).unwrap();
+    let server = Server::start(folder.path(), &["--config", config.to_str().unwrap()]);
+    let port = server.url.strip_prefix("https://127.0.0.1:").unwrap();
+    let mut roots = rustls::RootCertStore::empty();
+    let authority = folder.path().join("tls/ca.pem");
+    roots.add(rustls::pki_types::CertificateDer::from_pem_file(authority).unwrap()).unwrap();
+    let provider = std::sync::Arc::new(rustls::crypto::ring::default_provider());
+    let client =
+        rustls::ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+    let client = std::sync::Arc::new(client.with_root_certificates(roots).with_no_client_auth());
+    let ask = |name: &str| {
+        let name = rustls::pki_types::ServerName::try_from(name.to_owned()).unwrap();
+        let session = rustls::ClientConnection::new(std::sync::Arc::clone(&client), name).unwrap();
+        let socket = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
+        let mut stream = rustls::StreamOwned::new(session, socket);
+        stream.write_all(b"GET /login HTTP/1.1\r\nhost: shore\r\nconnection: close\r\n\r\n")?;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).map(|_| answer)
+    };
+    let answer = ask("localhost").unwrap();
+    assert!(
+        answer.contains("strict-transport-security") && answer.contains("__Host-lutra_login="),
+        "{answer}"
+    );
+    assert!(answer.contains("; Secure"));
+    assert!(ask("elsewhere").is_err(), "the certificate is for localhost only");
+}
+
+#[test]
+fn the_doctor_names_what_is_not_well() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("app.db"), "this is no database, but long enough to be taken for one")
+        .unwrap();
+    let output = run(folder.path(), &["doctor", "--set", "http.listen=127.0.0.1:0"]);
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!output.status.success() && told.contains("BAD   people: app.db"), "{told}");
+    assert!(told.contains("ok    clock"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::config::Config;
 use crate::doors;
 use crate::people::{FirstAdmin, People};
 use crate::shore::{AppState, Fleet, History};
+use crate::tls;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
@@ -68,6 +69,7 @@ pub(crate) async fn serve_with(
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
     let (people, first) = opened.await??;
+    let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
             "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
@@ -87,7 +89,7 @@ pub(crate) async fn serve_with(
         stop: stop.clone(),
         tasks: tasks.clone(),
     };
-    let web = Web { listener, tls: None, router: routes::router(state), max_connections };
+    let web = Web { listener, tls, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
     Ok(Serving { address, stop, first, web, tasks })
 }
