@@ -29,7 +29,8 @@ impl Server {
         let lines = BufReader::new(child.stdout.take().unwrap());
         let mut server = Self { child, lines, url: String::new() };
         let line = server.line();
-        server.url = line.strip_prefix("listening ").unwrap_or_else(|| panic!("{line:?}")).to_owned();
+        let url = line.strip_prefix("listening ");
+        url.unwrap_or_else(|| panic!("{line:?}")).clone_into(&mut server.url);
         server
     }
 

@@ -80,7 +80,9 @@ async fn a_snapshot_comes_first_and_then_what_changes() {
     let token = shore.token(None, Role::Viewer);
     let (system, updates) = boat(0, clock::now());
     shore.fleet.system(system);
-    updates.into_iter().for_each(|update| shore.fleet.value(update));
+    for update in updates {
+        shore.fleet.value(update);
+    }
     let mut socket = shore.subscribed(&token, "{\"messages\":[\"Voltage\"],\"every_ms\":5}").await;
     let first = frame(&mut socket).await.unwrap();
     assert!(first.snapshot && first.systems.len() == 1 && first.values.len() == 1, "{first:?}");
@@ -137,7 +139,7 @@ async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
     let db = open(shore.folder.path()).unwrap();
     let person = persons::add(&db, "nils", "x", false, clock::now()).unwrap();
     persons::set_permission(&db, person, None, Some(Role::Viewer)).unwrap();
-    let life = sessions::Lifetime { idle: Duration::from_secs(3_600), whole: Duration::from_secs(3_600) };
+    let life = sessions::Lifetime { idle: Duration::from_hours(1), whole: Duration::from_hours(1) };
     let session = sessions::begin(&db, person, "127.0.0.1", "test", life, clock::now()).unwrap();
     let cookie = format!("lutra_session={}", session.text());
     let own = format!("http://{}", shore.serving.address);
@@ -218,6 +220,10 @@ async fn an_export_streams_and_says_when_it_was_cut() {
     let unknown = export(&shore, &token, "message=Nonsense").await;
     assert!(unknown.starts_with("HTTP/1.1 400") && unknown.contains("There is no message"), "{unknown}");
     assert!(export(&shore, &token, "mesage=EstimatedState").await.starts_with("HTTP/1.1 400"));
+
+    let packed =
+        export(&shore, &token, "message=EstimatedState HTTP/1.1\r\naccept-encoding: gzip\r\nx-rest:").await;
+    assert!(packed.contains("content-encoding: gzip") && packed.len() * 4 < whole.len());
 
     let failing = Shore::start(Some(90_000)).await;
     let token = failing.token(None, Role::Researcher);

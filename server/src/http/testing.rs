@@ -174,7 +174,9 @@ pub(crate) fn sail(fleet: &MadeUp) {
             for number in 0..4 {
                 let (system, updates) = boat(number, crate::clock::now());
                 fleet.system(system);
-                updates.into_iter().for_each(|update| fleet.value(update));
+                for update in updates {
+                    fleet.value(update);
+                }
             }
         }
     });

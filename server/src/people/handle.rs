@@ -141,6 +141,17 @@ impl People {
         Ok(Some(found.who))
     }
 
+    /// The vessel (IMC address) whose link this token opens.
+    #[expect(dead_code, reason = "the door of the vessel link asks it")]
+    pub(crate) async fn by_link_token(&self, token: String) -> Result<Option<u16>, Fault> {
+        let found = self.db.ask(move |db| tokens::find_link(db, &token, clock::now())).await?;
+        let Some(found) = found else { return Ok(None) };
+        if found.stale {
+            self.db.change(move |db| tokens::touch(db, found.id, clock::now())).await?;
+        }
+        Ok(Some(found.who))
+    }
+
     /// Hashes a password on a thread where slow work may be done.
     pub(crate) async fn hash(&self, password: String) -> Result<String, Fault> {
         let turn = Arc::clone(&self.hashing).acquire_owned().await.map_err(|_| Fault::Stopped)?;
