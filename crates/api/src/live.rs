@@ -138,6 +138,9 @@ pub struct Update {
     /// Arrival by the server's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub received_us: i64,
+    /// Packets of the series since the server started; 0 for an event.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub count: u64,
     /// Usual time between two of them, seconds; null while that is unknown.
     pub period_s: Option<f64>,
     /// Values by field, in the order of the message.

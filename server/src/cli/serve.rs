@@ -30,6 +30,12 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         let scheme = if config.tls.is_given() { "https" } else { "http" };
         let serving = crate::serve(config).await?;
         say!("listening {scheme}://{}", serving.address);
+        if let Some(address) = serving.doors.imcproxy {
+            say!("imcproxy ws://{address}");
+        }
+        if let Some(address) = serving.doors.udp {
+            say!("udp {address}");
+        }
         if let Some((name, password)) = serving.first_admin() {
             say!("first start: log in as {name} with the one-time password {password}");
         }

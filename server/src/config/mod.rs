@@ -3,8 +3,10 @@
 //! Every key stands with its default in `etc/server.toml`, which is also what `lutra-server config` prints; a
 //! test holds both together. [`load`] reads the file and lays `LUTRA_*` variables and flags over it.
 
+mod doors;
 mod load;
 
+pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
 
 use serde::{Deserialize, Serialize};
@@ -26,6 +28,10 @@ pub struct Config {
     pub tls: Tls,
     /// Passwords and sessions.
     pub people: People,
+    /// The server as a system on the IMC network.
+    pub imc: Imc,
+    /// The ways in for IMC that is not the vessel link.
+    pub doors: Doors,
     /// What the server tells about itself.
     pub log: Log,
 }
@@ -95,6 +101,8 @@ impl Default for Config {
             http: Http::default(),
             tls: Tls::default(),
             people: People::default(),
+            imc: Imc::default(),
+            doors: Doors::default(),
             log: Log::default(),
         }
     }
@@ -170,6 +178,8 @@ impl Config {
                 &format!("http.origins: {origin:?} is no origin; write https://name or https://name:port"),
             );
         }
+        problems.extend(self.imc.problems());
+        problems.extend(self.doors.problems());
         problems
     }
 }

@@ -1,7 +1,7 @@
 //! The first page in a real browser, on a made-up fleet.
 
 use super::serve::serve_with;
-use super::testing::{MadeUp, MadeUpHistory, sail};
+use super::testing::{Boats, MadeUpHistory};
 use crate::config::Config;
 use std::sync::Arc;
 
@@ -12,11 +12,10 @@ async fn the_first_page_shows_the_fleet() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+    config.imc.active = false;
     config.http.listen = "127.0.0.1:0".parse().unwrap();
-    let (fleet, handle) = MadeUp::start();
-    sail(&fleet);
-    let serving =
-        serve_with(config, handle, Some(Arc::new(MadeUpHistory { fails_after: None }))).await.unwrap();
+    let serving = serve_with(config, Some(Arc::new(MadeUpHistory { fails_after: None }))).await.unwrap();
+    Boats::join(&serving.relay).await.sail();
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);

@@ -11,11 +11,12 @@ use super::guard::{Who, identify};
 use crate::clock;
 use crate::people::{Principal, Via};
 use crate::shore::{AppState, Wanted};
-use api::{LiveFrame, LiveRequest, Subscription};
+use api::{LiveFrame, LiveRequest, Subscription, Update};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
@@ -57,6 +58,8 @@ struct Client {
     every: Duration,
     /// The revision up to which the client knows everything; 0 for nothing.
     known: u64,
+    /// How many values of each series there were when it was sent last, to tell how many were skipped.
+    counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
     /// When the next frame may be sent, and when it must.
     not_before: Instant,
     not_after: Instant,
@@ -76,6 +79,7 @@ impl Client {
             wanted: None,
             every: Duration::from_millis(100),
             known: 0,
+            counts: BTreeMap::new(),
             not_before: now,
             not_after: now + HEARTBEAT,
         }
@@ -127,6 +131,7 @@ impl Client {
         }
         self.every = Duration::from_millis(u64::from(every_ms.clamp(5, 10_000)));
         self.known = 0;
+        self.counts.clear();
         self.not_after = Instant::now();
         self.wanted = Some(Arc::new(Wanted {
             grants: self.who.grants.clone(),
@@ -142,13 +147,14 @@ impl Client {
         let Some(wanted) = self.wanted.clone() else { return Ok(()) };
         let gone = (close_code::AWAY, "the server is stopping");
         let changes = self.state.fleet.changes(self.known, wanted).await.ok_or(gone)?;
+        let skipped = changes.values.iter().map(|value| self.skipped(value)).sum();
         let frame = LiveFrame {
             now_us: clock::now().micros(),
             snapshot: self.known == 0,
             systems: changes.systems,
             values: changes.values,
             events: changes.events,
-            skipped: changes.skipped,
+            skipped,
             events_missed: changes.events_missed,
         };
         self.known = changes.revision.max(1);
@@ -162,6 +168,13 @@ impl Client {
         self.not_before = now + self.every;
         self.not_after = now + HEARTBEAT.max(self.every);
         Ok(())
+    }
+
+    /// Values of a series that came and went since it was sent last.
+    fn skipped(&mut self, value: &Update) -> u64 {
+        let key = (value.system, value.id, value.entity, value.instance);
+        let before = self.counts.insert(key, value.count);
+        before.map_or(0, |before| value.count.saturating_sub(before + 1))
     }
 
     /// Whether the client may still be here, and what it may see now.

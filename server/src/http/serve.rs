@@ -3,8 +3,9 @@
 use super::listen::Web;
 use super::routes;
 use crate::config::Config;
-use crate::doors;
+use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
+use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, History};
 use crate::tls;
 use anyhow::Context as _;
@@ -12,6 +13,7 @@ use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
+use store::Store;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
@@ -24,6 +26,12 @@ const GOOD_BYE: Duration = Duration::from_secs(2);
 pub struct Serving {
     /// Where it listens.
     pub address: SocketAddr,
+    /// The doors that are open.
+    pub doors: Open,
+    #[cfg(test)]
+    pub(super) relay: Relay,
+    recorder: Recorder,
+    recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
     web: JoinHandle<()>,
@@ -44,6 +52,8 @@ impl Serving {
         if tokio::time::timeout(GOOD_BYE, self.tasks.wait()).await.is_err() {
             tracing::warn!("{} sockets were cut off", self.tasks.len());
         }
+        self.recorder.close();
+        tokio::task::spawn_blocking(|| self.recording.join()).await.ok();
     }
 }
 
@@ -52,20 +62,14 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
-    let (fleet, answering) = doors::closed();
-    tokio::spawn(answering);
-    serve_with(config, fleet, None).await
+    serve_with(config, None).await
 }
 
-/// As [`serve`], with this fleet and history.
+/// As [`serve`], with this history.
 ///
 /// # Errors
 /// As [`serve`].
-pub(crate) async fn serve_with(
-    config: Config,
-    fleet: Fleet,
-    history: Option<Arc<dyn History>>,
-) -> anyhow::Result<Serving> {
+pub(super) async fn serve_with(config: Config, history: Option<Arc<dyn History>>) -> anyhow::Result<Serving> {
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
     let (people, first) = opened.await??;
@@ -79,19 +83,39 @@ pub(crate) async fn serve_with(
     let address = listener.local_addr()?;
     let stop = CancellationToken::new();
     let tasks = TaskTracker::new();
+    let store = Store::open(&config.data)?;
+    for note in &store.repairs().notes {
+        tracing::warn!("{note}");
+    }
+    let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
+    let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+    let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
         people,
-        fleet,
+        fleet: Fleet::new(relay.clone()),
         history,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
+        relay: relay.clone(),
+        recorder: recorder.clone(),
     };
     let web = Web { listener, tls, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, stop, first, web, tasks })
+    Ok(Serving {
+        address,
+        doors: open,
+        #[cfg(test)]
+        relay,
+        recorder,
+        recording,
+        stop,
+        first,
+        web,
+        tasks,
+    })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.

@@ -6,12 +6,15 @@ use super::{routes, serve};
 use crate::clock;
 use crate::config::Config;
 use crate::people::{People, persons, tokens};
+use crate::relay::{Recorder, Relay};
 use crate::shore::AppState;
+use crate::shore::Fleet;
 use api::{NewToken, Role};
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
 use std::sync::Arc;
+use store::Store;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt as _;
@@ -59,11 +62,22 @@ impl Shore {
         let (people, first) = People::start(&config.data, &config.people).unwrap();
         let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
         let metrics = serve::figures(&tasks, stop.clone());
-        let (fleet, answering) = crate::doors::closed();
-        tokio::spawn(answering);
+        let (recorder, _recording) = Recorder::start(Store::open(&config.data).unwrap()).unwrap();
+        let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+        let fleet = Fleet::new(relay.clone());
         let people_too = people.clone();
         let config = Arc::new(config);
-        let state = AppState { config, people: people_too, fleet, history: None, metrics, stop, tasks };
+        let state = AppState {
+            config,
+            people: people_too,
+            fleet,
+            history: None,
+            metrics,
+            stop,
+            tasks,
+            relay,
+            recorder,
+        };
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state), people, first_password, _folder: folder }
     }

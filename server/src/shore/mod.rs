@@ -1,16 +1,21 @@
 //! What every handler may reach: the configuration and the handles of the tasks that own state.
 //!
-//! The fleet belongs to the task that owns the hub; it answers [`FleetQuestion`]s and counts its revisions. The
-//! history is read through [`History`], on threads where slow work may be done.
+//! The fleet belongs to the task that owns the hub and is asked through [`Fleet`]; the history is read through
+//! [`History`], on threads where slow work may be done.
+
+mod decode;
+mod fleet;
+
+pub(crate) use fleet::Fleet;
 
 use crate::config::Config;
 use crate::people::{Grants, People};
+use crate::relay::{Recorder, Relay};
 use api::{ExportQuery, Recorded, System, TrackPoint, TrackQuery, Update};
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::sync::Arc;
-use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
@@ -31,34 +36,10 @@ pub(crate) struct AppState {
     pub(crate) stop: CancellationToken,
     /// Sockets that outlive their request; the end waits for them.
     pub(crate) tasks: TaskTracker,
-}
-
-/// The handle of the task that owns the fleet's state.
-#[derive(Debug, Clone)]
-pub(crate) struct Fleet {
-    questions: mpsc::Sender<FleetQuestion>,
-    revision: watch::Receiver<u64>,
-}
-
-/// What the owner of the fleet's state is asked. Who asks and goes away before the answer does not mind.
-#[derive(Debug)]
-pub(crate) enum FleetQuestion {
-    /// All systems that `wanted` admits.
-    Systems {
-        /// Which.
-        wanted: Arc<Wanted>,
-        /// Where the answer goes.
-        answer: oneshot::Sender<Vec<System>>,
-    },
-    /// What changed after the revision `since` (0: everything).
-    Changes {
-        /// The revision up to which the asker knows everything.
-        since: u64,
-        /// Which.
-        wanted: Arc<Wanted>,
-        /// Where the answer goes.
-        answer: oneshot::Sender<Changes>,
-    },
+    /// The hub: routing and the fleet's state.
+    pub(crate) relay: Relay,
+    /// The archive and history.
+    pub(crate) recorder: Recorder,
 }
 
 /// What somebody wants to see and may see.
@@ -98,37 +79,8 @@ pub(crate) struct Changes {
     pub(crate) values: Vec<Update>,
     /// Events, in order.
     pub(crate) events: Vec<Update>,
-    /// Values that newer ones replaced since.
-    pub(crate) skipped: u64,
     /// Events that were forgotten since.
     pub(crate) events_missed: u64,
-}
-
-impl Fleet {
-    /// A handle whose questions come to the owner through `questions` (a bounded channel: askers wait when it is
-    /// full) and which learns of changes through `revision`.
-    pub(crate) fn new(questions: mpsc::Sender<FleetQuestion>, revision: watch::Receiver<u64>) -> Self {
-        Self { questions, revision }
-    }
-
-    /// All systems that `wanted` admits; `None` when the owner is gone.
-    pub(crate) async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<System>> {
-        let (answer, answered) = oneshot::channel();
-        self.questions.send(FleetQuestion::Systems { wanted, answer }).await.ok()?;
-        answered.await.ok()
-    }
-
-    /// What changed after `since`; `None` when the owner is gone.
-    pub(crate) async fn changes(&self, since: u64, wanted: Arc<Wanted>) -> Option<Changes> {
-        let (answer, answered) = oneshot::channel();
-        self.questions.send(FleetQuestion::Changes { since, wanted, answer }).await.ok()?;
-        answered.await.ok()
-    }
-
-    /// Counts changes.
-    pub(crate) fn revision(&self) -> watch::Receiver<u64> {
-        self.revision.clone()
-    }
 }
 
 /// What was recorded. All of it may take long and is called where that is allowed.
