@@ -36,7 +36,7 @@ impl Lookup {
             let line = json!({
                 "name": found.names.first(), "names": found.names, "id": found.address.0,
                 "hex": format!("{:#06x}", found.address.0), "kind": found.address.kind().to_string(),
-                "registered": found.registered,
+                "lsts": found.address.is_lsts(), "registered": found.registered,
             });
             writeln!(out, "{line}")?;
         } else {
@@ -87,7 +87,12 @@ impl Found {
             names => names.join(", "),
         };
         let number = format!("{:#06x} ({})", self.address.0, self.address.0);
-        let mut text = format!("{}  {number}  {}\n", paint.title(&name), self.address.kind());
+        let whose = match self.address.is_lsts() {
+            Some(true) => " of LSTS",
+            Some(false) => " of another institute than LSTS",
+            None => "",
+        };
+        let mut text = format!("{}  {number}  {}{whose}\n", paint.title(&name), self.address.kind());
         if !self.registered && !self.names.is_empty() {
             text += &paint.aside("not registered: DUNE makes this address of the name\n");
         }

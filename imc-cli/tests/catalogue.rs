@@ -76,12 +76,16 @@ fn addresses_translate_both_ways() {
             (&"ntnu-otter-01".into(), &10256.into(), &"0x2810".into())
         );
         assert_eq!(found["kind"], "autonomous surface vehicle");
+        assert_eq!(found["lsts"], false);
     }
     let unlisted = shown("my-boat");
     assert_eq!(unlisted["registered"], false);
     assert_eq!(unlisted["id"].as_u64().unwrap() & 0xE000, 0xA000);
     assert_eq!(shown("0x4001")["kind"], "control unit");
-    assert!(run(&["address", "0x2810"], b"").expect(0).text().contains("ntnu-otter-01  0x2810 (10256)"));
+    let told = |system| run(&["address", system], b"").expect(0).text().trim_end().to_owned();
+    let otter = "ntnu-otter-01  0x2810 (10256)  autonomous surface vehicle of another institute than LSTS";
+    assert_eq!(told("0x2810"), otter);
+    assert!(told("0x4001").ends_with("control unit"));
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn sequence(id: &str, maneuvers: Vec<Message>) -> PlanSpecification {
             .zip(maneuvers)
             .map(|(number, data)| PlanManeuver {
                 maneuver_id: name(number).into(),
-                data: Some(data),
+                data: data.into(),
                 ..PlanManeuver::default()
             })
             .collect(),
@@ -155,7 +155,7 @@ fn to_json(plan: PlanSpecification) -> anyhow::Result<String> {
 fn waypoints(plan: &PlanSpecification) -> Vec<LatLon> {
     let nodes = plan.maneuvers.of::<PlanManeuver>();
     nodes
-        .filter_map(|node| match node.data.as_ref()? {
+        .filter_map(|node| match node.data.get()? {
             Message::Goto(m) => LatLon::from_rad(m.lat, m.lon).ok(),
             Message::StationKeeping(m) => LatLon::from_rad(m.lat, m.lon).ok(),
             Message::Loiter(m) => LatLon::from_rad(m.lat, m.lon).ok(),

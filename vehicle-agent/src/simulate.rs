@@ -352,7 +352,7 @@ fn start(plan: &PlanSpecification) -> PlanControl {
         op: PlanControlOp::Start,
         request_id: 1,
         plan_id: plan.plan_id.clone(),
-        arg: Some(plan.clone().into()),
+        arg: plan.clone().into(),
         ..PlanControl::default()
     }
 }

@@ -4,7 +4,7 @@
 //! change, its `info` the system's name. A crash leaves the old file or the new one, never half of either.
 
 use anyhow::Context as _;
-use imc::messages::{Message, PlanDB, PlanDBOp, PlanDBType, PlanSpecification};
+use imc::messages::{PlanDB, PlanDBOp, PlanDBType, PlanSpecification};
 use imc::{Address, FOOTER_BYTES, HEADER_BYTES, Header, Packet, PacketView, plan_digest};
 use mission::{Change, Effect, Record};
 use std::fmt::Write as _;
@@ -76,7 +76,7 @@ impl Store {
             op: PlanDBOp::Set,
             request_id: 0,
             plan_id: record.plan_id.as_str().into(),
-            arg: Some(plan.into()),
+            arg: plan.into(),
             info: record.change.name.as_str().into(),
         };
         let path = self.path(&record.plan_id);
@@ -106,9 +106,9 @@ impl Store {
 fn record(bytes: &[u8]) -> Option<Record> {
     let packet = Packet::decode(bytes).ok()?;
     let message: &PlanDB = packet.get()?;
-    let Some(Message::PlanSpecification(plan)) = &message.arg else { return None };
+    let plan: PlanSpecification = message.arg.of()?;
     let mut packed = Vec::new();
-    imc::encode_into(&mut packed, &Header::default(), &**plan).ok()?;
+    imc::encode_into(&mut packed, &Header::default(), &plan).ok()?;
     let digest = plan_digest::payload_md5(packed.get(HEADER_BYTES..packed.len() - FOOTER_BYTES)?);
     Some(Record {
         plan_id: plan.plan_id.as_str()?.to_owned(),

@@ -58,7 +58,7 @@ impl Track {
     /// Nothing sailed yet.
     pub(crate) fn new(plan: &PlanSpecification, frame: &LocalFrame) -> Self {
         let stages = plan.maneuvers.of::<PlanManeuver>().map(|node| {
-            let want = node.data.as_ref().map_or(Want::Other, |data| want(data, frame));
+            let want = node.data.get().map_or(Want::Other, |data| want(&data, frame));
             (node.maneuver_id.to_str_lossy().into_owned(), want)
         });
         Self {

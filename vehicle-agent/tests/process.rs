@@ -143,7 +143,7 @@ impl Console {
             op,
             request_id: self.request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanControl::default()
         });
         self.request
@@ -166,7 +166,7 @@ impl Console {
             op,
             request_id: request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanDB::default()
         });
         self.wait_for::<PlanDB>("plan database", |reply| {
@@ -188,7 +188,7 @@ fn far_plan() -> PlanSpecification {
         speed: 1.5,
         ..Goto::default()
     };
-    let node = PlanManeuver { maneuver_id: "go".into(), data: Some(goto.into()), ..PlanManeuver::default() };
+    let node = PlanManeuver { maneuver_id: "go".into(), data: goto.into(), ..PlanManeuver::default() };
     PlanSpecification {
         plan_id: "far".into(),
         start_man_id: "go".into(),
@@ -205,7 +205,7 @@ fn a_scripted_mission_from_outside() {
     console.ready();
 
     let reply = console.database(PlanDBOp::Set, "far", Some(far_plan().into()));
-    let Some(Message::PlanDBInformation(information)) = reply.arg else { panic!("{reply:?}") };
+    let Some(information) = reply.arg.of::<PlanDBInformation>() else { panic!("{reply:?}") };
     assert_eq!(information.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     console.start("far", None);
     console.wait_for::<EstimatedState>("way on", |state| state.u > 0.5);
@@ -332,7 +332,7 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     let mut console = Console::connect(&agent);
     console.ready();
     let reply = console.database(PlanDBOp::GetState, "", None);
-    let Some(Message::PlanDBState(state)) = reply.arg else { panic!("{reply:?}") };
+    let Some(state) = reply.arg.of::<PlanDBState>() else { panic!("{reply:?}") };
     let plan = state.plans_info.of::<PlanDBInformation>().next().unwrap();
     assert_eq!(plan.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     assert_eq!(plan.change_sid, CONSOLE.0);

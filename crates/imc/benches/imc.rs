@@ -4,7 +4,7 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use imc::messages::{EstimatedState, Goto, PlanManeuver, PlanSpecification, PlanTransition};
-use imc::{Address, Frame, Frames, Header, Message, MessageList, Packet, PacketView, ShortPayload};
+use imc::{Address, Frame, Frames, Header, Packet, PacketView, ShortPayload};
 use std::hint::black_box;
 
 fn header() -> Header {
@@ -19,7 +19,7 @@ fn estimated_state() -> EstimatedState {
 fn plan() -> PlanSpecification {
     let waypoint = |at: usize| PlanManeuver {
         maneuver_id: format!("wp{at}").as_str().into(),
-        data: Some(Goto { lat: 1.107, lon: 0.18, speed: 1.2, ..Goto::default() }.into()),
+        data: Goto { lat: 1.107, lon: 0.18, speed: 1.2, ..Goto::default() }.into(),
         ..PlanManeuver::default()
     };
     let transition = |at: usize| PlanTransition {
@@ -97,8 +97,19 @@ fn packets(c: &mut Criterion) {
             BatchSize::SmallInput,
         );
     });
+    group.bench_function("plan of 120 waypoints decode, every element looked at", |b| {
+        b.iter_batched(
+            || PacketView::new(black_box(&plan_bytes)).expect("whole"),
+            |view| {
+                let plan = imc::decode::<PlanSpecification>(&view).expect("whole").expect("a plan");
+                let lats = plan.maneuvers.of::<PlanManeuver>().filter_map(|node| node.data.of::<Goto>());
+                let ends = plan.transitions.of::<PlanTransition>().filter(|next| !next.dest_man.is_empty());
+                (lats.map(|goto| goto.lat).sum::<f64>(), ends.count())
+            },
+            BatchSize::SmallInput,
+        );
+    });
     group.finish();
-    assert_eq!(MessageList::from_iter([Message::from(plan())]).len(), 1);
 }
 
 fn streams(c: &mut Criterion) {

@@ -3,8 +3,8 @@
 use flate2::{Compression, write::GzEncoder};
 use imc::catalogue::MESSAGES;
 use imc::messages::{
-    DesiredSpeed, EntityParameter, EntityState, EstimatedState, Goto, PlanManeuver, PlanSpecification,
-    Reference, Rpm, SetEntityParameters, TBRFishTag,
+    DesiredSpeed, EntityParameter, EntityState, EstimatedState, Goto, MsgList, PlanManeuver,
+    PlanSpecification, Reference, Rpm, SetEntityParameters, TBRFishTag,
 };
 use imc::{ByteOrder, Header, Message, Packet, PacketView, ShortPayload, json};
 use std::fs;
@@ -16,9 +16,7 @@ fn messages() -> Vec<Message> {
     let payload = SetEntityParameters { name: "TBLive".into(), params: [parameter].into_iter().collect() };
     let goto = PlanManeuver {
         maneuver_id: "wp1".into(),
-        data: Some(
-            Goto { lat: 1.107, lon: 0.18, speed: 1.2, custom: "a=1;b=2".into(), ..Goto::default() }.into(),
-        ),
+        data: Goto { lat: 1.107, lon: 0.18, speed: 1.2, custom: "a=1;b=2".into(), ..Goto::default() }.into(),
         start_actions: [payload].into_iter().collect(),
         ..PlanManeuver::default()
     };
@@ -35,8 +33,9 @@ fn messages() -> Vec<Message> {
         Rpm { value: -700 }.into(),
         TBRFishTag { serial_no: 45, trans_id: 1023, ..TBRFishTag::default() }.into(),
         TBRFishTag { lat: Some(1.1), lon: Some(0.18), ..TBRFishTag::default() }.into(),
-        Reference { speed: Some(speed.into()), ..Reference::default() }.into(),
-        plan.into(),
+        Reference { speed: speed.into(), ..Reference::default() }.into(),
+        plan.clone().into(),
+        MsgList { msgs: [Message::from(plan), Rpm { value: -700 }.into()].into_iter().collect() }.into(),
     ]
 }
 

@@ -67,7 +67,7 @@ fn plan(frame: &LocalFrame) -> PlanSpecification {
         let place = frame.to_place(on_square(SIDE_M * f64::from(at)).0);
         let (lat, lon) = (place.lat_rad(), place.lon_rad());
         let data = Goto { lat, lon, z_units: ZUnits::Depth, speed: SPEED_MPS as f32, ..Goto::default() };
-        PlanManeuver { maneuver_id: corner(at).into(), data: Some(data.into()), ..PlanManeuver::default() }
+        PlanManeuver { maneuver_id: corner(at).into(), data: data.into(), ..PlanManeuver::default() }
     };
     let next = |at: u32| PlanTransition {
         source_man: corner(at).into(),

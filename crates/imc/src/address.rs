@@ -73,6 +73,25 @@ impl Address {
         }
     }
 
+    /// Whether the address is of those that LSTS keeps for its own vehicles, payloads and sensors (`true`) or of
+    /// those for everyone else's; `None` where the scheme does not say, as for control units.
+    pub fn is_lsts(self) -> Option<bool> {
+        match self.kind() {
+            AddressKind::Auv
+            | AddressKind::Rov
+            | AddressKind::Asv
+            | AddressKind::Uav
+            | AddressKind::Vehicle => Some(self.0 < 0x2000),
+            AddressKind::Payload => Some(self.0 < 0x7000),
+            AddressKind::Sensor => Some(self.0 < 0x9000),
+            AddressKind::Announce
+            | AddressKind::Ccu
+            | AddressKind::Reserved
+            | AddressKind::Broadcast
+            | AddressKind::Null => None,
+        }
+    }
+
     /// Whether a console or server has this address: its heartbeats keep telemetry flowing and vehicles
     /// from giving up the link.
     pub fn is_ccu(self) -> bool {
@@ -165,28 +184,32 @@ mod tests {
         let otter: Address = "ntnu-otter-01".parse().unwrap();
         assert_eq!(otter, Address(0x2810));
         assert_eq!(otter.kind(), AddressKind::Asv);
+        assert_eq!(otter.is_lsts(), Some(false));
         assert_eq!(otter.to_string(), "ntnu-otter-01");
     }
 
     #[test]
     fn kinds_follow_the_bits() {
-        for (address, kind) in [
-            (0x0000, AddressKind::Announce),
-            (0x0015, AddressKind::Auv),
-            (0x0401, AddressKind::Rov),
-            (0x0803, AddressKind::Asv),
-            (0x0C01, AddressKind::Uav),
-            (0x1C01, AddressKind::Vehicle),
-            (0x2810, AddressKind::Asv),
-            (0x4001, AddressKind::Ccu),
-            (0x5FFF, AddressKind::Ccu),
-            (0x6006, AddressKind::Payload),
-            (0x8001, AddressKind::Sensor),
-            (0xA123, AddressKind::Reserved),
-            (0xFFF0, AddressKind::Broadcast),
-            (0xFFFF, AddressKind::Null),
+        for (address, kind, lsts) in [
+            (0x0000, AddressKind::Announce, None),
+            (0x0015, AddressKind::Auv, Some(true)),
+            (0x0401, AddressKind::Rov, Some(true)),
+            (0x0803, AddressKind::Asv, Some(true)),
+            (0x0C01, AddressKind::Uav, Some(true)),
+            (0x1C01, AddressKind::Vehicle, Some(true)),
+            (0x2810, AddressKind::Asv, Some(false)),
+            (0x4001, AddressKind::Ccu, None),
+            (0x5FFF, AddressKind::Ccu, None),
+            (0x6006, AddressKind::Payload, Some(true)),
+            (0x7006, AddressKind::Payload, Some(false)),
+            (0x8001, AddressKind::Sensor, Some(true)),
+            (0x9001, AddressKind::Sensor, Some(false)),
+            (0xA123, AddressKind::Reserved, None),
+            (0xFFF0, AddressKind::Broadcast, None),
+            (0xFFFF, AddressKind::Null, None),
         ] {
-            assert_eq!(Address(address).kind(), kind, "{address:#06x}");
+            let address = Address(address);
+            assert_eq!((address.kind(), address.is_lsts()), (kind, lsts), "{address}");
         }
     }
 

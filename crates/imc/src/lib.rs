@@ -10,7 +10,9 @@
 //!
 //! Everything here is a function of its arguments: no sockets, clock, threads or randomness. Bytes from
 //! outside never panic, never make it reserve memory by a count they state, and unknown ids, unlisted
-//! numbers, trailing bytes and either byte order survive a round trip.
+//! numbers, trailing bytes and either byte order survive a round trip. Messages inside messages ([`Nested`],
+//! [`MessageList`]) are checked at once and decoded when they are asked for, so that a decoded packet takes
+//! the memory it took on the wire and one struct.
 
 mod address;
 pub mod catalogue;
@@ -29,6 +31,8 @@ pub mod lsf;
     reason = "generated, with numbers as the catalogue has them"
 )]
 pub mod messages;
+mod nested;
+mod packed;
 mod packet;
 pub mod plan_digest;
 pub mod position;
@@ -47,6 +51,7 @@ pub use header::{
 };
 pub use list::MessageList;
 pub use messages::{Message, Payload};
+pub use nested::Nested;
 pub use packet::{
     Body, DecodeError, EncodeError, Packet, ShortPayload, decode, encode_into, encode_payload, readdress_into,
 };

@@ -215,7 +215,13 @@ impl Packet {
     /// # Errors
     /// As [`Self::encode_into`].
     pub fn encode(&self) -> Result<Vec<u8>, EncodeError> {
-        let mut out = Vec::new();
+        let payload = match &self.body {
+            Body::Known(message) => message.desc().min_bytes(),
+            Body::Unknown { payload, .. } => payload.len(),
+        };
+        // All of it, unless text, bytes or messages follow.
+        let bytes = HEADER_BYTES + payload + self.trailing.len() + FOOTER_BYTES;
+        let mut out = Vec::with_capacity(bytes);
         self.encode_into(&mut out).map(|()| out)
     }
 }

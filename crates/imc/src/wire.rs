@@ -5,6 +5,8 @@
 
 use crate::list::MessageList;
 use crate::messages::Message;
+use crate::nested::Nested;
+use crate::packed::{self, Packed};
 use crate::text::Text;
 
 /// How deep messages may hold messages. The deepest use seen, a plan inside a database request inside a
@@ -22,6 +24,16 @@ pub enum ByteOrder {
     Little,
     /// Most significant first: accepted from anyone.
     Big,
+}
+
+impl ByteOrder {
+    #[inline]
+    pub(crate) fn u16(self, bytes: [u8; 2]) -> u16 {
+        match self {
+            Self::Little => u16::from_le_bytes(bytes),
+            Self::Big => u16::from_be_bytes(bytes),
+        }
+    }
 }
 
 /// Why a payload could not be read on. Where, by field, is found by [`crate::reflect`] when it matters.
@@ -89,7 +101,8 @@ pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
     order: ByteOrder,
-    depth: u8,
+    /// Whether this is a message inside another: it has no end of its own.
+    nested: bool,
     /// Whether an outer message may end before its last field.
     lenient: bool,
     /// Whether it did.
@@ -98,7 +111,12 @@ pub struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     pub(crate) fn new(payload: &'a [u8], order: ByteOrder, lenient: bool) -> Self {
-        Self { bytes: payload, at: 0, order, depth: 0, lenient, short: false }
+        Self { bytes: payload, at: 0, order, nested: false, lenient, short: false }
+    }
+
+    /// Of a message that was packed, with whatever follows it.
+    pub(crate) fn nested(fields: &'a [u8]) -> Self {
+        Self { nested: true, ..Self::new(fields, ByteOrder::Little, false) }
     }
 
     /// Bytes read so far.
@@ -123,7 +141,7 @@ impl<'a> Reader<'a> {
     /// The rest of a short payload, filled up with zeros; an error where the payload must be whole.
     #[cold]
     fn short_fixed<const N: usize>(&mut self) -> Result<Fixed<N>, Fault> {
-        if !self.lenient || self.depth > 0 {
+        if !self.lenient {
             return Err(Fault::Overrun);
         }
         self.short = true;
@@ -141,7 +159,7 @@ impl<'a> Reader<'a> {
 
     /// Whether nothing is left of an outer message: its appended fields are then absent.
     pub(crate) fn ended(&self) -> bool {
-        self.depth == 0 && self.at == self.bytes.len()
+        !self.nested && self.at == self.bytes.len()
     }
 
     /// A length-prefixed run of bytes.
@@ -159,32 +177,28 @@ impl<'a> Reader<'a> {
     }
 
     /// A nested message, which may be null.
-    pub(crate) fn message(&mut self) -> Result<Option<Message>, Fault> {
+    pub(crate) fn message(&mut self) -> Result<Nested, Fault> {
+        let start = self.at;
         let id = self.fixed::<2>()?.u16(0);
         if id == NULL_ID || self.short {
-            return Ok(None);
+            return Ok(Nested::none());
         }
-        if self.depth == MAX_DEPTH {
-            return Err(Fault::TooDeep);
-        }
-        self.depth += 1;
-        let message = Message::read(id, self).ok_or(Fault::UnknownNested(id))?;
-        self.depth -= 1;
-        message.map(Some)
+        self.at = start;
+        self.packed(1).map(Nested::packed)
     }
 
     /// A list of nested messages, any of which may be null.
     pub(crate) fn list(&mut self) -> Result<MessageList, Fault> {
         let count = self.length()?;
-        // Each element has at least its id, so a lying count cannot make us reserve much.
-        if count * 2 > self.bytes.len() - self.at {
-            return Err(Fault::Overrun);
-        }
-        let mut list = Vec::with_capacity(count);
-        for _ in 0..count {
-            list.push(self.message()?);
-        }
-        Ok(MessageList::from(list))
+        Ok(MessageList::packed(self.packed(count)?, count))
+    }
+
+    /// So many nested messages, checked and as they are on the wire.
+    fn packed(&mut self, count: usize) -> Result<Packed, Fault> {
+        let (end, height) = packed::check(self.bytes, self.at, self.order, u8::from(self.nested), count)?;
+        let bytes = &self.bytes[self.at..end];
+        self.at = end;
+        Ok(Packed::from_checked(bytes, self.order, height))
     }
 }
 
@@ -194,6 +208,7 @@ pub struct Writer<'a> {
     out: &'a mut Vec<u8>,
     order: ByteOrder,
     depth: u8,
+    deepest: u8,
     fault: Option<Unwritable>,
 }
 
@@ -210,12 +225,17 @@ pub(crate) enum Unwritable {
 
 impl<'a> Writer<'a> {
     pub(crate) fn new(out: &'a mut Vec<u8>, order: ByteOrder) -> Self {
-        Self { out, order, depth: 0, fault: None }
+        Self { out, order, depth: 0, deepest: 0, fault: None }
     }
 
     /// What did not fit, if anything.
     pub(crate) fn fault(&self) -> Option<Unwritable> {
         self.fault
+    }
+
+    /// How deep messages were nested.
+    pub(crate) fn height(&self) -> u8 {
+        self.deepest
     }
 
     /// Whether a message inside another is being written: it has no end of its own to leave fields out at.
@@ -253,30 +273,46 @@ impl<'a> Writer<'a> {
         self.raw(text.as_bytes());
     }
 
-    pub(crate) fn message(&mut self, message: Option<&Message>) {
+    /// A message inside another, or null, with its id.
+    pub(crate) fn element(&mut self, message: Option<&Message>) {
         let Some(message) = message else {
             self.length(NULL_ID);
             return;
         };
-        if self.depth == MAX_DEPTH {
-            self.fault = self.fault.or(Some(Unwritable::Depth));
-            return;
-        }
         self.length(message.id());
         self.depth += 1;
+        self.deepest = self.deepest.max(self.depth);
         message.write(self);
         self.depth -= 1;
+    }
+
+    pub(crate) fn message(&mut self, nested: &Nested) {
+        let message = nested.message();
+        if message.is_empty() {
+            self.length(NULL_ID);
+        }
+        self.packed(message);
     }
 
     pub(crate) fn list(&mut self, list: &MessageList) {
         match u16::try_from(list.len()) {
             Ok(count) => {
                 self.length(count);
-                for message in list.as_slice() {
-                    self.message(message.as_ref());
-                }
+                self.packed(list.elements());
             }
             Err(_) => self.fault = self.fault.or(Some(Unwritable::List(list.len()))),
+        }
+    }
+
+    fn packed(&mut self, packed: &Packed) {
+        let deepest = self.depth + packed.height();
+        let too_deep = (deepest > MAX_DEPTH).then_some(Unwritable::Depth);
+        self.fault = self.fault.or(packed.fault()).or(too_deep);
+        self.deepest = self.deepest.max(deepest);
+        let start = self.out.len();
+        self.out.extend_from_slice(packed.bytes());
+        if self.order == ByteOrder::Big {
+            packed::turn(&mut self.out[start..], ByteOrder::Little);
         }
     }
 }

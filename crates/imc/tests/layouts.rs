@@ -67,7 +67,7 @@ fn a_short_payload_is_damage_unless_asked_for() {
 
 fn nested(depth: usize) -> Message {
     (0..depth).fold(PlanControl::default().into(), |inner: Message, _| {
-        PlanDB { arg: Some(inner), ..PlanDB::default() }.into()
+        PlanDB { arg: inner.into(), ..PlanDB::default() }.into()
     })
 }
 
@@ -77,6 +77,12 @@ fn nesting_is_bounded_both_ways() {
     assert!(Packet::decode(&deepest).is_ok());
     let error = Packet::new(Header::default(), nested(17)).encode().unwrap_err();
     assert_eq!(error, EncodeError::Depth { message: "PlanDB" });
+    // A list counts as the message it is in.
+    let list =
+        |inner: Message| Packet::new(Header::default(), MsgList { msgs: [inner].into_iter().collect() });
+    let deepest = Packet { order: imc::ByteOrder::Big, ..list(nested(15)) };
+    assert_eq!(Packet::decode(&deepest.encode().unwrap()).unwrap(), deepest);
+    assert_eq!(list(nested(16)).encode().unwrap_err(), EncodeError::Depth { message: "MsgList" });
 
     // 60 nested packets by hand: 8 bytes before each argument, 2 after.
     let mut payload = Vec::new();
@@ -112,14 +118,12 @@ fn what_does_not_fit_is_refused_and_leaves_nothing() {
 #[test]
 fn reflection_names_places_units_and_labels() {
     let state = FollowRefState {
-        reference: Some(
-            Reference {
-                speed: Some(imc::messages::DesiredSpeed { value: 1.5, ..Default::default() }.into()),
-                lat: 1.1,
-                ..Reference::default()
-            }
-            .into(),
-        ),
+        reference: Reference {
+            speed: imc::messages::DesiredSpeed { value: 1.5, ..Default::default() }.into(),
+            lat: 1.1,
+            ..Reference::default()
+        }
+        .into(),
         state: imc::messages::FollowRefStateState::Loiter,
         ..FollowRefState::default()
     };
@@ -151,7 +155,7 @@ fn people_may_write_labels_names_and_little_else() {
     let control = packet.get::<PlanControl>().unwrap();
     assert_eq!(control.op, imc::messages::PlanControlOp::Stop);
     assert_eq!(control.flags.bits(), 3);
-    assert_eq!(control.arg, None);
+    assert!(control.arg.is_none());
 }
 
 #[test]
@@ -212,4 +216,63 @@ fn a_relay_readdresses_without_decoding() {
     let mut out = Vec::new();
     imc::readdress_into(&mut out, &PacketView::new(&big.encode().unwrap()).unwrap(), &header);
     assert_eq!(Packet::decode(&out).unwrap(), Packet { header, ..big });
+}
+
+#[test]
+fn lists_keep_what_they_were_given() {
+    let text = || TextMessage { origin: "a".into(), text: "b".into() };
+    let zero = |lat| imc::messages::Goto { lat, ..Default::default() };
+    let mut list = MessageList::from(vec![Some(text().into()), None]);
+    list.push(zero(f64::NAN));
+    assert_eq!((list.len(), list.is_empty()), (3, false));
+    assert_eq!(list.of::<TextMessage>().collect::<Vec<_>>(), [text()]);
+    assert_eq!(list.of::<imc::messages::Goto>().count(), 1);
+    assert_eq!(list.of::<PlanDB>().count(), 0);
+    let kinds: Vec<_> = list.iter().map(|message| message.map(|message| message.abbrev())).collect();
+    assert_eq!(kinds, [Some("TextMessage"), None, Some("Goto")]);
+    // Equal by their bytes.
+    assert_eq!(list, list.clone());
+    assert_ne!(MessageList::from_iter([zero(0.0)]), MessageList::from_iter([zero(-0.0)]));
+    let told = format!("{:?}", MessageList::from(vec![Some(text().into()), None]));
+    assert_eq!(told, r#"MessageList([Some(TextMessage(TextMessage { origin: "a", text: "b" })), None])"#);
+
+    let list = MsgList { msgs: list };
+    for order in [imc::ByteOrder::Little, imc::ByteOrder::Big] {
+        let bytes = Packet { order, ..Packet::new(Header::default(), list.clone()) }.encode().unwrap();
+        assert_eq!(Packet::decode(&bytes).unwrap().get(), Some(&list));
+    }
+}
+
+#[test]
+fn what_cannot_be_packed_is_not_lost_in_silence() {
+    let long = TextMessage { origin: "x".into(), text: "y".repeat(65_536).into() };
+    let fault = EncodeError::Value { message: "MsgList", bytes: 65_536 };
+    let mut msgs = MessageList::from_iter([PlanControl::default()]);
+    msgs.push(long.clone());
+    msgs.push(PlanControl::default());
+    // Left out, and told.
+    assert_eq!((msgs.len(), msgs.iter().flatten().count()), (2, 2));
+    assert!(format!("{msgs:?}").contains("65536"));
+    let list = MsgList { msgs };
+    assert_eq!(Packet::new(Header::default(), list.clone()).encode(), Err(fault.clone()));
+    // Also from deeper down, and in a single place.
+    let around = MsgList { msgs: [list].into_iter().collect() };
+    assert_eq!(Packet::new(Header::default(), around).encode(), Err(fault));
+    let single = PlanDB { arg: long.into(), ..PlanDB::default() };
+    assert!(single.arg.get().is_none() && format!("{:?}", single.arg).contains("65536"));
+    let fault = EncodeError::Value { message: "PlanDB", bytes: 65_536 };
+    assert_eq!(Packet::new(Header::default(), single).encode(), Err(fault));
+}
+
+#[test]
+fn json_of_more_than_a_packet_holds_is_refused() {
+    let elements = vec![json!({"abbrev": "EstimatedState"}); 1_000];
+    let error = read(&json!({"abbrev": "MsgList", "fields": {"msgs": elements}})).unwrap_err();
+    let bytes = 2 + 1_000 * 90;
+    assert_eq!(
+        error.to_string(),
+        format!("MsgList: the payload has {bytes} bytes; a packet holds at most 65535")
+    );
+    let elements = vec![json!({"abbrev": "EstimatedState"}); 1_000];
+    assert!(json::message_from_value(&json!({"abbrev": "MsgList", "fields": {"msgs": elements}})).is_err());
 }

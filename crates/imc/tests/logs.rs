@@ -170,10 +170,15 @@ fn members_of_gzip_follow_each_other_and_a_cut_one_is_reported() {
 fn a_missing_log_is_an_error_and_an_empty_one_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("Data.lsf");
-    assert!(LogReader::open(&path).is_err());
+    let named = |error: std::io::Error| error.to_string().starts_with(&format!("{}: ", path.display()));
+    let error = LogReader::open(&path).unwrap_err();
+    assert_eq!(error.kind(), std::io::ErrorKind::NotFound);
+    assert!(named(error));
+    assert!(named(LogReader::open_at(&path, 5).unwrap_err()));
     std::fs::write(&path, b"").unwrap();
     assert_eq!(read(&path), (vec![], vec![]));
-    assert!(LogReader::open(folder.path()).is_err());
+    let error = LogReader::open(folder.path()).unwrap_err();
+    assert!(error.to_string().starts_with(&format!("{}: ", folder.path().display())), "{error}");
 }
 
 /// Message id to its layout: abbreviation, then each field's name and type.

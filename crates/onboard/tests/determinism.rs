@@ -38,7 +38,7 @@ fn hour() -> (Recorded, Now) {
             r#type: PlanControlType::Request,
             op: PlanControlOp::Start,
             plan_id: "triangle".into(),
-            arg: Some(triangle().into()),
+            arg: triangle().into(),
             request_id: seconds as u16,
             ..PlanControl::default()
         };

@@ -81,7 +81,7 @@ fn follows_references_until_their_source_falls_silent() {
     let goal = place(80.0, 0.0);
     let reference = Reference {
         flags: ReferenceFlags::LOCATION | ReferenceFlags::SPEED,
-        speed: Some(DesiredSpeed { value: 1.5, speed_units: SpeedUnits::MetersPs }.into()),
+        speed: DesiredSpeed { value: 1.5, speed_units: SpeedUnits::MetersPs }.into(),
         lat: goal.lat_rad(),
         lon: goal.lon_rad(),
         ..Reference::default()

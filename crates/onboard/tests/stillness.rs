@@ -103,7 +103,7 @@ fn goto(north_m: f64) -> Goto {
 
 fn home() -> PlanDB {
     let maneuver =
-        PlanManeuver { maneuver_id: "a".into(), data: Some(goto(300.0).into()), ..PlanManeuver::default() };
+        PlanManeuver { maneuver_id: "a".into(), data: goto(300.0).into(), ..PlanManeuver::default() };
     let plan = PlanSpecification {
         plan_id: "home".into(),
         start_man_id: "a".into(),
@@ -114,7 +114,7 @@ fn home() -> PlanDB {
         r#type: PlanDBType::Request,
         op: PlanDBOp::Set,
         plan_id: "home".into(),
-        arg: Some(plan.into()),
+        arg: plan.into(),
         ..PlanDB::default()
     }
 }
@@ -124,7 +124,7 @@ fn start(argument: impl Into<Message>) -> PlanControl {
         r#type: PlanControlType::Request,
         op: PlanControlOp::Start,
         plan_id: "t".into(),
-        arg: Some(argument.into()),
+        arg: argument.into().into(),
         ..PlanControl::default()
     }
 }
@@ -181,7 +181,9 @@ fn after_an_abort_no_supervisor_starts_again_but_after_a_stop_it_does() {
     };
     let aborted = later(|| Abort.into());
     assert!(aborted.abs() < f64::EPSILON, "{aborted}");
-    let stopped = later(|| PlanControl { op: PlanControlOp::Stop, arg: None, ..start(goto(1.0)) }.into());
+    let stopped = later(|| {
+        PlanControl { op: PlanControlOp::Stop, arg: imc::Nested::none(), ..start(goto(1.0)) }.into()
+    });
     assert!(stopped > 0.0, "the supervisor acts at all");
 }
 

@@ -196,7 +196,7 @@ mod tests {
         let plan = || PlanControl {
             op: PlanControlOp::Stop,
             info: "Plan Loaded".into(),
-            arg: Some(Temperature { value: 4.5 }.into()),
+            arg: Temperature { value: 4.5 }.into(),
             ..PlanControl::default()
         };
         for condition in ["op=stop", "op==1", "info~loaded", "info=Plan Loaded", "op~sto", "arg.value>=4.5"] {

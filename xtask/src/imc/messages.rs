@@ -93,11 +93,14 @@ fn category_file(category: &str, messages: &[&Message]) -> File {
         message_type(&mut body, message);
     }
     let uses = |name: &str| body.contains(name);
-    if uses("MessageList") {
+    if uses(": MessageList,") {
         text.push_str("use crate::list::MessageList;\n");
     }
     text.push_str("use crate::catalogue::{MessageDesc, tables};\n");
     text.push_str("use crate::messages::{Message, Payload};\n");
+    if uses(": Nested,") {
+        text.push_str("use crate::nested::Nested;\n");
+    }
     if uses(": Text,") {
         text.push_str("use crate::text::Text;\n");
     }
@@ -124,7 +127,7 @@ fn rust_type(message: &Message, field: &Field) -> String {
     match field.kind {
         Kind::Raw => "Vec<u8>".to_owned(),
         Kind::Text => "Text".to_owned(),
-        Kind::Message => "Option<Message>".to_owned(),
+        Kind::Message => "Nested".to_owned(),
         Kind::List => "MessageList".to_owned(),
         number => {
             if field.is_enumerated() || field.is_bitfield() {
@@ -337,7 +340,7 @@ fn write_fn(text: &mut String, message: &Message) {
                 match field.kind {
                     Kind::Raw => writeln!(text, "        w.raw(&self.{name});").ok(),
                     Kind::Text => writeln!(text, "        w.text(&self.{name});").ok(),
-                    Kind::Message => writeln!(text, "        w.message(self.{name}.as_ref());").ok(),
+                    Kind::Message => writeln!(text, "        w.message(&self.{name});").ok(),
                     Kind::List => writeln!(text, "        w.list(&self.{name});").ok(),
                     number => {
                         let later = appended_from(message, field);

@@ -1,13 +1,13 @@
 //! What the catalogue says of every message and field, for code that meets them at run time.
 
-use super::catalogue::{Catalogue, Field, Label, Message};
+use super::catalogue::{Catalogue, Field, Kind, Label, Message};
 use super::{File, banner, names};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 pub(super) fn file(catalogue: &Catalogue, addresses: &BTreeMap<String, u16>) -> File {
     let mut text = banner("Descriptions of all messages, enumerations and addresses.");
-    text.push_str("use super::{EnumDesc, FieldDesc, FieldKind, Label, Meaning, MessageDesc};\n\n");
+    text.push_str("use super::{EnumDesc, FieldDesc, FieldKind, Label, Meaning, MessageDesc, Run};\n\n");
     writeln!(text, "/// Version of the catalogue.\npub const VERSION: &str = {:?};\n", catalogue.version)
         .ok();
     pairs(&mut text, "Units: abbreviation and name.", "UNITS", &catalogue.units);
@@ -24,6 +24,14 @@ pub(super) fn file(catalogue: &Catalogue, addresses: &BTreeMap<String, u16>) -> 
         writeln!(text, "    &{},", names::screaming(&message.abbrev)).ok();
     }
     text.push_str("];\n\n");
+    text.push_str(
+        "/// The message with this id; as a match, because nested messages are looked up one by one.\n",
+    );
+    text.push_str("pub(crate) fn by_id(id: u16) -> Option<&'static MessageDesc> {\n    Some(match id {\n");
+    for message in &by_id {
+        writeln!(text, "        {} => &{},", message.id, names::screaming(&message.abbrev)).ok();
+    }
+    text.push_str("        _ => return None,\n    })\n}\n\n");
     let mut by_abbrev = by_id;
     by_abbrev.sort_by_key(|message| &message.abbrev);
     writeln!(text, "/// All messages by abbreviation, in the order of their bytes.").ok();
@@ -92,12 +100,38 @@ fn message_table(text: &mut String, message: &Message) {
     writeln!(text, "    category: {:?}, summary: {:?},", message.category, message.summary).ok();
     writeln!(text, "    sources: &{:?}, flags: &{:?},", message.source, message.flags).ok();
     let widths: Option<usize> = message.fields.iter().map(|field| field.kind.width()).sum();
-    writeln!(text, "    fixed_bytes: {widths:?},").ok();
+    writeln!(text, "    fixed_bytes: {widths:?}, runs: &[{}],", runs(message).join(", ")).ok();
     text.push_str("    fields: &[\n");
     for field in &message.fields {
         field_table(text, field);
     }
     text.push_str("    ],\n};\n\n");
+}
+
+/// The message's fields, as far as its bytes can be passed over: fixed-size neighbours are one run.
+fn runs(message: &Message) -> Vec<String> {
+    let mut runs = Vec::new();
+    let mut fixed = 0;
+    for field in &message.fields {
+        let run = match field.kind {
+            Kind::Raw | Kind::Text => "Run::Counted",
+            Kind::Message => "Run::Message",
+            Kind::List => "Run::List",
+            number => {
+                fixed += number.width().unwrap_or_default();
+                continue;
+            }
+        };
+        if fixed > 0 {
+            runs.push(format!("Run::Fixed({fixed})"));
+            fixed = 0;
+        }
+        runs.push(run.to_owned());
+    }
+    if fixed > 0 {
+        runs.push(format!("Run::Fixed({fixed})"));
+    }
+    runs
 }
 
 fn field_table(text: &mut String, field: &Field) {

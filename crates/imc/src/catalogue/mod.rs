@@ -5,7 +5,12 @@
 //! (storage, exports, the dashboard) works from these.
 
 #[rustfmt::skip]
-#[expect(clippy::approx_constant, clippy::unreadable_literal, reason = "numbers stand as the catalogue has them")]
+#[expect(
+    clippy::approx_constant,
+    clippy::too_many_lines,
+    clippy::unreadable_literal,
+    reason = "generated, with numbers as the catalogue has them"
+)]
 pub(crate) mod tables;
 
 pub use tables::{ADDRESSES, BITFIELDS, ENUMERATIONS, GROUPS, MESSAGES, UNITS, VERSION};
@@ -29,8 +34,23 @@ pub struct MessageDesc {
     pub flags: &'static [&'static str],
     /// Payload bytes, when no value changes them.
     pub fixed_bytes: Option<usize>,
+    /// Its fields, as far as they can be passed over at once.
+    pub(crate) runs: &'static [Run],
     /// Fields in wire order.
     pub fields: &'static [FieldDesc],
+}
+
+/// Neighbouring fields of a message whose bytes can be passed over at once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Run {
+    /// Numbers, of so many bytes together.
+    Fixed(usize),
+    /// Bytes or text after their number.
+    Counted,
+    /// One message or none.
+    Message,
+    /// Any number of messages.
+    List,
 }
 
 /// One field of a message.
@@ -172,8 +192,7 @@ pub struct Label {
 
 /// The message with this id.
 pub fn by_id(id: u16) -> Option<&'static MessageDesc> {
-    let at = MESSAGES.binary_search_by_key(&id, |message| message.id).ok()?;
-    Some(MESSAGES[at])
+    tables::by_id(id)
 }
 
 /// The message with this abbreviation, spelt exactly.

@@ -3,7 +3,7 @@
 use super::QUIET_NAN_F32;
 use crate::address::Address;
 use crate::catalogue::{self, FieldDesc, FieldKind, Meaning, MessageDesc};
-use crate::header::{Header, PacketView};
+use crate::header::{Header, MAX_PAYLOAD_BYTES, PacketView};
 use crate::messages::Message;
 use crate::packet::{Body, EncodeError, Packet, ShortPayload};
 use crate::wire::{ByteOrder, MAX_DEPTH, NULL_ID, Reader};
@@ -56,7 +56,7 @@ pub fn read_packet(value: &Value, defaults: &ReadDefaults) -> Result<Packet, Rea
     };
     let header = read_header(object.get("header"), &defaults.header)?;
     let absent = absent_fields(desc, object.get("absent"))?;
-    let mut payload = Payload { out: Vec::new(), order };
+    let mut payload = Payload::new(order);
     let empty = Map::new();
     let fields = match object.get("fields") {
         None => &empty,
@@ -68,7 +68,7 @@ pub fn read_packet(value: &Value, defaults: &ReadDefaults) -> Result<Packet, Rea
         None => Vec::new(),
         Some(text) => bytes(text, "trailing")?,
     };
-    let body = Body::Unknown { id: desc.id, payload: payload.out };
+    let body = Body::Unknown { id: desc.id, payload: payload.whole(desc, trailing.len())? };
     let raw = Packet { header, body, order, trailing, fields_sent: None }.encode()?;
     Packet::from_view(&PacketView::checked_before(&raw, order), ShortPayload::AnyBoundary)
         .map_err(|error| wrong("fields", error.to_string()))
@@ -82,7 +82,7 @@ pub fn message_from_value(value: &Value) -> Result<Message, ReadError> {
     let object = value.as_object().ok_or_else(|| wrong("message", "expected a JSON object"))?;
     known_keys(object, &["abbrev", "id", "fields"], "message")?;
     let desc = message_desc(object)?;
-    let mut payload = Payload { out: Vec::new(), order: ByteOrder::Little };
+    let mut payload = Payload::new(ByteOrder::Little);
     let empty = Map::new();
     let fields = match object.get("fields") {
         None => &empty,
@@ -90,7 +90,8 @@ pub fn message_from_value(value: &Value) -> Result<Message, ReadError> {
         Some(_) => return Err(wrong("fields", "expected a JSON object")),
     };
     payload.fields(desc, fields, "fields", 0, desc.fields.len())?;
-    match Message::read(desc.id, &mut Reader::new(&payload.out, ByteOrder::Little, false)) {
+    let payload = payload.whole(desc, 0)?;
+    match Message::read(desc.id, &mut Reader::new(&payload, ByteOrder::Little, false)) {
         Some(Ok(message)) => Ok(message),
         // Only nesting can go wrong here: everything else was checked while the payload was made.
         _ => Err(wrong("message", format!("messages are nested more than {MAX_DEPTH} deep"))),
@@ -216,16 +217,42 @@ fn bytes(value: &Value, path: &str) -> Result<Vec<u8>, ReadError> {
 pub fn unhex(text: &str) -> Option<Vec<u8>> {
     let nibble = |digit: u8| char::from(digit).to_digit(16).map(|nibble| nibble as u8);
     let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return None };
-    pairs.iter().map(|[high, low]| Some(nibble(*high)? << 4 | nibble(*low)?)).collect()
+    let mut bytes = Vec::with_capacity(pairs.len());
+    for [high, low] in pairs {
+        bytes.push(nibble(*high)? << 4 | nibble(*low)?);
+    }
+    Some(bytes)
 }
 
-/// A payload being written.
+/// A payload being written. What goes beyond the longest payload is counted and not kept, because a few bytes of
+/// JSON can ask for a hundred of defaults.
 struct Payload {
     out: Vec<u8>,
+    bytes: usize,
     order: ByteOrder,
 }
 
 impl Payload {
+    fn new(order: ByteOrder) -> Self {
+        Self { out: Vec::new(), bytes: 0, order }
+    }
+
+    /// All of it, when there is room for it and what trails.
+    fn whole(self, desc: &MessageDesc, trailing: usize) -> Result<Vec<u8>, EncodeError> {
+        let bytes = self.bytes + trailing;
+        if bytes > MAX_PAYLOAD_BYTES {
+            return Err(EncodeError::Payload { message: desc.abbrev, bytes });
+        }
+        Ok(self.out)
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        self.bytes += bytes.len();
+        if self.bytes <= MAX_PAYLOAD_BYTES {
+            self.out.extend_from_slice(bytes);
+        }
+    }
+
     /// The first `count` fields of a message.
     fn fields(
         &mut self,
@@ -312,8 +339,8 @@ impl Payload {
     /// The low `width` bytes of a number in the payload's byte order.
     fn number(&mut self, bits: u64, width: usize) {
         match self.order {
-            ByteOrder::Little => self.out.extend_from_slice(&bits.to_le_bytes()[..width]),
-            ByteOrder::Big => self.out.extend_from_slice(&bits.to_be_bytes()[8 - width..]),
+            ByteOrder::Little => self.put(&bits.to_le_bytes()[..width]),
+            ByteOrder::Big => self.put(&bits.to_be_bytes()[8 - width..]),
         }
     }
 
@@ -331,7 +358,7 @@ impl Payload {
             return Err(wrong(&place(), format!("{} bytes; a field holds at most 65535", bytes.len())));
         }
         self.number(bytes.len() as u64, 2);
-        self.out.extend_from_slice(bytes);
+        self.put(bytes);
         Ok(())
     }
 

@@ -69,7 +69,8 @@ pub fn write_packet(out: &mut Vec<u8>, view: &PacketView<'_>, short: ShortPayloa
     }
     let trailing = &view.payload()[walked.bytes..];
     if !trailing.is_empty() {
-        write!(out, r#","trailing":"{}""#, hex(trailing)).ok();
+        out.extend_from_slice(br#","trailing":"#);
+        quoted_hex(out, trailing);
     }
     out.push(b'}');
     Ok(())
@@ -109,18 +110,34 @@ pub fn write_header(out: &mut Vec<u8>, header: &Header) {
 
 /// Appends text as a JSON string, or bytes that are no UTF-8 as `{"bytes":"…"}`.
 pub fn write_text(out: &mut Vec<u8>, text: &[u8]) {
-    match str::from_utf8(text) {
+    if let Ok(text) = str::from_utf8(text) {
         // Writing to a vector cannot fail, and every string has a JSON form.
-        Ok(text) => serde_json::to_writer(out, text).unwrap_or_default(),
-        Err(_) => write!(out, r#"{{"bytes":"{}"}}"#, hex(text)).unwrap_or_default(),
+        serde_json::to_writer(out, text).unwrap_or_default();
+    } else {
+        out.extend_from_slice(br#"{"bytes":"#);
+        quoted_hex(out, text);
+        out.push(b'}');
     }
 }
 
 /// Lower-case hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(2 * bytes.len());
+    text.extend(hex_digits(bytes).map(char::from));
+    text
+}
+
+/// Appends lower-case hexadecimal as a JSON string.
+fn quoted_hex(out: &mut Vec<u8>, bytes: &[u8]) {
+    out.reserve(2 * bytes.len() + 2);
+    out.push(b'"');
+    out.extend(hex_digits(bytes));
+    out.push(b'"');
+}
+
+fn hex_digits(bytes: &[u8]) -> impl Iterator<Item = u8> {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    let digit = |nibble: u8| char::from(DIGITS[usize::from(nibble)]);
-    bytes.iter().flat_map(|&byte| [digit(byte >> 4), digit(byte & 15)]).collect()
+    bytes.iter().flat_map(|&byte| [byte >> 4, byte & 15]).map(|nibble| DIGITS[usize::from(nibble)])
 }
 
 fn double(out: &mut Vec<u8>, value: f64) {
@@ -188,7 +205,7 @@ impl<'a> Visitor<'a> for Fields<'_> {
             Value::Single(value) => single(self.out, value),
             Value::Double(value) => double(self.out, value),
             Value::Text(text) => write_text(self.out, text),
-            Value::Raw(bytes) => write!(self.out, "\"{}\"", hex(bytes)).unwrap_or_default(),
+            Value::Raw(bytes) => quoted_hex(self.out, bytes),
         }
     }
 

@@ -5,7 +5,7 @@ use crate::deframe::{Damage, Deframer, Frame};
 use crate::header::PacketView;
 use std::fs::File;
 use std::io::{self, Read, Seek as _, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes that are read or unpacked at once.
 const CHUNK_BYTES: usize = 1 << 18;
@@ -41,6 +41,13 @@ pub struct LogReader<R> {
     unpacked: u64,
     ended: bool,
     problem: Option<&'static str>,
+    /// The file, when the reader opened it itself: its errors name it.
+    path: Option<PathBuf>,
+}
+
+/// The same error with the file in front of it.
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 #[derive(Debug)]
@@ -53,9 +60,10 @@ impl LogReader<io::Chain<io::Cursor<Vec<u8>>, File>> {
     /// A log file, unpacked on the way when its first bytes say that it is gzip.
     ///
     /// # Errors
-    /// When the file cannot be opened or read. The error does not name the file.
+    /// When the file cannot be opened or read. This error and those of reading on name the file.
     pub fn open(path: &Path) -> io::Result<Self> {
-        Self::detect(File::open(path)?)
+        let reader = File::open(path).and_then(Self::detect).map_err(|error| named(path, &error))?;
+        Ok(Self { path: Some(path.to_owned()), ..reader })
     }
 }
 
@@ -64,8 +72,14 @@ impl LogReader<File> {
     /// go on counting from the start of the file.
     ///
     /// # Errors
-    /// When the file cannot be opened or read, or is compressed: there is no way into the middle of that.
+    /// When the file cannot be opened or read, or is compressed: there is no way into the middle of that. This
+    /// error and those of reading on name the file.
     pub fn open_at(path: &Path, offset: u64) -> io::Result<Self> {
+        let reader = Self::seek(path, offset).map_err(|error| named(path, &error))?;
+        Ok(Self { path: Some(path.to_owned()), ..reader })
+    }
+
+    fn seek(path: &Path, offset: u64) -> io::Result<Self> {
         let mut file = File::open(path)?;
         let mut start = Vec::new();
         file.by_ref().take(gunzip::MAGIC.len() as u64).read_to_end(&mut start)?;
@@ -109,6 +123,7 @@ impl<R: Read> LogReader<R> {
             unpacked: 0,
             ended: false,
             problem: None,
+            path: None,
         }
     }
 
@@ -135,7 +150,10 @@ impl<R: Read> LogReader<R> {
             if self.ended {
                 return Ok(None);
             }
-            self.fill()?;
+            self.fill().map_err(|error| match &self.path {
+                Some(path) => named(path, &error),
+                None => error,
+            })?;
         }
     }
 

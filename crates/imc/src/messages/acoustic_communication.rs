@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 use crate::messages::shared::ZUnits;
@@ -178,7 +179,7 @@ wire_enum! {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AcousticMessage {
     /// Message to send.
-    pub message: Option<Message>,
+    pub message: Nested,
 }
 
 impl Payload for AcousticMessage {
@@ -195,7 +196,7 @@ impl Payload for AcousticMessage {
 
     #[inline]
     fn write(&self, w: &mut Writer<'_>) {
-        w.message(self.message.as_ref());
+        w.message(&self.message);
     }
 
     fn of(message: &Message) -> Option<&Self> {
@@ -327,7 +328,7 @@ pub struct AcousticOperation {
     /// Range (m).
     pub range: f32,
     /// Message To Send.
-    pub msg: Option<Message>,
+    pub msg: Nested,
 }
 
 impl Payload for AcousticOperation {
@@ -357,7 +358,7 @@ impl Payload for AcousticOperation {
         let mut b = w.fixed::<4>();
         b.f32(0, self.range);
         w.put(&b);
-        w.message(self.msg.as_ref());
+        w.message(&self.msg);
     }
 
     fn of(message: &Message) -> Option<&Self> {
@@ -545,7 +546,7 @@ pub struct AcousticRequest {
     /// Type.
     pub r#type: AcousticRequestType,
     /// Message To Send.
-    pub msg: Option<Message>,
+    pub msg: Nested,
 }
 
 impl Payload for AcousticRequest {
@@ -579,7 +580,7 @@ impl Payload for AcousticRequest {
         b.f32(8, self.range);
         b.u8(12, self.r#type.value());
         w.put(&b);
-        w.message(self.msg.as_ref());
+        w.message(&self.msg);
     }
 
     fn of(message: &Message) -> Option<&Self> {

@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 
@@ -174,7 +175,7 @@ pub struct TrexOperation {
     /// Goal Id.
     pub goal_id: Text,
     /// Token, of `TrexToken`.
-    pub token: Option<Message>,
+    pub token: Nested,
 }
 
 impl Payload for TrexOperation {
@@ -199,7 +200,7 @@ impl Payload for TrexOperation {
         b.u8(0, self.op.value());
         w.put(&b);
         w.text(&self.goal_id);
-        w.message(self.token.as_ref());
+        w.message(&self.token);
     }
 
     fn of(message: &Message) -> Option<&Self> {

@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 
@@ -345,7 +346,7 @@ pub struct CcuEvent {
     /// Identifier.
     pub id: Text,
     /// Additional Data.
-    pub arg: Option<Message>,
+    pub arg: Nested,
 }
 
 impl Payload for CcuEvent {
@@ -370,7 +371,7 @@ impl Payload for CcuEvent {
         b.u8(0, self.r#type.value());
         w.put(&b);
         w.text(&self.id);
-        w.message(self.arg.as_ref());
+        w.message(&self.arg);
     }
 
     fn of(message: &Message) -> Option<&Self> {

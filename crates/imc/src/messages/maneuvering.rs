@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 use crate::messages::shared::Boolean;
@@ -393,7 +394,7 @@ impl From<IdleManeuver> for Message {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LowLevelControl {
     /// Control, of `ControlCommand`.
-    pub control: Option<Message>,
+    pub control: Nested,
     /// Duration (s).
     pub duration: u16,
     /// Custom settings for maneuver, `Name=value;...`.
@@ -418,7 +419,7 @@ impl Payload for LowLevelControl {
 
     #[inline]
     fn write(&self, w: &mut Writer<'_>) {
-        w.message(self.control.as_ref());
+        w.message(&self.control);
         let mut b = w.fixed::<2>();
         b.u16(0, self.duration);
         w.put(&b);
@@ -1964,9 +1965,9 @@ pub struct Reference {
     /// Flags.
     pub flags: ReferenceFlags,
     /// Speed Reference, of `DesiredSpeed`.
-    pub speed: Option<Message>,
+    pub speed: Nested,
     /// Z Reference, of `DesiredZ`.
-    pub z: Option<Message>,
+    pub z: Nested,
     /// Latitude Reference.
     pub lat: f64,
     /// Longitude Reference.
@@ -2000,8 +2001,8 @@ impl Payload for Reference {
         let mut b = w.fixed::<1>();
         b.u8(0, self.flags.bits());
         w.put(&b);
-        w.message(self.speed.as_ref());
-        w.message(self.z.as_ref());
+        w.message(&self.speed);
+        w.message(&self.z);
         let mut b = w.fixed::<20>();
         b.f64(0, self.lat);
         b.f64(8, self.lon);
@@ -2051,7 +2052,7 @@ pub struct FollowRefState {
     /// Controlling Entity.
     pub control_ent: u8,
     /// Reference, of `Reference`.
-    pub reference: Option<Message>,
+    pub reference: Nested,
     /// State.
     pub state: FollowRefStateState,
     /// Proximity.
@@ -2082,7 +2083,7 @@ impl Payload for FollowRefState {
         b.u16(0, self.control_src);
         b.u8(2, self.control_ent);
         w.put(&b);
-        w.message(self.reference.as_ref());
+        w.message(&self.reference);
         let mut b = w.fixed::<2>();
         b.u8(0, self.state.value());
         b.u8(1, self.proximity.bits());
@@ -3937,7 +3938,7 @@ pub struct FormationEvaluation {
     /// Evaluation Time.
     pub time: f32,
     /// Formation Control Parameters, of `FormationControlParams`.
-    pub control_params: Option<Message>,
+    pub control_params: Nested,
 }
 
 impl Payload for FormationEvaluation {
@@ -3971,7 +3972,7 @@ impl Payload for FormationEvaluation {
         b.f32(14, self.roll_rate_mean);
         b.f32(18, self.time);
         w.put(&b);
-        w.message(self.control_params.as_ref());
+        w.message(&self.control_params);
     }
 
     fn of(message: &Message) -> Option<&Self> {

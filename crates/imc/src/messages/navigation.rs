@@ -4,6 +4,7 @@
 
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::wire::{Fault, Reader, Writer};
 
 /// Best estimate of position, attitude and speed. The position is the reference point displaced by x, y, z.
@@ -612,7 +613,7 @@ wire_enum! {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LblEstimate {
     /// LBL Beacon Configuration, of `LblBeacon`.
-    pub beacon: Option<Message>,
+    pub beacon: Nested,
     /// North position (m).
     pub x: f32,
     /// East position (m).
@@ -645,7 +646,7 @@ impl Payload for LblEstimate {
 
     #[inline]
     fn write(&self, w: &mut Writer<'_>) {
-        w.message(self.beacon.as_ref());
+        w.message(&self.beacon);
         let mut b = w.fixed::<20>();
         b.f32(0, self.x);
         b.f32(4, self.y);

@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 use crate::messages::shared::RSSIUnits;
@@ -1026,7 +1027,7 @@ pub struct HistoricSample {
     /// Time offset (s).
     pub t: i16,
     /// Data Sample.
-    pub sample: Option<Message>,
+    pub sample: Nested,
 }
 
 impl Payload for HistoricSample {
@@ -1058,7 +1059,7 @@ impl Payload for HistoricSample {
         b.i16(7, self.z);
         b.i16(9, self.t);
         w.put(&b);
-        w.message(self.sample.as_ref());
+        w.message(&self.sample);
     }
 
     fn of(message: &Message) -> Option<&Self> {
@@ -1084,7 +1085,7 @@ pub struct HistoricDataQuery {
     /// Maximum Size.
     pub max_size: u16,
     /// Data, of `HistoricData`.
-    pub data: Option<Message>,
+    pub data: Nested,
 }
 
 impl Payload for HistoricDataQuery {
@@ -1110,7 +1111,7 @@ impl Payload for HistoricDataQuery {
         b.u8(2, self.r#type.value());
         b.u16(3, self.max_size);
         w.put(&b);
-        w.message(self.data.as_ref());
+        w.message(&self.data);
     }
 
     fn of(message: &Message) -> Option<&Self> {
@@ -1148,7 +1149,7 @@ pub struct RemoteCommand {
     /// Timeout (s).
     pub timeout: f64,
     /// Command.
-    pub cmd: Option<Message>,
+    pub cmd: Nested,
 }
 
 impl Payload for RemoteCommand {
@@ -1174,7 +1175,7 @@ impl Payload for RemoteCommand {
         b.u16(2, self.destination);
         b.f64(4, self.timeout);
         w.put(&b);
-        w.message(self.cmd.as_ref());
+        w.message(&self.cmd);
     }
 
     fn of(message: &Message) -> Option<&Self> {
@@ -1436,7 +1437,7 @@ pub struct TransmissionRequest {
     /// Data Mode.
     pub data_mode: TransmissionRequestDataMode,
     /// Message Data.
-    pub msg_data: Option<Message>,
+    pub msg_data: Nested,
     /// Text Data.
     pub txt_data: Text,
     /// Raw Data.
@@ -1480,7 +1481,7 @@ impl Payload for TransmissionRequest {
         b.f32(8, self.range);
         b.u8(12, self.data_mode.value());
         w.put(&b);
-        w.message(self.msg_data.as_ref());
+        w.message(&self.msg_data);
         w.text(&self.txt_data);
         w.raw(&self.raw_data);
     }
@@ -1738,7 +1739,7 @@ pub struct TCPRequest {
     /// Timeout (s).
     pub timeout: f64,
     /// Message Data.
-    pub msg_data: Option<Message>,
+    pub msg_data: Nested,
 }
 
 impl Payload for TCPRequest {
@@ -1768,7 +1769,7 @@ impl Payload for TCPRequest {
         let mut b = w.fixed::<8>();
         b.f64(0, self.timeout);
         w.put(&b);
-        w.message(self.msg_data.as_ref());
+        w.message(&self.msg_data);
     }
 
     fn of(message: &Message) -> Option<&Self> {

@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 
@@ -120,7 +121,7 @@ pub struct PlanManeuver {
     /// Maneuver ID.
     pub maneuver_id: Text,
     /// Maneuver Specification, of `Maneuver`.
-    pub data: Option<Message>,
+    pub data: Nested,
     /// Start Actions.
     pub start_actions: MessageList,
     /// End Actions.
@@ -148,7 +149,7 @@ impl Payload for PlanManeuver {
     #[inline]
     fn write(&self, w: &mut Writer<'_>) {
         w.text(&self.maneuver_id);
-        w.message(self.data.as_ref());
+        w.message(&self.data);
         w.list(&self.start_actions);
         w.list(&self.end_actions);
     }
@@ -224,7 +225,7 @@ pub struct EmergencyControl {
     /// Command.
     pub command: EmergencyControlCommand,
     /// Plan Specification, of `PlanSpecification`.
-    pub plan: Option<Message>,
+    pub plan: Nested,
 }
 
 impl Payload for EmergencyControl {
@@ -246,7 +247,7 @@ impl Payload for EmergencyControl {
         let mut b = w.fixed::<1>();
         b.u8(0, self.command.value());
         w.put(&b);
-        w.message(self.plan.as_ref());
+        w.message(&self.plan);
     }
 
     fn of(message: &Message) -> Option<&Self> {
@@ -361,7 +362,7 @@ pub struct PlanDB {
     /// Plan ID.
     pub plan_id: Text,
     /// Argument.
-    pub arg: Option<Message>,
+    pub arg: Nested,
     /// Complementary Information.
     pub info: Text,
 }
@@ -394,7 +395,7 @@ impl Payload for PlanDB {
         b.u16(2, self.request_id);
         w.put(&b);
         w.text(&self.plan_id);
-        w.message(self.arg.as_ref());
+        w.message(&self.arg);
         w.text(&self.info);
     }
 
@@ -589,7 +590,7 @@ pub struct PlanControl {
     /// Flags.
     pub flags: PlanControlFlags,
     /// Request/Reply Argument.
-    pub arg: Option<Message>,
+    pub arg: Nested,
     /// Complementary Info.
     pub info: Text,
 }
@@ -627,7 +628,7 @@ impl Payload for PlanControl {
         let mut b = w.fixed::<2>();
         b.u16(0, self.flags.bits());
         w.put(&b);
-        w.message(self.arg.as_ref());
+        w.message(&self.arg);
         w.text(&self.info);
     }
 
@@ -1268,7 +1269,7 @@ pub struct SoiCommand {
     /// Settings, `Name=value;...`.
     pub settings: Text,
     /// Plan, of `SoiPlan`.
-    pub plan: Option<Message>,
+    pub plan: Nested,
     /// Extra Information.
     pub info: Text,
 }
@@ -1299,7 +1300,7 @@ impl Payload for SoiCommand {
         b.u8(1, self.command.value());
         w.put(&b);
         w.text(&self.settings);
-        w.message(self.plan.as_ref());
+        w.message(&self.plan);
         w.text(&self.info);
     }
 

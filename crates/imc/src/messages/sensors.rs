@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 
@@ -2222,7 +2223,7 @@ wire_enum! {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ExternalNavData {
     /// Estimated State, of `EstimatedState`.
-    pub state: Option<Message>,
+    pub state: Nested,
     /// Nav Data Type.
     pub r#type: ExternalNavDataType,
 }
@@ -2243,7 +2244,7 @@ impl Payload for ExternalNavData {
 
     #[inline]
     fn write(&self, w: &mut Writer<'_>) {
-        w.message(self.state.as_ref());
+        w.message(&self.state);
         let mut b = w.fixed::<1>();
         b.u8(0, self.r#type.value());
         w.put(&b);
@@ -3760,7 +3761,7 @@ wire_enum! {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BmsData {
     /// Original Message.
-    pub original: Option<Message>,
+    pub original: Nested,
     /// Request Status.
     pub req_status: BmsDataReqStatus,
     /// Pack Index.
@@ -3853,7 +3854,7 @@ impl Payload for BmsData {
 
     #[inline]
     fn write(&self, w: &mut Writer<'_>) {
-        w.message(self.original.as_ref());
+        w.message(&self.original);
         let mut b = w.fixed::<49>();
         b.u8(0, self.req_status.value());
         b.u8(1, self.pack_idx);

@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 
@@ -61,7 +62,7 @@ pub struct CacheControl {
     /// Snapshot destination.
     pub snapshot: Text,
     /// Message.
-    pub message: Option<Message>,
+    pub message: Nested,
 }
 
 impl Payload for CacheControl {
@@ -86,7 +87,7 @@ impl Payload for CacheControl {
         b.u8(0, self.op.value());
         w.put(&b);
         w.text(&self.snapshot);
-        w.message(self.message.as_ref());
+        w.message(&self.message);
     }
 
     fn of(message: &Message) -> Option<&Self> {

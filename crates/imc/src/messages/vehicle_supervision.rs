@@ -5,6 +5,7 @@
 use crate::list::MessageList;
 use crate::catalogue::{MessageDesc, tables};
 use crate::messages::{Message, Payload};
+use crate::nested::Nested;
 use crate::text::Text;
 use crate::wire::{Fault, Reader, Writer};
 use crate::messages::shared::CLoopsMask;
@@ -132,7 +133,7 @@ pub struct VehicleCommand {
     /// Command.
     pub command: VehicleCommandCommand,
     /// Maneuver, of `Maneuver`.
-    pub maneuver: Option<Message>,
+    pub maneuver: Nested,
     /// Calibration Time (s).
     pub calib_time: u16,
     /// Info.
@@ -166,7 +167,7 @@ impl Payload for VehicleCommand {
         b.u16(1, self.request_id);
         b.u8(3, self.command.value());
         w.put(&b);
-        w.message(self.maneuver.as_ref());
+        w.message(&self.maneuver);
         let mut b = w.fixed::<2>();
         b.u16(0, self.calib_time);
         w.put(&b);

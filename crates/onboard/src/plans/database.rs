@@ -9,7 +9,7 @@ use crate::output::{Keep, Output};
 use imc::messages::{
     Message, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, PlanSpecification,
 };
-use imc::{ANY_ENTITY, Address, FOOTER_BYTES, HEADER_BYTES, Header, PacketView, plan_digest};
+use imc::{ANY_ENTITY, Address, FOOTER_BYTES, HEADER_BYTES, Header, Nested, PacketView, plan_digest};
 use mission::{
     Answer, DatabaseAsk, DatabaseLimits, DatabaseReply, DatabaseRequest, DatabaseState, Origin, Outgoing,
     PlanDatabase, PlanInfo, Record, Ticket,
@@ -58,8 +58,8 @@ impl Database {
             return;
         }
         let origin = Origin { system: asker.system.0, entity: asker.entity, request: request.request_id };
-        let ask = match (request.op, &request.arg) {
-            (PlanDBOp::Set, Some(Message::PlanSpecification(plan))) => set(plan),
+        let ask = match (request.op, request.arg.of::<PlanSpecification>()) {
+            (PlanDBOp::Set, Some(plan)) => set(&plan),
             (PlanDBOp::Set, _) => Err("no plan specification given".to_owned()),
             (PlanDBOp::Del, _) => Ok(DatabaseAsk::Delete),
             (PlanDBOp::Get, _) => Ok(DatabaseAsk::Get),
@@ -81,7 +81,7 @@ impl Database {
                     op: request.op,
                     request_id: request.request_id,
                     plan_id: request.plan_id.clone(),
-                    arg: None,
+                    arg: Nested::none(),
                     info: info.into(),
                 };
                 bus.send_to(Entity::PlanDatabase, asker, &reply);
@@ -154,7 +154,7 @@ impl Database {
             op,
             request_id: origin.request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             info: info.into(),
         };
         bus.send_to(Entity::PlanDatabase, asker, &message);

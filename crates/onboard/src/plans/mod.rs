@@ -16,12 +16,12 @@ use crate::pilot::{Pilot, PilotEvent};
 use crate::settings::Settings;
 use control::{Loiter, PathCommand, PathEnd};
 use database::Database;
-use imc::Address;
 use imc::messages::{
     Aborted, LoggingControl, LoggingControlOp, ManeuverControlState, ManeuverControlStateState, Message,
     PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanManeuver, PlanSpecification,
     VehicleCommand, VehicleCommandCommand, VehicleCommandType,
 };
+use imc::{Address, Nested};
 use mission::{
     ActionPoint, Command, Engine, EngineConfig, Event, ManeuverEnd, NoteLevel, Operation, Operator,
     PathProgress, PathStart, PlanLimits, PlanState, Record, Reply, RunId, Success, Ticket, Turn,
@@ -281,11 +281,12 @@ impl Plans {
             r#type: VehicleCommandType::Request,
             request_id: self.command_id,
             command: VehicleCommandCommand::ExecManeuver,
-            maneuver: node.and_then(|node| node.data.clone()),
+            maneuver: node.map(|node| node.data).unwrap_or_default(),
             ..VehicleCommand::default()
         };
         bus.send(Entity::PlanEngine, &request);
-        let done = VehicleCommand { r#type: VehicleCommandType::Success, maneuver: None, ..request };
+        let done =
+            VehicleCommand { r#type: VehicleCommandType::Success, maneuver: Nested::none(), ..request };
         bus.send(Entity::Supervisor, &done);
     }
 
@@ -293,17 +294,17 @@ impl Plans {
         let Some(plan) = self.runs.get(&run) else { return };
         let node = |id: &str| plan.maneuvers.of::<PlanManeuver>().find(|node| node.maneuver_id == *id);
         let list = match point {
-            ActionPoint::PlanStart => Some(&plan.start_actions),
-            ActionPoint::PlanEnd => Some(&plan.end_actions),
-            ActionPoint::ManeuverStart(id) => node(id).map(|node| &node.start_actions),
-            ActionPoint::ManeuverEnd(id) => node(id).map(|node| &node.end_actions),
+            ActionPoint::PlanStart => Some(plan.start_actions.clone()),
+            ActionPoint::PlanEnd => Some(plan.end_actions.clone()),
+            ActionPoint::ManeuverStart(id) => node(id).map(|node| node.start_actions),
+            ActionPoint::ManeuverEnd(id) => node(id).map(|node| node.end_actions),
             ActionPoint::Transition { from, to } => plan
                 .transitions
                 .of::<imc::messages::PlanTransition>()
                 .find(|transition| transition.source_man == **from && transition.dest_man == **to)
-                .map(|transition| &transition.actions),
+                .map(|transition| transition.actions),
         };
-        self.actions.extend(list.into_iter().flat_map(imc::MessageList::as_slice).flatten().cloned());
+        self.actions.extend(list.unwrap_or_default().iter().flatten());
     }
 
     fn reply(&mut self, bus: &mut Bus, reply: &Reply) {
@@ -332,7 +333,7 @@ impl Plans {
             request_id: origin.request,
             plan_id: plan_id.as_str().into(),
             flags: PlanControlFlags::empty(),
-            arg,
+            arg: arg.into(),
             info: info.as_str().into(),
         };
         bus.console(Level::Debug, format!("Plan Engine: '{plan_id}': {info}"));

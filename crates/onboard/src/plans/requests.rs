@@ -33,7 +33,7 @@ impl Plans {
         let plan_id = request.plan_id.to_str_lossy().into_owned();
         let (verb, ask) = match request.op {
             PlanControlOp::Start => {
-                let plan = self.plan(bus, name, &plan_id, request.arg.as_ref());
+                let plan = self.plan(bus, name, &plan_id, request.arg.get());
                 let options = StartOptions {
                     calibrate: request.flags.contains(PlanControlFlags::CALIBRATE),
                     ignore_errors: request.flags.contains(PlanControlFlags::IGNORE_ERRORS),
@@ -41,7 +41,7 @@ impl Plans {
                 ("start", Ask::Start { plan, options })
             }
             PlanControlOp::Load => {
-                let plan = self.plan(bus, name, &plan_id, request.arg.as_ref());
+                let plan = self.plan(bus, name, &plan_id, request.arg.get());
                 ("load", Ask::Load { plan })
             }
             PlanControlOp::Stop => ("stop", Ask::Stop),
@@ -68,7 +68,7 @@ impl Plans {
             op: PlanControlOp::Start,
             plan_id: plan_id.into(),
             flags: PlanControlFlags::IGNORE_ERRORS,
-            arg: message,
+            arg: message.into(),
             ..PlanControl::default()
         };
         let own = Asker { system: bus.address(), entity: Entity::Supervisor.number() };
@@ -104,17 +104,17 @@ impl Plans {
         bus: &mut Bus,
         name: &str,
         plan_id: &str,
-        arg: Option<&Message>,
+        arg: Option<Message>,
     ) -> Result<Box<Plan>, NoPlan> {
         let specification: PlanSpecification = match arg {
             None => self.database.plan(plan_id).ok_or(NoPlan::Undefined)?,
             Some(Message::PlanSpecification(plan)) => {
                 if plan.plan_id == *plan_id {
-                    self.database.keep_started(bus, name, plan);
+                    self.database.keep_started(bus, name, &plan);
                 }
-                (**plan).clone()
+                *plan
             }
-            Some(message) if translate::is_maneuver(message) => translate::quick_plan(plan_id, message),
+            Some(message) if translate::is_maneuver(&message) => translate::quick_plan(plan_id, message),
             Some(message) => {
                 let what = format!("{} is neither a plan nor a maneuver", message.abbrev());
                 return Err(NoPlan::Unreadable(what));

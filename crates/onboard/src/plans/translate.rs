@@ -4,9 +4,9 @@
 //! is wrong with it. Surface vessels have no use for depths but to refuse them.
 
 use imc::messages::{
-    FollowReference, FollowSystem, Loiter, LoiterDirection, LoiterType, Message, PathPoint, PlanManeuver,
-    PlanSpecification, PlanTransition, Reference, ReferenceFlags, Rows, RowsCoverage, RowsCoverageFlags,
-    RowsFlags, ScheduledGotoDelayed, SpeedUnits, Teleoperation, TrajectoryPoint, ZUnits,
+    DesiredSpeed, FollowReference, FollowSystem, Loiter, LoiterDirection, LoiterType, Message, PathPoint,
+    PlanManeuver, PlanSpecification, PlanTransition, Reference, ReferenceFlags, Rows, RowsCoverage,
+    RowsCoverageFlags, RowsFlags, ScheduledGotoDelayed, SpeedUnits, Teleoperation, TrajectoryPoint, ZUnits,
 };
 use imc::tuples;
 use mission::{
@@ -28,7 +28,7 @@ pub(crate) fn draft(plan: &PlanSpecification) -> PlanDraft {
     PlanDraft {
         id: plan.plan_id.to_str_lossy().into_owned(),
         start: plan.start_man_id.to_str_lossy().into_owned(),
-        maneuvers: plan.maneuvers.of::<PlanManeuver>().map(node).collect(),
+        maneuvers: plan.maneuvers.of::<PlanManeuver>().map(|maneuver| node(&maneuver)).collect(),
         transitions: plan
             .transitions
             .of::<PlanTransition>()
@@ -41,10 +41,9 @@ pub(crate) fn draft(plan: &PlanSpecification) -> PlanDraft {
 }
 
 /// A plan of one maneuver, as a console asks for it without a plan around it.
-pub(crate) fn quick_plan(plan_id: &str, maneuver: &Message) -> PlanSpecification {
+pub(crate) fn quick_plan(plan_id: &str, maneuver: Message) -> PlanSpecification {
     let name = maneuver.abbrev();
-    let only =
-        PlanManeuver { maneuver_id: name.into(), data: Some(maneuver.clone()), ..PlanManeuver::default() };
+    let only = PlanManeuver { maneuver_id: name.into(), data: maneuver.into(), ..PlanManeuver::default() };
     PlanSpecification {
         plan_id: plan_id.into(),
         start_man_id: name.into(),
@@ -54,8 +53,8 @@ pub(crate) fn quick_plan(plan_id: &str, maneuver: &Message) -> PlanSpecification
 }
 
 fn node(node: &PlanManeuver) -> ManeuverDraft {
-    let (depth_m, body) = match &node.data {
-        Some(message) => (depth_m(message), body(message)),
+    let (depth_m, body) = match node.data.get() {
+        Some(message) => (depth_m(&message), body(&message)),
         None => (None, DraftBody::Missing),
     };
     ManeuverDraft { id: node.maneuver_id.to_str_lossy().into_owned(), depth_m, body }
@@ -226,10 +225,8 @@ pub(crate) fn reference(system: u16, entity: u8, m: &Reference) -> mission::Refe
         entity,
         location: place.filter(|_| has(ReferenceFlags::LOCATION)),
         start_point: place.filter(|_| start),
-        speed: match &m.speed {
-            Some(Message::DesiredSpeed(desired)) if has(ReferenceFlags::SPEED) => {
-                Some(speed64(desired.value, desired.speed_units))
-            }
+        speed: match m.speed.of::<DesiredSpeed>() {
+            Some(desired) if has(ReferenceFlags::SPEED) => Some(speed64(desired.value, desired.speed_units)),
             _ => None,
         },
         radius_m: has(ReferenceFlags::RADIUS).then_some(f64::from(m.radius)),
@@ -334,7 +331,7 @@ mod tests {
 
     #[test]
     fn what_is_no_maneuver_is_unsupported_by_name() {
-        let plan = quick_plan("x", &m::Heartbeat.into());
+        let plan = quick_plan("x", m::Heartbeat.into());
         let draft = draft(&plan);
         assert_eq!(draft.maneuvers[0].body, DraftBody::Unsupported("Heartbeat".into()));
         assert!(is_maneuver(&m::Goto::default().into()) && !is_maneuver(&m::Abort.into()));

@@ -99,7 +99,7 @@ pub(crate) fn reference_state(
     FollowRefState {
         control_src: source.0,
         control_ent: source.1,
-        reference,
+        reference: reference.into(),
         state: match state.phase {
             ReferencePhase::Wait => FollowRefStateState::Wait,
             ReferencePhase::Goto => FollowRefStateState::Goto,

@@ -153,7 +153,7 @@ impl Sea {
             op,
             request_id: self.request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanControl::default()
         };
         self.send(request);
@@ -177,7 +177,7 @@ impl Sea {
             op: PlanDBOp::Set,
             request_id: self.request,
             plan_id: plan.plan_id.clone(),
-            arg: Some(plan.clone().into()),
+            arg: plan.clone().into(),
             ..PlanDB::default()
         };
         self.send(request);
@@ -224,7 +224,7 @@ pub(crate) fn plan(id: &str, maneuvers: Vec<(String, Message)>) -> PlanSpecifica
             .into_iter()
             .map(|(id, data)| PlanManeuver {
                 maneuver_id: id.into(),
-                data: Some(data),
+                data: data.into(),
                 ..PlanManeuver::default()
             })
             .collect(),
