@@ -13,5 +13,6 @@ mod pages;
 mod people;
 mod relay;
 mod shore;
+mod tls;
 
 pub use http::serve::{Serving, serve};

@@ -26,6 +26,7 @@ function start(root: HTMLElement, link: HTMLElement): void {
   root.append(make("div", { class: "map-box" }, mapBox, all), listBox, valueBox);
 
   let state = EMPTY;
+  let linked = true;
   let selected: number | undefined;
   const tracks = new Map<number, Track>();
   const select = (address: number): void => {
@@ -48,7 +49,7 @@ function start(root: HTMLElement, link: HTMLElement): void {
     const nowUs = serverNowUs(state, performance.now());
     const known = systems();
     if (selected === undefined) selected = (known.find((system) => system.fix) ?? known[0])?.address;
-    list.update(known, selected, nowUs);
+    list.update(known, selected, nowUs, linked);
     const chosen = known.find((system) => system.address === selected);
     setAttribute(valueBox, "hidden", chosen ? null : "");
     if (!chosen) return;
@@ -79,6 +80,7 @@ function start(root: HTMLElement, link: HTMLElement): void {
   let due = false;
   new Live({ events: true, every_ms: 100 }, {
     frame(frame) {
+      linked = true;
       state = withFrame(state, frame, performance.now());
       setAttribute(document.body, "data-link", "up");
       setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
@@ -91,6 +93,8 @@ function start(root: HTMLElement, link: HTMLElement): void {
       });
     },
     lost() {
+      linked = false;
+      drawTables();
       setAttribute(document.body, "data-link", "down");
       setText(link, "No link to the server: what you see is old. Trying again …");
     },

@@ -1,8 +1,10 @@
 //! The command line, one module per subcommand.
 
+mod doctor;
 mod people;
 mod say;
 mod serve;
+mod tls;
 
 use crate::config::{self, Config, Overrides};
 use clap::{Args, Parser, Subcommand};
@@ -47,6 +49,11 @@ enum Command {
     /// Vessels that have names.
     #[command(subcommand)]
     Vessel(people::VesselCommand),
+    /// Certificates.
+    #[command(subcommand)]
+    Tls(tls::TlsCommand),
+    /// Look whether all is well, and say what to do where it is not.
+    Doctor,
     /// Print a configuration file with every key, its default and what it means.
     Config {
         /// Print what is in force instead, from file, LUTRA_ variables and flags.
@@ -76,6 +83,8 @@ pub fn main() -> ExitCode {
         Command::User(command) => people::user(&common, command),
         Command::Token(command) => people::token(&common, command),
         Command::Vessel(command) => people::vessel(&common, command),
+        Command::Tls(command) => tls::tls(&common, command),
+        Command::Doctor => doctor::doctor(&common),
         Command::Config { effective: false } => {
             say!("{}", config::DOCUMENTED.trim_end());
             Ok(())

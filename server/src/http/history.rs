@@ -10,6 +10,7 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt as _;
 use std::io::{self, Write};
 use std::sync::Arc;
 use tokio::sync::mpsc;
@@ -104,7 +105,8 @@ async fn first_then_rest(mut taken: mpsc::Receiver<Chunk>) -> Result<Body, ApiEr
         };
         Some((chunk, (None, taken)))
     });
-    Ok(Body::from_stream(rest))
+    // The compression asks again after the end.
+    Ok(Body::from_stream(rest.fuse()))
 }
 
 /// Writes into the channel, and waits while it is full.

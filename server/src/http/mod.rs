@@ -1,6 +1,8 @@
 //! The web server: who may come in, what is where, and how answers look.
 
 mod assets;
+#[cfg(test)]
+mod browser_tests;
 mod caller;
 mod csrf;
 mod error;
@@ -10,12 +12,16 @@ mod health;
 mod history;
 mod listen;
 mod live;
+#[cfg(test)]
+mod live_tests;
 mod measure;
 mod openapi;
 mod people;
 mod route;
 mod routes;
 pub(crate) mod serve;
+#[cfg(test)]
+mod testing;
 #[cfg(test)]
 mod tests;
 

@@ -56,6 +56,9 @@ pub(crate) struct Route {
     /// Media type of the answer where it is not JSON.
     pub(crate) media: Option<&'static str>,
     pub(crate) query: Vec<Parameter>,
+    /// Whether the answer is compressed for who wants that. Never where a secret and what somebody sent stand in
+    /// one answer: its length would tell about the secret.
+    pub(crate) packed: bool,
 }
 
 impl Route {
@@ -132,6 +135,7 @@ impl Route {
             gives: None,
             media: None,
             query: Vec::new(),
+            packed: false,
         }
     }
 
@@ -150,6 +154,12 @@ impl Route {
     /// It takes these parameters in the query.
     pub(crate) fn query<T: IntoParams>(mut self) -> Self {
         self.query = T::into_params(|| Some(utoipa::openapi::path::ParameterIn::Query));
+        self
+    }
+
+    /// Its answer is compressed; it holds data of vessels only.
+    pub(crate) fn packed(mut self) -> Self {
+        self.packed = true;
         self
     }
 

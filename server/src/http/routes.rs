@@ -15,6 +15,7 @@ use axum::http::Uri;
 use axum::response::Response;
 use std::time::Duration;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
 use tower_http::timeout::RequestBodyTimeoutLayer;
 
 /// Bytes of a request's body that are read unless a route allows more.
@@ -31,7 +32,7 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/metrics", Need::Figures, "Figures for Prometheus.", health::metrics).media("text/plain"),
         Route::get("/static/{name}", Need::Anyone, "Scripts and styles.", assets::serve),
         Route::get("/favicon.ico", Need::Anyone, "The picture in the tab.", assets::favicon),
-        Route::get("/api/v1/openapi.json", viewer, "This document.", openapi::document),
+        Route::get("/api/v1/openapi.json", viewer, "This document.", openapi::document).packed(),
         Route::get("/api/v1/me", viewer, "Who asks.", people::me).gives::<Me>(),
         Route::get("/api/v1/people", admin, "Accounts.", people::list).gives::<Vec<Person>>(),
         Route::get("/api/v1/tokens", viewer, "One's own tokens; for an admin all.", people::token_list)
@@ -60,7 +61,8 @@ pub(crate) fn table() -> Vec<Route> {
             history::track,
         )
         .query::<TrackQuery>()
-        .gives::<Vec<TrackPoint>>(),
+        .gives::<Vec<TrackPoint>>()
+        .packed(),
         Route::get(
             "/api/v1/export.csv",
             Need::Somewhere(Role::Researcher),
@@ -68,7 +70,8 @@ pub(crate) fn table() -> Vec<Route> {
             history::export,
         )
         .query::<ExportQuery>()
-        .media("text/csv"),
+        .media("text/csv")
+        .packed(),
     ];
     table.extend(pages::routes());
     table
@@ -79,7 +82,11 @@ pub(crate) fn router(state: AppState) -> Router {
     let mut router = Router::new();
     for route in table() {
         let post = Post { state: state.clone(), need: route.need, kind: route.kind };
-        let guarded = route.handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
+        let handler = match route.packed {
+            true => route.handler.layer(CompressionLayer::new()),
+            false => route.handler,
+        };
+        let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
         router = router.route(route.path, guarded);
     }
     router

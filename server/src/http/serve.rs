@@ -7,7 +7,8 @@ use crate::doors::link::Links;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, Stored};
+use crate::shore::{AppState, Fleet, History, Stored};
+use crate::tls;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
@@ -28,6 +29,8 @@ pub struct Serving {
     pub address: SocketAddr,
     /// The doors that are open.
     pub doors: Open,
+    #[cfg(test)]
+    pub(super) relay: Relay,
     recorder: Recorder,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
@@ -60,9 +63,18 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    serve_with(config, None).await
+}
+
+/// As [`serve`], with this history.
+///
+/// # Errors
+/// As [`serve`].
+pub(super) async fn serve_with(config: Config, history: Option<Arc<dyn History>>) -> anyhow::Result<Serving> {
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
     let (people, first) = opened.await??;
+    let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
             "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
@@ -79,23 +91,35 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
-    let data = config.data.clone();
+    // Tests show a history that they make up.
+    let history = history.unwrap_or_else(|| Arc::new(Stored::new(config.data.clone())));
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
-        history: Some(Arc::new(Stored::new(data))),
+        history: Some(history),
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
         links: Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone()),
-        relay,
+        relay: relay.clone(),
         recorder: recorder.clone(),
     };
-    let web = Web { listener, tls: None, router: routes::router(state), max_connections };
+    let web = Web { listener, tls, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, doors: open, recorder, recording, stop, first, web, tasks })
+    Ok(Serving {
+        address,
+        doors: open,
+        #[cfg(test)]
+        relay,
+        recorder,
+        recording,
+        stop,
+        first,
+        web,
+        tasks,
+    })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.

@@ -8,7 +8,7 @@ use api::{ExportQuery, Recorded, TrackPoint, TrackQuery};
 use imc::Address;
 use std::io::Write;
 use std::path::PathBuf;
-use store::{Reader, TimeRange};
+use store::{Angles, CsvOptions, Reader, Selection, TimeRange};
 use units::UtcTime;
 
 /// Points of a track that nobody asked for more of.
@@ -62,7 +62,28 @@ impl History for Stored {
         may: &dyn Fn(u16) -> bool,
         out: &mut dyn Write,
     ) -> anyhow::Result<()> {
-        let _ = (query, may, out);
-        anyhow::bail!("exports are not there yet")
+        let systems: Vec<Address> = match query.vessel {
+            Some(vessel) => vec![Address(vessel)],
+            None => Reader::open(&self.data)?.systems()?.into_iter().map(|system| system.address).collect(),
+        };
+        let systems: Vec<Address> = systems.into_iter().filter(|system| may(system.0)).collect();
+        // The store takes an empty list for all; here it means that there is nothing this person may have.
+        anyhow::ensure!(!systems.is_empty(), "nothing is recorded that you may export");
+        let selection = Selection {
+            messages: vec![query.message.clone()],
+            systems,
+            range: TimeRange::new(time(query.from.as_deref())?, time(query.to.as_deref())?),
+            ..Selection::default()
+        };
+        let angles = if query.angles.as_deref() == Some("deg") { Angles::Degrees } else { Angles::Radians };
+        store::export_csv(&self.data, &selection, &CsvOptions { angles, ..CsvOptions::default() }, out)?;
+        Ok(())
     }
+}
+
+/// ISO 8601 UTC; nothing for no bound.
+fn time(text: Option<&str>) -> anyhow::Result<Option<UtcTime>> {
+    let Some(text) = text.map(str::trim).filter(|text| !text.is_empty()) else { return Ok(None) };
+    let time = text.parse().map_err(|error| anyhow::anyhow!("`{text}`: {error}"))?;
+    Ok(Some(time))
 }

@@ -354,6 +354,10 @@ time_us: number,
  */
 received_us: number, 
 /**
+ * Packets of the series since the server started; 0 for an event.
+ */
+count: number, 
+/**
  * Usual time between two of them, seconds; null while that is unknown.
  */
 period_s: number | null, 

@@ -39,13 +39,13 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   let palette = readPalette();
   const drawn = new Map<number, Drawn>();
   const source = new VectorSource();
-  const graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
+  let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
   const map = new OlMap({
     target: root,
     layers: [graticule, new VectorLayer({ source, updateWhileAnimating: true, updateWhileInteracting: true })],
     controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up" } }).extend([
       new ScaleLine({ units: "metric", minWidth: 80 }),
-      new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-line nautical" }),
+      new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
       new MousePosition({
         projection: "EPSG:4326",
         placeholder: "WGS 84",
@@ -100,12 +100,15 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   const repaint = (): void => {
     palette = readPalette();
     map.removeLayer(graticule);
-    map.getLayers().insertAt(0, graticuleLayer(palette.ink, palette.halo, palette.grid));
+    graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
+    map.getLayers().insertAt(0, graticule);
     for (const [address, { track }] of drawn) track.setStyle(trackStyle(address, palette));
     update(last.systems, last.selected);
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", repaint);
+  const chosen = new MutationObserver(repaint);
+  chosen.observe(document.documentElement, { attributeFilter: ["data-palette"] });
 
   return {
     update,
@@ -116,6 +119,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     showAll,
     dispose() {
       dark.removeEventListener("change", repaint);
+      chosen.disconnect();
       map.setTarget(undefined);
     },
   };

@@ -23,7 +23,8 @@ interface Card {
 }
 
 export interface SystemList {
-  update(systems: readonly System[], selected: number | undefined, nowUs: number): void;
+  /** `linked`: whether the server is heard; without it nobody knows how anything is. */
+  update(systems: readonly System[], selected: number | undefined, nowUs: number, linked: boolean): void;
 }
 
 /** Lists systems in `root`; `select` is called with the address of the one that is chosen. */
@@ -46,7 +47,7 @@ export function createList(root: HTMLElement, select: (address: number) => void)
   };
 
   return {
-    update(systems, selected, nowUs) {
+    update(systems, selected, nowUs, linked) {
       setAttribute(empty, "hidden", systems.length ? "" : null);
       const here = new Set(systems.map((system) => system.address));
       for (const [address, old] of cards) {
@@ -61,17 +62,17 @@ export function createList(root: HTMLElement, select: (address: number) => void)
           cards.set(system.address, shown);
         }
         if (list.children[index] !== shown.root) list.insertBefore(shown.root, list.children[index] ?? null);
-        fill(shown, system, system.address === selected, nowUs);
+        fill(shown, system, system.address === selected, nowUs, linked);
       });
     },
   };
 }
 
-function fill(card: Card, system: System, selected: boolean, nowUs: number): void {
+function fill(card: Card, system: System, selected: boolean, nowUs: number, linked: boolean): void {
   setAttribute(card.button, "aria-pressed", String(selected));
-  setAttribute(card.button, "data-liveness", system.liveness);
+  setAttribute(card.button, "data-liveness", linked ? system.liveness : "lost");
   setText(card.name, system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system));
-  setText(card.state, LIVENESS[system.liveness]);
+  setText(card.state, linked ? LIVENESS[system.liveness] : "? not known");
   setText(card.place, system.fix ? position(system.fix) : "no position");
   const { fix } = system;
   const motion = fix
