@@ -7,16 +7,25 @@ use crate::people::{self, persons};
 use crate::{clock, tls};
 use anyhow::bail;
 use api::Role;
+use clap::Args;
+use store::{Check, Health};
 use units::UtcTime;
 
 /// Before this the clock cannot be right: 2024-01-01.
 const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
 
+#[derive(Debug, Args)]
+pub(super) struct DoctorArguments {
+    /// Read the whole archive and every page of the history, too. Takes long.
+    #[arg(long)]
+    thorough: bool,
+}
+
 /// Prints a line for each thing looked at.
 ///
 /// # Errors
 /// Something is not well.
-pub(super) fn doctor(common: &Common) -> anyhow::Result<()> {
+pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Result<()> {
     let mut bad = 0;
     let mut tell = |name: &str, outcome: Result<String, String>| match outcome {
         Ok(text) => say!("ok    {name}: {text}"),
@@ -38,11 +47,30 @@ pub(super) fn doctor(common: &Common) -> anyhow::Result<()> {
     tell("encryption", encryption(&config));
     tell("address", address(&config));
     tell("pages", pages());
+    for check in recordings(&config, arguments.thorough) {
+        let found =
+            if check.remedy.is_empty() { check.found } else { format!("{}: {}", check.found, check.remedy) };
+        match check.health {
+            Health::Good | Health::Warning => tell(check.name, Ok(found)),
+            Health::Problem => tell(check.name, Err(found)),
+        }
+    }
     match bad {
         0 => Ok(()),
         1 => bail!("1 thing is not well"),
         more => bail!("{more} things are not well"),
     }
+}
+
+/// The archive and the history.
+fn recordings(config: &Config, thorough: bool) -> Vec<Check> {
+    if !config.data.exists() {
+        return Vec::new();
+    }
+    store::doctor(&config.data, clock::now(), thorough, &mut |_| true).unwrap_or_else(|error| {
+        let remedy = "look whether the folder can be read".to_owned();
+        vec![Check { name: "recordings", health: Health::Problem, found: error.to_string(), remedy }]
+    })
 }
 
 fn clock_is_right() -> Result<String, String> {

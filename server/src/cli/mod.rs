@@ -1,5 +1,6 @@
 //! The command line, one module per subcommand.
 
+mod data;
 mod doctor;
 mod people;
 mod say;
@@ -52,8 +53,18 @@ enum Command {
     /// Certificates.
     #[command(subcommand)]
     Tls(tls::TlsCommand),
+    /// Read logs into the archive and the history; what is there already is not added again.
+    Import(data::ImportArguments),
+    /// Write what was recorded as CSV or LSF.
+    Export(data::ExportArguments),
+    /// Make the history again from the archive. The server must not run.
+    Reindex(data::ReindexArguments),
+    /// Copy everything into another folder, also while the server runs.
+    Backup(data::BackupArguments),
+    /// Remove what is old. The server must not run.
+    Prune(data::PruneArguments),
     /// Look whether all is well, and say what to do where it is not.
-    Doctor,
+    Doctor(doctor::DoctorArguments),
     /// Print a configuration file with every key, its default and what it means.
     Config {
         /// Print what is in force instead, from file, LUTRA_ variables and flags.
@@ -84,7 +95,12 @@ pub fn main() -> ExitCode {
         Command::Token(command) => people::token(&common, command),
         Command::Vessel(command) => people::vessel(&common, command),
         Command::Tls(command) => tls::tls(&common, command),
-        Command::Doctor => doctor::doctor(&common),
+        Command::Import(arguments) => data::import(&common, &arguments),
+        Command::Export(arguments) => data::export(&common, &arguments),
+        Command::Reindex(arguments) => data::reindex(&common, &arguments),
+        Command::Backup(arguments) => data::backup(&common, &arguments),
+        Command::Prune(arguments) => data::prune(&common, &arguments),
+        Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
         Command::Config { effective: false } => {
             say!("{}", config::DOCUMENTED.trim_end());
             Ok(())

@@ -61,6 +61,24 @@ pub(crate) fn open(folder: &Path) -> Result<Connection, Fault> {
     Ok(connection)
 }
 
+/// Copies app.db into another folder, also while a server uses it. The copy appears whole or not at all.
+///
+/// # Errors
+/// The database cannot be read, the folder not be written.
+pub(crate) fn backup(folder: &Path, to: &Path) -> Result<(), Fault> {
+    use std::os::unix::fs::PermissionsExt as _;
+    let named = |error| Fault::Folder(to.display().to_string(), error);
+    if !folder.join("app.db").exists() {
+        return Ok(());
+    }
+    let part = to.join("app.db.part");
+    std::fs::write(&part, []).map_err(named)?;
+    std::fs::set_permissions(&part, std::fs::Permissions::from_mode(0o600)).map_err(named)?;
+    open(folder)?.backup("main", &part, None)?;
+    std::fs::rename(&part, to.join("app.db")).map_err(named)?;
+    Ok(())
+}
+
 fn migrate(connection: &mut Connection) -> Result<(), Fault> {
     let transaction = connection.transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)?;
     let found: u32 = transaction.pragma_query_value(None, "user_version", |row| row.get(0))?;

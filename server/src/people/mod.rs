@@ -17,7 +17,7 @@ pub(crate) mod sessions;
 pub(crate) mod tokens;
 pub(crate) mod vessels;
 
-pub(crate) use db::{Fault, open};
+pub(crate) use db::{Fault, backup, open};
 pub(crate) use handle::{FirstAdmin, People};
 pub(crate) use login::{Attempt, Refused};
 pub(crate) use roles::{Grants, Principal, Via};
