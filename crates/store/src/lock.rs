@@ -31,7 +31,10 @@ impl FolderLock {
             Err(TryLockError::Error(source)) => return Err(StoreError::Io { path, source }),
         }
         // The number only helps people; on a full disk the lock holds without it.
-        file.set_len(0).and_then(|()| file.rewind()).and_then(|()| writeln!(file, "{}", std::process::id())).ok();
+        file.set_len(0)
+            .and_then(|()| file.rewind())
+            .and_then(|()| writeln!(file, "{}", std::process::id()))
+            .ok();
         Ok(Self { _file: file })
     }
 }

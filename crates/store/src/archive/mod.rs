@@ -111,7 +111,8 @@ impl Archive {
         let day = self.days.entry(key).or_insert_with(|| Day::new(key, Lengths::default()));
         let arrival =
             Arrival { offset: 0, received, door, link, first: place.is_some_and(|place| place.first) };
-        let jump = place.and_then(|place| place.after).map(|after| arrival::Record::Jump { offset: 0, after });
+        let jump =
+            place.and_then(|place| place.after).map(|after| arrival::Record::Jump { offset: 0, after });
         day.push(view.bytes(), arrival, jump);
         self.waiting_bytes += view.bytes().len();
         Ok(true)

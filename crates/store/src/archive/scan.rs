@@ -25,7 +25,9 @@ impl Records {
     pub(crate) fn open(folder: &Path, at: u64) -> Result<Self> {
         let path = folder.join(ARRIVALS);
         let mut file = match File::open(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self { file: None, path, at }),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Ok(Self { file: None, path, at });
+            }
             other => other.named(&path)?,
         };
         file.seek(SeekFrom::Start(at)).named(&path)?;

@@ -37,7 +37,9 @@ impl Streams {
     }
 
     pub(crate) fn all_durable(&self) -> impl Iterator<Item = LinkSeq> {
-        self.streams.iter().filter_map(|(stream, state)| Some(LinkSeq { stream: *stream, seq: state.durable? }))
+        self.streams
+            .iter()
+            .filter_map(|(stream, state)| Some(LinkSeq { stream: *stream, seq: state.durable? }))
     }
 
     /// `None` when the number was accepted before.
@@ -52,10 +54,7 @@ impl Streams {
             return None;
         }
         let after = before.filter(|before| before + 1 != link.seq);
-        Some(Place {
-            first: before.is_none(),
-            after: after.map(|seq| LinkSeq { stream: link.stream, seq }),
-        })
+        Some(Place { first: before.is_none(), after: after.map(|seq| LinkSeq { stream: link.stream, seq }) })
     }
 
     /// Everything accepted is on disk: the streams that gained by it.

@@ -100,7 +100,7 @@ impl History {
 
     /// Rolls up what nothing more comes to: in proportion to what was written, so that it keeps pace.
     pub(crate) fn tend(&mut self, rows_written: u64) -> Result<()> {
-        let mut budget = MIN_ROLL_UP + 2 * rows_written;
+        let mut budget = MIN_ROLL_UP.max(rows_written + rows_written / 4);
         let commit = self.commit;
         for (_, month) in self.months.values_mut() {
             let read = month.roll_up(&self.schema, commit, Some(budget))?;
@@ -197,7 +197,8 @@ impl History {
     fn open_month(&mut self, key: MonthKey) -> Result<()> {
         if !self.months.contains_key(&key) {
             if self.months.len() >= MAX_OPEN_MONTHS
-                && let Some(oldest) = self.months.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key)
+                && let Some(oldest) =
+                    self.months.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key)
             {
                 self.months.remove(&oldest);
             }

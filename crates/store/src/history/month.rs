@@ -5,7 +5,7 @@ use super::nested::Nested;
 use super::rollup;
 use super::row::{self, RowError, Sample};
 use super::schema::{MONTH, Schema, Table};
-use crate::error::{Named as _, Result};
+use crate::error::{Named as _, Result, StoreError};
 use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ PRAGMA journal_mode = WAL;
 PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -32000;
 PRAGMA temp_store = MEMORY;
-PRAGMA wal_autocheckpoint = 4000;
+PRAGMA wal_autocheckpoint = 1000;
 PRAGMA journal_size_limit = 67108864;
 ";
 /// Prepared statements that are kept: an INSERT and a roll-up of each message a fleet sends.
@@ -101,12 +101,18 @@ impl Month {
             let connection = Connection::open(&path)?;
             connection.execute_batch(WRITER)?;
             connection.set_prepared_statement_cache_capacity(STATEMENTS);
+            let version: i64 = connection.query_row("PRAGMA user_version", (), |row| row.get(0))?;
+            if version > VERSION {
+                return Ok(None);
+            }
             connection.execute_batch(MONTH)?;
             connection.pragma_update(None, "user_version", VERSION)?;
             let (groups, stale) = (load_groups(&connection)?, load_stale(&connection)?);
-            Ok((connection, groups, stale))
+            Ok(Some((connection, groups, stale)))
         };
-        let (connection, groups, stale) = open().named(&path)?;
+        let Some((connection, groups, stale)) = open().named(&path)? else {
+            return Err(StoreError::Newer { path });
+        };
         Ok(Self { key, path, connection, tables: BTreeSet::new(), groups, stale, nested: Nested::default() })
     }
 
@@ -136,9 +142,10 @@ impl Month {
         let time_us = entry.sample.time_us;
         let known = schema.table(entry.group.id);
         // Most imports bring what is all before or after what is there.
-        let possible = self.groups.get(&entry.group).is_some_and(|group| {
-            (group.extent.first_us..=group.extent.last_us).contains(&time_us)
-        });
+        let possible = self
+            .groups
+            .get(&entry.group)
+            .is_some_and(|group| (group.extent.first_us..=group.extent.last_us).contains(&time_us));
         let path = self.path.clone();
         let sample = &entry.sample;
         let (src, src_ent) = (entry.group.src, entry.group.src_ent);
@@ -155,7 +162,8 @@ impl Month {
             }
         }
         // What could not be read as its id says lies among the raw.
-        let sql = "SELECT received_us FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us=?4 AND hash=?5";
+        let sql =
+            "SELECT received_us FROM _raw WHERE src=?1 AND src_ent=?2 AND id=?3 AND time_us=?4 AND hash=?5";
         let find = |mut find: rusqlite::CachedStatement<'_>| {
             find.query_row((src, src_ent, entry.group.id, time_us, sample.hash), |row| row.get(0)).optional()
         };
@@ -350,8 +358,11 @@ fn load_groups(connection: &Connection) -> rusqlite::Result<BTreeMap<GroupKey, G
     let mut statement = connection.prepare("SELECT id,src,src_ent,first_us,last_us,count FROM _group")?;
     let rows = statement.query_map((), |row| {
         let key = GroupKey { id: row.get(0)?, src: row.get(1)?, src_ent: row.get(2)? };
-        let extent =
-            Extent { first_us: row.get(3)?, last_us: row.get(4)?, count: row.get::<_, i64>(5)?.cast_unsigned() };
+        let extent = Extent {
+            first_us: row.get(3)?,
+            last_us: row.get(4)?,
+            count: row.get::<_, i64>(5)?.cast_unsigned(),
+        };
         Ok((key, Group { extent, changed: false }))
     })?;
     rows.collect()

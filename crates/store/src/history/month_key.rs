@@ -112,7 +112,9 @@ mod tests {
         for time_us in [i64::MIN, 0, FIRST_US - 1, END_US, i64::MAX] {
             assert_eq!(MonthKey::of(time_us), MonthKey::Undated);
         }
-        for name in ["catalogue.sqlite", "2026-13.sqlite", "2026-1.sqlite", "x-01.sqlite", "2026-11.sqlite-wal"] {
+        for name in
+            ["catalogue.sqlite", "2026-13.sqlite", "2026-1.sqlite", "x-01.sqlite", "2026-11.sqlite-wal"]
+        {
             assert_eq!(MonthKey::from_file_name(name), None, "{name}");
         }
     }

@@ -103,8 +103,8 @@ pub(crate) fn roll_up(
     }
     finish(&mut filling, &mut finished, at);
     drop(rows);
-    let mut insert =
-        connection.prepare_cached("INSERT OR REPLACE INTO _rollup VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)")?;
+    let mut insert = connection
+        .prepare_cached("INSERT OR REPLACE INTO _rollup VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)")?;
     for (field, cells) in finished.into_iter().enumerate() {
         if cells.is_empty() {
             continue;
@@ -149,8 +149,8 @@ fn series(connection: &Connection, group: GroupKey, field: &str) -> rusqlite::Re
         .prepare_cached("SELECT series FROM _field WHERE id=?1 AND src=?2 AND src_ent=?3 AND field=?4")?;
     match find.query_row(key, |row| row.get(0)) {
         Err(rusqlite::Error::QueryReturnedNoRows) => {
-            let mut add =
-                connection.prepare_cached("INSERT INTO _field (id,src,src_ent,field) VALUES (?1,?2,?3,?4)")?;
+            let mut add = connection
+                .prepare_cached("INSERT INTO _field (id,src,src_ent,field) VALUES (?1,?2,?3,?4)")?;
             add.insert(key)
         }
         other => other,

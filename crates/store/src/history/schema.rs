@@ -218,9 +218,8 @@ fn declaration(column: &Column) -> String {
 fn degrees_column(column: &Column) -> Option<String> {
     let name = column.name;
     let place = ["lat", "lon"].contains(&name) || name.ends_with("_lat") || name.ends_with("_lon");
-    (place && column.unit == Some("rad")).then(|| {
-        format!("\"{name}_deg\" REAL GENERATED ALWAYS AS (\"{name}\" * 57.29577951308232) VIRTUAL")
-    })
+    (place && column.unit == Some("rad"))
+        .then(|| format!("\"{name}_deg\" REAL GENERATED ALWAYS AS (\"{name}\" * 57.29577951308232) VIRTUAL"))
 }
 
 /// What every month has beside the messages' tables.
