@@ -73,6 +73,7 @@ bench: setup
 	cargo bench --locked --package imc --bench imc
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
+	cargo bench --locked --package store --bench store
 	@sh scripts/bench-agent
 
 fuzz: setup

@@ -5,19 +5,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
-#![expect(missing_docs, reason = "a program")]
 
 use imc::lsf::{LogItem, LogReader};
-use imc::messages::{EstimatedState, Payload, Temperature};
+use imc::messages::{EstimatedState, EulerAngles, Payload, Temperature};
 use imc::{Address, Header};
-use peak_alloc::PeakAlloc;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use store::{Accepted, Door, Reader, Source, Store, TimeRange};
+use store::{Accepted, CsvOptions, Door, Reader, Selection, Source, Store, TimeRange, export_csv};
 use units::UtcTime;
-
-#[global_allocator]
-static HEAP: PeakAlloc = PeakAlloc;
 
 /// 2026-10-01T00:00:00Z.
 const MONTH_US: i64 = 1_790_812_800_000_000;
@@ -26,6 +22,8 @@ const YEAR_US: i64 = 1_735_689_600_000_000;
 const DAY_US: i64 = 86_400_000_000;
 const OTTER: Address = Address(0x2810);
 const COMMIT_EVERY: Duration = Duration::from_millis(250);
+/// At 100,000 messages a second as many come in that time.
+const COMMIT_PACKETS: u64 = 25_000;
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();
@@ -36,6 +34,7 @@ fn main() {
         ("month", month as fn()),
         ("year", year as fn()),
         ("hour", hour as fn()),
+        ("csv", csv as fn()),
     ] {
         if wanted.is_empty() || wanted.iter().any(|one| one == name) {
             run();
@@ -77,40 +76,51 @@ struct Feeder {
 impl Feeder {
     fn new(folder: &Path) -> Self {
         let now = Instant::now();
-        Self { store: Store::open(folder).unwrap(), packets: 0, started: now, committed: now, commits: Vec::new() }
+        Self {
+            store: Store::open(folder).unwrap(),
+            packets: 0,
+            started: now,
+            committed: now,
+            commits: Vec::new(),
+        }
     }
 
     fn feed(&mut self, packet: &[u8], received_us: i64) {
         let received = UtcTime::from_micros(received_us);
         self.store.accept(&Accepted { packet, received, door: Door::Tcp, link: None }).unwrap();
         self.packets += 1;
-        // Reading the clock costs more than taking a packet.
-        if self.packets % 64 == 0 && self.committed.elapsed() >= COMMIT_EVERY {
+        let many = self.packets.is_multiple_of(COMMIT_PACKETS);
+        // Reading the clock costs as much as taking a packet.
+        if many || self.packets.is_multiple_of(64) && self.committed.elapsed() >= COMMIT_EVERY {
             self.commit();
         }
     }
 
     fn commit(&mut self) {
-        let start = Instant::now();
         let committed = self.store.commit().unwrap();
         assert_eq!(committed.history_behind, None);
-        self.commits.push(start.elapsed());
-        self.committed = start;
+        let now = Instant::now();
+        self.commits.push(now - self.committed);
+        self.committed = now;
     }
 
     fn finish(mut self, what: &str) {
         self.commit();
         let taken = self.started.elapsed();
+        let longest =
+            self.commits.iter().enumerate().max_by_key(|(_, took)| **took).map_or(0, |(at, _)| at + 1);
         self.commits.sort();
         let worst = self.commits.last().copied().unwrap_or_default();
         let middle = self.commits[self.commits.len() / 2];
         println!(
-            "{what}: {} messages in {:.1} s = {:.0} messages/s; {} commits, median {} ms, longest {} ms",
+            "{what}: {} messages in {:.1} s = {:.0} messages/s; {} commits, \
+             from one to the next median {} ms, 99 of 100 within {} ms, longest {} ms (commit {longest})",
             self.packets,
             taken.as_secs_f64(),
             self.packets as f64 / taken.as_secs_f64(),
             self.commits.len(),
             middle.as_millis(),
+            self.commits[self.commits.len() * 99 / 100].as_millis(),
             worst.as_millis(),
         );
         let start = Instant::now();
@@ -188,8 +198,20 @@ fn temperature() -> Source {
 fn ask(what: &str, folder: &Path, start_us: i64, days: i64) {
     let mut reader = Reader::open(folder).unwrap();
     let end_us = start_us + days * DAY_US;
-    let ranges_s: [i64; 12] =
-        [600, 3_600, 9_000, 10_100, 21_600, 59_000, 86_400, 7 * 86_400, 599_000, 14 * 86_400, 30 * 86_400, 365 * 86_400];
+    let ranges_s: [i64; 12] = [
+        600,
+        3_600,
+        9_000,
+        10_100,
+        21_600,
+        59_000,
+        86_400,
+        7 * 86_400,
+        599_000,
+        14 * 86_400,
+        30 * 86_400,
+        365 * 86_400,
+    ];
     for length_s in ranges_s.into_iter().filter(|length_s| *length_s <= days * 86_400) {
         // Not aligned to anything.
         let from_us = (end_us - length_s * 1_000_000 - 12_345_678).max(start_us);
@@ -221,11 +243,87 @@ fn hour() {
     let mut reader = Reader::open(&folder).unwrap();
     let source = Source { system: OTTER, entity: 39, message: "EstimatedState".to_owned() };
     warm("raw hour of EstimatedState at 10 Hz, three fields", || {
-        reader.samples(&source, &["psi", "u", "true_lat_deg"], TimeRange::ALL, usize::MAX).unwrap().time_us.len()
+        reader
+            .samples(&source, &["psi", "u", "true_lat_deg"], TimeRange::ALL, usize::MAX)
+            .unwrap()
+            .time_us
+            .len()
     });
     warm("the hour's track, 1000 points", || {
         reader.track(OTTER, TimeRange::ALL, 1_000, 0.5).unwrap().points.len()
     });
+}
+
+/// Counts bytes and says when the first came.
+struct Counter {
+    started: Instant,
+    first: Option<Duration>,
+    bytes: u64,
+}
+
+impl Write for Counter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.first.get_or_insert_with(|| self.started.elapsed());
+        self.bytes += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A number of kilobytes that the system tells of this process.
+fn memory_kib(name: &str) -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find(|line| line.starts_with(name)).unwrap();
+    line.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+fn csv() {
+    let folder = built("month", |folder| build_temperature(folder, MONTH_US, 30, 100_000));
+    let days = |count: i64| Selection {
+        messages: vec!["Temperature".to_owned()],
+        range: TimeRange { from_us: MONTH_US, to_us: MONTH_US + count * DAY_US },
+        ..Selection::default()
+    };
+    table("CSV of one series with one field", &folder, &days(5));
+    let folder = built("mixed", |folder| {
+        let mut feeder = Feeder::new(folder);
+        let mut bytes = Vec::new();
+        for at in 0..500_000_i64 {
+            let time_us = MONTH_US + at * 100_000;
+            let psi = at as f64 * 1e-4;
+            packet(&mut bytes, time_us, 6, &EulerAngles { psi, phi: psi * 0.1, ..EulerAngles::default() });
+            feeder.feed(&bytes, time_us);
+            for entity in 10..13 {
+                packet(&mut bytes, time_us + i64::from(entity), entity, &Temperature { value: psi as f32 });
+                feeder.feed(&bytes, time_us);
+            }
+        }
+        feeder.finish("building it");
+    });
+    let angles = Selection { messages: vec!["EulerAngles".to_owned()], ..Selection::default() };
+    table("CSV of one series with all five fields", &folder, &angles);
+    table("CSV of four series with two messages in order of time", &folder, &Selection::default());
+}
+
+fn table(what: &str, folder: &Path, selection: &Selection) {
+    // Writing 5 resets the peak.
+    std::fs::write("/proc/self/clear_refs", "5").unwrap();
+    let before = memory_kib("VmRSS");
+    let started = Instant::now();
+    let mut out = Counter { started, first: None, bytes: 0 };
+    let exported = export_csv(folder, selection, &CsvOptions::default(), &mut out).unwrap();
+    let taken = started.elapsed().as_secs_f64();
+    println!(
+        "{what}: {} rows, {} MB in {taken:.1} s = {:.0} rows/s; first byte after {:.1} ms; {:.1} MB more memory",
+        exported.rows,
+        out.bytes / 1_000_000,
+        exported.rows as f64 / taken,
+        out.first.unwrap_or_default().as_secs_f64() * 1e3,
+        memory_kib("VmHWM").saturating_sub(before) as f64 / 1e3,
+    );
 }
 
 /// Asks eleven times and prints the first and the median of the others.

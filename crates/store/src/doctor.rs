@@ -165,11 +165,7 @@ fn day(data: &Path, key: archive::DayKey) -> Option<Check> {
     }
 }
 
-fn databases(
-    data: &Path,
-    thorough: bool,
-    next: &mut impl FnMut(&str) -> Result<()>,
-) -> Result<Vec<Check>> {
+fn databases(data: &Path, thorough: bool, next: &mut impl FnMut(&str) -> Result<()>) -> Result<Vec<Check>> {
     let folder = data.join("history");
     let mut names: Vec<String> = history::months(&folder)?.into_iter().map(MonthKey::file_name).collect();
     names.insert(0, CATALOGUE.to_owned());
@@ -182,8 +178,8 @@ fn databases(
         }
         next(&name)?;
         let sql = if thorough { "PRAGMA quick_check(1)" } else { "SELECT 'ok' FROM sqlite_master LIMIT 1" };
-        let verdict: rusqlite::Result<String> =
-            open(&path, Memory::EXPORT).and_then(|connection| connection.query_row(sql, (), |row| row.get(0)));
+        let verdict: rusqlite::Result<String> = open(&path, Memory::EXPORT)
+            .and_then(|connection| connection.query_row(sql, (), |row| row.get(0)));
         let problem = match verdict {
             Ok(verdict) if verdict == "ok" => {
                 well += 1;
@@ -206,14 +202,14 @@ fn databases(
 /// Whether the history has read all of the archive.
 fn history_follows(data: &Path) -> Result<Check> {
     let root = data.join("archive");
-    let read = Reader::open(data)?.from_catalogue(load_progress).ok().flatten().unwrap_or_default();
+    let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
     let mut unread = 0;
     for key in archive::days(&root)? {
         let length = fs::metadata(key.folder(&root).join(DATA)).map_or(0, |file| file.len());
         unread += length.saturating_sub(read.get(&key).map_or(0, |progress| progress.lengths.data));
     }
     let found = format!("{} KiB of the archive are not yet marked as read into the history", unread >> 10);
-    // While the server runs, the mark is up to half a minute or 16 MiB behind.
+    // While the server runs, the mark is up to half a minute or some MiB behind.
     Ok(if unread <= 64 << 20 {
         Check::good("progress", found)
     } else {

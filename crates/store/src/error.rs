@@ -23,6 +23,12 @@ pub enum StoreError {
         /// What SQLite says.
         source: rusqlite::Error,
     },
+    /// A database was written by a later version of this program.
+    #[error("{} was written by a later version of Lutra; use that one, or rebuild the history by `reindex`", path.display())]
+    Newer {
+        /// The database's file.
+        path: PathBuf,
+    },
     /// Another process writes to the folder.
     #[error("{} is in use by another process{}; stop it first, or choose another folder", path.display(), holder(.pid))]
     Locked {

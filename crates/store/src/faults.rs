@@ -320,6 +320,59 @@ fn numbers_may_be_left_out_but_not_go_back() {
 }
 
 #[test]
+fn a_history_of_a_later_version_is_left_alone() {
+    let folder = scratch();
+    let mut store = Store::open(folder.path()).unwrap();
+    give(&mut store, 1);
+    store.commit().unwrap();
+    store.close().unwrap();
+    let month = folder.path().join("history/2026-11.sqlite");
+    rusqlite::Connection::open(&month).unwrap().pragma_update(None, "user_version", 99).unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    give(&mut store, 2);
+    let told = store.commit().unwrap().history_behind.unwrap();
+    assert!(told.contains("later version") && told.contains("reindex"), "{told}");
+    assert_eq!(store.durable(STREAM), Some(2), "the archive takes it all the same");
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig { cases: 48, ..Default::default() })]
+
+    /// Whatever a disk made of a day's files, it opens, keeps the packets that are whole and goes on.
+    #[test]
+    fn scrambled_files_open(
+        at in 0_usize..300,
+        bytes in proptest::collection::vec(proptest::prelude::any::<u8>(), 1..80),
+        sidecar in proptest::prelude::any::<bool>(),
+    ) {
+        after_damage(
+            |folder| {
+                let path = if sidecar { arrivals(folder, 0x2811) } else { data(folder, 0x2811) };
+                let mut content = fs::read(&path).unwrap();
+                let end = (at + bytes.len()).max(content.len());
+                content.resize(end, 0);
+                content[at..at + bytes.len()].copy_from_slice(&bytes);
+                fs::write(&path, content).unwrap();
+            },
+            |folder, mut store| {
+                let whole = |folder: &Path| {
+                    let bytes = fs::read(data(folder, 0x2811)).unwrap();
+                    imc::Frames::new(&bytes).filter(|frame| matches!(frame, imc::Frame::Packet { .. })).count()
+                };
+                let before = whole(folder);
+                if sidecar {
+                    assert_eq!(before, 5);
+                }
+                give(&mut store, 11);
+                store.commit().unwrap();
+                assert_eq!(whole(folder), before + 1);
+                assert!(history(folder).contains(&11));
+            },
+        );
+    }
+}
+
+#[test]
 fn one_writer_at_a_time() {
     let folder = scratch();
     let store = Store::open(folder.path()).unwrap();
@@ -335,11 +388,14 @@ fn what_is_no_packet_is_refused_and_what_is_too_much_waits() {
     let folder = scratch();
     let mut store = Store::open(folder.path()).unwrap();
     let received = UtcTime::from_micros(START_US);
-    let mut accept = |packet: &[u8]| store.accept(&Accepted { packet, received, door: Door::Udp, link: None });
+    let mut accept =
+        |packet: &[u8]| store.accept(&Accepted { packet, received, door: Door::Udp, link: None });
     let good = packet(1);
     assert!(accept(&good[..good.len() - 1]).unwrap_err().to_string().contains("truncated"));
     assert!(accept(b"GET / HTTP/1.1\r\n\r\n1234567890").unwrap_err().to_string().contains("bad sync"));
-    assert!(accept(&[good.clone(), good.clone()].concat()).unwrap_err().to_string().contains("follow the packet"));
+    assert!(
+        accept(&[good.clone(), good.clone()].concat()).unwrap_err().to_string().contains("follow the packet")
+    );
     let mut damaged = good.clone();
     damaged[21] ^= 1;
     assert!(accept(&damaged).unwrap_err().to_string().contains("CRC"));

@@ -74,7 +74,7 @@ impl Store {
                 files.push(path.clone());
             }
         }
-        self.commit()?;
+        self.commit_all()?;
         // Each log has an arrival of its own, by which its packets are told from those that came before.
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
@@ -118,7 +118,7 @@ impl Store {
                 }
                 None => break,
             }
-            if imported.packets % COMMIT_PACKETS == 0 || self.waiting_bytes() >= COMMIT_BYTES {
+            if imported.packets.is_multiple_of(COMMIT_PACKETS) || self.waiting_bytes() >= COMMIT_BYTES {
                 self.commit_all()?;
                 let (packets, added, bytes) = (imported.packets, imported.added, log.unpacked_bytes());
                 if !progress(&ImportProgress { file, number, files, bytes, packets, added }) {
@@ -148,7 +148,11 @@ impl Store {
     /// A commit whose history must follow: what is already there is known by the history.
     fn commit_all(&mut self) -> Result<()> {
         self.sync()?;
-        self.index().map(drop)
+        self.index()?;
+        while self.is_behind() {
+            self.index()?;
+        }
+        Ok(())
     }
 }
 

@@ -17,10 +17,7 @@ impl TimeRange {
 
     /// Between two times; without a first or last one when they are `None`.
     pub fn new(from: Option<UtcTime>, to: Option<UtcTime>) -> Self {
-        Self {
-            from_us: from.map_or(i64::MIN, UtcTime::micros),
-            to_us: to.map_or(i64::MAX, UtcTime::micros),
-        }
+        Self { from_us: from.map_or(i64::MIN, UtcTime::micros), to_us: to.map_or(i64::MAX, UtcTime::micros) }
     }
 
     /// Whether a time is part of it.

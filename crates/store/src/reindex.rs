@@ -34,11 +34,7 @@ pub struct Reindexed {
 /// # Errors
 /// When files cannot be read or written, and [`StoreError::Cancelled`]. Also when the archive holds fewer samples
 /// than the history, because old days were removed from it: with `accept_loss` the history then shrinks.
-pub fn reindex(
-    data: &Path,
-    accept_loss: bool,
-    progress: &mut dyn FnMut(u64) -> bool,
-) -> Result<Reindexed> {
+pub fn reindex(data: &Path, accept_loss: bool, progress: &mut dyn FnMut(u64) -> bool) -> Result<Reindexed> {
     finish_swap(data)?;
     let before = samples(data, HISTORY)?;
     let mut store = Store::open_growing(data, progress)?;

@@ -36,7 +36,8 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
     let folder = data.join("history");
     for key in history::months(&folder)? {
         let ended = key.range_us().map(|(_, end_us)| end_us);
-        let old = retention.history_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
+        let old =
+            retention.history_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
         if old {
             let path = folder.join(key.file_name());
             let bytes = fs::metadata(&path).named(&path)?.len();
@@ -46,7 +47,8 @@ pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>
     let root = data.join("archive");
     for key in archive::days(&root)? {
         let ended = key.start().map(|start| start.micros() + DAY_US);
-        let old = retention.archive_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
+        let old =
+            retention.archive_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
         if old {
             let path = key.folder(&root);
             let bytes = [DATA, archive::ARRIVALS]

@@ -8,17 +8,17 @@ use crate::gaps::{self, Gap};
 use crate::history::{Arrived, Extent, History, Progress};
 use crate::lock::FolderLock;
 use crate::packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
+use crate::reindex::{self, GROWING, HISTORY};
 use imc::PacketView;
 use std::fs;
 use std::path::{Path, PathBuf};
-use crate::reindex::{self, GROWING, HISTORY};
 use units::UtcTime;
 
 /// Packets of the archive that are read into the history in one transaction.
 const REPLAY_PACKETS: usize = 20_000;
 /// Bytes of the archive after which the history's progress is saved. As much may have to be read again after a
 /// crash.
-const SAVE_AFTER_BYTES: u64 = 16 << 20;
+const SAVE_AFTER_BYTES: u64 = 4 << 20;
 /// The same by the shore's clock (µs).
 const SAVE_AFTER_US: i64 = 30_000_000;
 
@@ -171,7 +171,11 @@ impl Store {
     pub fn commit(&mut self) -> Result<Committed> {
         let mut committed = self.sync()?;
         match self.index() {
-            Ok(rows) => committed.rows = rows,
+            Ok(rows) => {
+                committed.rows = rows;
+                let rest = || "it reads what it missed from the archive".to_owned();
+                committed.history_behind = self.behind.then(rest);
+            }
             Err(error) => committed.history_behind = Some(error.to_string()),
         }
         Ok(committed)
@@ -190,7 +194,9 @@ impl Store {
         }
         if self.behind {
             // It is read from the archive in its turn.
-            written.into_iter().for_each(|one| self.archive.recycle(one.batch));
+            for one in written {
+                self.archive.recycle(one.batch);
+            }
         } else {
             self.unindexed.extend(written);
         }
@@ -243,6 +249,11 @@ impl Store {
     /// Bytes of packets that wait for a commit.
     pub fn waiting_bytes(&self) -> usize {
         self.archive.waiting_bytes()
+    }
+
+    /// Whether the history lacks packets of the archive that a later [`Self::index`] has to read from there.
+    pub fn is_behind(&self) -> bool {
+        self.behind
     }
 
     /// Records, durably, that something is missing.
@@ -354,16 +365,21 @@ impl Store {
         Ok(())
     }
 
-    /// Some more of what the history lacks; it is up to date when nothing was left.
+    /// Some more of what the history lacks, at most about one transaction; it is up to date when nothing is left.
     fn catch_up(&mut self) -> Result<u64> {
+        let mut done = Chunk { packets: 0, rows: 0 };
         for key in archive::days(self.archive.root())? {
             if let Some(chunk) = self.replay_chunk(key)? {
-                self.history.tend(chunk.rows)?;
-                return Ok(chunk.rows);
+                done = Chunk { packets: done.packets + chunk.packets, rows: done.rows + chunk.rows };
+            }
+            if done.packets >= REPLAY_PACKETS as u64 {
+                self.history.tend(done.rows)?;
+                return Ok(done.rows);
             }
         }
         self.behind = false;
-        Ok(0)
+        self.history.tend(done.rows)?;
+        Ok(done.rows)
     }
 
     fn replay_chunk(&mut self, key: DayKey) -> Result<Option<Chunk>> {

@@ -61,8 +61,10 @@ fn loses_nothing_acknowledged_and_opens_clean() {
     let expected: Vec<u8> = (0..=durable).flat_map(sample).collect();
     assert!(archived(folder.path(), OTTER) == expected, "the archive is not every packet once, in order");
     let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
-    let samples =
-        Reader::open(folder.path()).unwrap().samples(&source, &["value"], TimeRange::ALL, usize::MAX).unwrap();
+    let samples = Reader::open(folder.path())
+        .unwrap()
+        .samples(&source, &["value"], TimeRange::ALL, usize::MAX)
+        .unwrap();
     assert_eq!(samples.values[0].len() as u64, durable + 1);
     assert!(samples.values[0].iter().enumerate().all(|(at, value)| *value as usize == at));
 }

@@ -46,9 +46,13 @@ fn said() -> impl Strategy<Value = Said> {
     const DECEMBER_US: i64 = 1_796_083_200_000_000;
     let near = (-2_000_i64..2_000).prop_map(|second| DECEMBER_US + second * 1_000_000);
     let fine = (0_i64..50_000_000).prop_map(|us| DECEMBER_US + us);
-    let time = prop_oneof![5 => near, 4 => fine, 1 => (0_i64..1_000)];
-    (1_u8..3, time, any::<i8>(), any::<bool>())
-        .prop_map(|(entity, time_us, value, angles)| Said { entity, time_us, value, angles })
+    let time = prop_oneof![5 => near, 4 => fine, 1 => 0_i64..1_000];
+    (1_u8..3, time, any::<i8>(), any::<bool>()).prop_map(|(entity, time_us, value, angles)| Said {
+        entity,
+        time_us,
+        value,
+        angles,
+    })
 }
 
 #[derive(Debug, Clone, Copy)]

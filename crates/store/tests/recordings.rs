@@ -35,7 +35,12 @@ fn key(packet: &[u8]) -> Key {
 }
 
 fn of_system(packets: &[Vec<u8>], system: Address) -> Vec<u8> {
-    packets.iter().filter(|packet| PacketView::new(packet).unwrap().src() == system).flatten().copied().collect()
+    packets
+        .iter()
+        .filter(|packet| PacketView::new(packet).unwrap().src() == system)
+        .flatten()
+        .copied()
+        .collect()
 }
 
 /// Samples per message and system.
@@ -76,7 +81,8 @@ fn an_imported_recording_is_whole_and_importing_it_again_adds_nothing() {
         assert_eq!((imported.packets, imported.added), (source.len() as u64, source.len() as u64));
         assert_eq!(imported.problems, Vec::<String>::new());
 
-        let systems: BTreeSet<Address> = source.iter().map(|one| PacketView::new(one).unwrap().src()).collect();
+        let systems: BTreeSet<Address> =
+            source.iter().map(|one| PacketView::new(one).unwrap().src()).collect();
         for system in systems {
             assert!(archived(folder.path(), system) == of_system(&source, system), "{system} differs");
         }

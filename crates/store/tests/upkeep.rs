@@ -5,7 +5,8 @@
 mod support;
 
 use store::{
-    Door, Gap, GapKind, Health, Reader, Retention, Source, Store, StoreError, TimeRange, backup, doctor, reindex,
+    Door, Gap, GapKind, Health, Reader, Retention, Source, Store, StoreError, TimeRange, backup, doctor,
+    reindex,
 };
 use support::{OTTER, START_US, accept, accept_link, archived, dump, packet, state, temperature, utc};
 
@@ -84,8 +85,7 @@ fn old_months_go_and_can_come_back() {
     let before = dump(folder.path());
     // 2026-11-01.
     let november = utc(1_793_491_200_000_000);
-    let gone =
-        store.retain(&Retention { history_before: Some(november), ..Retention::default() }).unwrap();
+    let gone = store.retain(&Retention { history_before: Some(november), ..Retention::default() }).unwrap();
     assert_eq!(gone.iter().filter(|one| one.path.ends_with("2026-10.sqlite")).count(), 1);
     let mut reader = Reader::open(folder.path()).unwrap();
     let source = Source { system: OTTER, entity: 5, message: "Temperature".to_owned() };
@@ -148,6 +148,26 @@ fn the_doctor_finds_what_is_wrong() {
     std::fs::write(folder.path().join("history/2026-10.sqlite"), "no database").unwrap();
     assert_eq!(found("archive", "are damaged"), Health::Problem);
     assert_eq!(found("history", "2026-10.sqlite"), Health::Problem);
+}
+
+#[test]
+fn a_history_that_cannot_be_written_costs_nothing_but_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let obstacle = folder.path().join("history/2026-11.sqlite");
+    std::fs::create_dir(&obstacle).unwrap();
+    for at in 0..50 {
+        accept_link(&mut store, &temperature(START_US + at, 1.0), START_US, at as u64);
+        let committed = store.commit().unwrap();
+        assert_eq!(committed.durable.first().map(|link| link.seq), Some(at as u64), "it is in the archive");
+        assert!(committed.history_behind.unwrap().contains("2026-11.sqlite"));
+    }
+    std::fs::remove_dir(&obstacle).unwrap();
+    accept_link(&mut store, &temperature(START_US + 50, 1.0), START_US, 50);
+    let committed = store.commit().unwrap();
+    assert_eq!((committed.packets, committed.rows, committed.history_behind), (1, 51, None));
+    accept_link(&mut store, &temperature(START_US + 51, 1.0), START_US, 51);
+    assert_eq!(store.commit().unwrap().rows, 1);
 }
 
 #[test]

@@ -47,13 +47,15 @@ pub fn export_csv(
     out: &mut dyn Write,
 ) -> Result<Exported> {
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
-    let plan = Plan::new(&mut reader, selection, options)?;
-    let mut writer = Writer { out, buffer: Vec::with_capacity(2 * CHUNK_BYTES), exported: Exported::default() };
-    header(&mut writer.buffer, &plan, options);
+    let plan = Plan::new(&mut reader, selection, *options)?;
+    let mut writer =
+        Writer { out, buffer: Vec::with_capacity(2 * CHUNK_BYTES), exported: Exported::default() };
+    header(&mut writer.buffer, &plan, *options);
     // Whoever waits for the first byte gets it before the first question to the database.
     let mut written = writer.flush();
     if written.is_ok() {
-        written = rows(&mut reader, &plan, options, selection.range, &mut writer).and_then(|()| writer.flush());
+        written =
+            rows(&mut reader, &plan, *options, selection.range, &mut writer).and_then(|()| writer.flush());
     }
     if let Err(error) = written {
         writer.buffer.clear();
@@ -87,7 +89,7 @@ pub(super) fn unwritable(source: std::io::Error) -> StoreError {
     StoreError::Io { path: "the export".into(), source }
 }
 
-fn header(out: &mut Vec<u8>, plan: &Plan, options: &CsvOptions) {
+fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
     out.extend_from_slice(b"time,unix_s,system,system_id,entity,entity_id");
     match options.shape {
         Shape::Long => out.extend_from_slice(b",message,field,value,unit"),
@@ -98,15 +100,14 @@ fn header(out: &mut Vec<u8>, plan: &Plan, options: &CsvOptions) {
             for message in &plan.messages {
                 for field in &message.fields {
                     out.push(b',');
-                    let mut name = String::new();
+                    // Names and units of the catalogue hold nothing that would need quotes.
                     if plan.messages.len() > 1 {
-                        name = format!("{}.", message.name);
+                        write!(out, "{}.", message.name).ok();
                     }
-                    name.push_str(field.name);
+                    out.extend_from_slice(field.name.as_bytes());
                     if let Some(unit) = field.unit.filter(|_| options.units) {
-                        name.push_str(&format!(" [{unit}]"));
+                        write!(out, " [{unit}]").ok();
                     }
-                    cell::text(out, name.as_bytes(), false);
                 }
             }
         }
@@ -129,7 +130,7 @@ struct Series<'p> {
 fn rows(
     reader: &mut Reader,
     plan: &Plan,
-    options: &CsvOptions,
+    options: CsvOptions,
     range: TimeRange,
     writer: &mut Writer<'_>,
 ) -> Result<()> {
@@ -160,7 +161,7 @@ fn rows(
 fn series<'p>(
     connection: &Connection,
     plan: &Plan,
-    options: &CsvOptions,
+    options: CsvOptions,
     group: GroupKey,
     message: &'p Message,
     table: &Table,
@@ -310,7 +311,7 @@ impl Slice {
 /// Rows of the database as lines of the table.
 struct Lines<'p> {
     plan: &'p Plan,
-    options: &'p CsvOptions,
+    options: CsvOptions,
     iso: IsoTime,
 }
 
@@ -378,13 +379,12 @@ impl Lines<'_> {
         number::epoch(out, time_us);
         out.push(b',');
         out.extend_from_slice(&series.system);
-        match &series.label {
-            Some(label) => out.extend_from_slice(label),
-            None => {
-                let (address, entity) = (Address(series.group.src), series.group.src_ent);
-                let label = self.plan.names.entity(address, entity, time_us).unwrap_or_default();
-                cell::text(out, label.as_bytes(), self.options.guard);
-            }
+        if let Some(label) = &series.label {
+            out.extend_from_slice(label);
+        } else {
+            let (address, entity) = (Address(series.group.src), series.group.src_ent);
+            let label = self.plan.names.entity(address, entity, time_us).unwrap_or_default();
+            cell::text(out, label.as_bytes(), self.options.guard);
         }
         out.push(b',');
         number::integer(out, series.group.src_ent.into());

@@ -23,7 +23,7 @@ pub fn export_lsf(data: &Path, selection: &Selection, out: &mut dyn Write) -> Re
     let reader = Reader::open(data)?;
     let names = reader.names()?;
     let root = data.join("archive");
-    let read = reader.from_catalogue(load_progress)?.unwrap_or_default();
+    let read = reader.ask_catalogue(load_progress)?.unwrap_or_default();
     let mut systems: BTreeMap<Address, Vec<archive::DayKey>> = BTreeMap::new();
     for key in archive::days(&root)? {
         let progress = read.get(&key);
@@ -48,7 +48,9 @@ pub fn export_lsf(data: &Path, selection: &Selection, out: &mut dyn Write) -> Re
     let mut exported = Exported::default();
     let mut filter = Filter { selection, names: &names, known: BTreeSet::new(), refused: BTreeSet::new() };
     // The system whose packet came first has its turn.
-    while let Some(source) = sources.iter_mut().filter(|one| one.ahead.is_some()).min_by_key(|one| one.arrived()) {
+    while let Some(source) =
+        sources.iter_mut().filter(|one| one.ahead.is_some()).min_by_key(|one| one.arrived())
+    {
         if let Some((_, packet)) = &source.ahead
             && filter.wants(&PacketView::unchecked(packet)?)?
         {
@@ -111,7 +113,11 @@ impl Filter<'_> {
         let group = GroupKey { id: view.id(), src: view.src().0, src_ent: view.src_ent() };
         if !self.known.contains(&group) && !self.refused.contains(&group) {
             let wanted = choose(self.names, self.selection, std::iter::once(group))?;
-            if wanted.is_empty() { self.refused.insert(group) } else { self.known.insert(group) };
+            if wanted.is_empty() {
+                self.refused.insert(group)
+            } else {
+                self.known.insert(group)
+            };
         }
         Ok(self.known.contains(&group))
     }

@@ -111,7 +111,9 @@ mod tests {
     #[test]
     fn times_are_those_of_units() {
         let mut iso = IsoTime::new();
-        for us in [0, -1, 1_795_246_989_820_647, 951_782_400_000_000, 1_795_246_989_820_648, i64::MAX, i64::MIN] {
+        for us in
+            [0, -1, 1_795_246_989_820_647, 951_782_400_000_000, 1_795_246_989_820_648, i64::MAX, i64::MIN]
+        {
             assert_eq!(text(|out| iso.write(out, us)), UtcTime::from_micros(us).to_string());
         }
         assert_eq!(text(|out| epoch(out, 1_795_246_989_820_647)), "1795246989.820647");

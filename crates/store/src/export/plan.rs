@@ -112,7 +112,7 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub(crate) fn new(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Self> {
+    pub(crate) fn new(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Result<Self> {
         for message in &selection.messages {
             reader.table(message)?;
         }
@@ -128,8 +128,12 @@ impl Plan {
         let mut columns = 0;
         for id in asked {
             let Some(table) = reader.schema.table(id) else { continue };
-            let fields: Vec<Field> =
-                table.columns.iter().filter(|column| wants(selection, table, column)).map(|c| field(c, options)).collect();
+            let fields: Vec<Field> = table
+                .columns
+                .iter()
+                .filter(|column| wants(selection, table, column))
+                .map(|c| field(c, options))
+                .collect();
             if fields.is_empty() && !table.columns.is_empty() {
                 continue;
             }
@@ -138,9 +142,8 @@ impl Plan {
             messages.push(Message { id, name: table.desc.abbrev, fields, first_column });
         }
         check_fields(selection, &messages)?;
-        let place = |group: GroupKey| {
-            Some((group, messages.iter().position(|message| message.id == group.id)?))
-        };
+        let place =
+            |group: GroupKey| Some((group, messages.iter().position(|message| message.id == group.id)?));
         let groups = groups.into_iter().filter_map(place).collect();
         Ok(Self { messages, groups, names, columns })
     }
@@ -158,13 +161,17 @@ pub(crate) fn choose(
     let entity = |group: &GroupKey| {
         selection.entities.iter().any(|wanted| {
             wanted.parse() == Ok(group.src_ent)
-                || names.entities.get(&(group.src, group.src_ent)).is_some_and(|runs| {
-                    runs.runs.values().any(|run| run.name == *wanted)
-                })
+                || names
+                    .entities
+                    .get(&(group.src, group.src_ent))
+                    .is_some_and(|runs| runs.runs.values().any(|run| run.name == *wanted))
         })
     };
     let message = |group: &GroupKey| {
-        selection.messages.iter().any(|name| imc::catalogue::by_abbrev(name).is_some_and(|desc| desc.id == group.id))
+        selection
+            .messages
+            .iter()
+            .any(|name| imc::catalogue::by_abbrev(name).is_some_and(|desc| desc.id == group.id))
     };
     Ok(groups
         .filter(|group| selection.systems.is_empty() || selection.systems.contains(&Address(group.src)))
@@ -202,7 +209,7 @@ fn check_fields(selection: &Selection, messages: &[Message]) -> Result<()> {
     }
 }
 
-fn field(column: &Column, options: &CsvOptions) -> Field {
+fn field(column: &Column, options: CsvOptions) -> Field {
     let degrees = options.angles == Angles::Degrees;
     let (unit, factor) = match column.unit {
         Some("rad") if degrees => (Some("deg"), Some(180.0 / std::f64::consts::PI)),
@@ -210,7 +217,8 @@ fn field(column: &Column, options: &CsvOptions) -> Field {
         Some("°") => (Some("deg"), None),
         unit => (unit, None),
     };
-    let named = column.desc.filter(|desc| options.labels && !matches!(desc.meaning, imc::catalogue::Meaning::Plain));
+    let named =
+        column.desc.filter(|desc| options.labels && !matches!(desc.meaning, imc::catalogue::Meaning::Plain));
     Field { name: column.name, kind: column.kind, unit, factor, names: named, desc: column.desc }
 }
 
@@ -220,7 +228,7 @@ fn field(column: &Column, options: &CsvOptions) -> Field {
 /// # Errors
 /// As the export itself.
 pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Value> {
-    let plan = Plan::new(reader, selection, options)?;
+    let plan = Plan::new(reader, selection, *options)?;
     let several = plan.messages.len() > 1;
     let fixed = [
         ("time", "when it was said, by the sender's clock; ISO 8601, UTC", None),
@@ -236,7 +244,8 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
         .collect();
     for message in &plan.messages {
         for field in &message.fields {
-            let name = if several { format!("{}.{}", message.name, field.name) } else { field.name.to_owned() };
+            let name =
+                if several { format!("{}.{}", message.name, field.name) } else { field.name.to_owned() };
             let kind = match field.kind {
                 ColumnKind::Integer if field.names.is_some() => "text",
                 ColumnKind::Integer => "integer",

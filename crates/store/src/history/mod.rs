@@ -100,7 +100,7 @@ impl History {
 
     /// Rolls up what nothing more comes to: in proportion to what was written, so that it keeps pace.
     pub(crate) fn tend(&mut self, rows_written: u64) -> Result<()> {
-        let mut budget = MIN_ROLL_UP + 2 * rows_written;
+        let mut budget = MIN_ROLL_UP.max(rows_written + rows_written / 4);
         let commit = self.commit;
         for (_, month) in self.months.values_mut() {
             let read = month.roll_up(&self.schema, commit, Some(budget))?;

@@ -5,7 +5,7 @@ use super::nested::Nested;
 use super::rollup;
 use super::row::{self, RowError, Sample};
 use super::schema::{MONTH, Schema, Table};
-use crate::error::{Named as _, Result};
+use crate::error::{Named as _, Result, StoreError};
 use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ PRAGMA journal_mode = WAL;
 PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -32000;
 PRAGMA temp_store = MEMORY;
-PRAGMA wal_autocheckpoint = 4000;
+PRAGMA wal_autocheckpoint = 1000;
 PRAGMA journal_size_limit = 67108864;
 ";
 /// Prepared statements that are kept: an INSERT and a roll-up of each message a fleet sends.
@@ -101,12 +101,18 @@ impl Month {
             let connection = Connection::open(&path)?;
             connection.execute_batch(WRITER)?;
             connection.set_prepared_statement_cache_capacity(STATEMENTS);
+            let version: i64 = connection.query_row("PRAGMA user_version", (), |row| row.get(0))?;
+            if version > VERSION {
+                return Ok(None);
+            }
             connection.execute_batch(MONTH)?;
             connection.pragma_update(None, "user_version", VERSION)?;
             let (groups, stale) = (load_groups(&connection)?, load_stale(&connection)?);
-            Ok((connection, groups, stale))
+            Ok(Some((connection, groups, stale)))
         };
-        let (connection, groups, stale) = open().named(&path)?;
+        let Some((connection, groups, stale)) = open().named(&path)? else {
+            return Err(StoreError::Newer { path });
+        };
         Ok(Self { key, path, connection, tables: BTreeSet::new(), groups, stale, nested: Nested::default() })
     }
 

@@ -53,16 +53,9 @@ pub(crate) fn bind(
         binder.bind(Null);
     }
     if let Some(position) = binder.position.take() {
-        match position.place() {
-            Some((lat_deg, lon_deg)) => {
-                binder.bind(lat_deg);
-                binder.bind(lon_deg);
-            }
-            None => {
-                binder.bind(Null);
-                binder.bind(Null);
-            }
-        }
+        let place = position.place();
+        binder.bind(place.map(|(lat_deg, _)| lat_deg));
+        binder.bind(place.map(|(_, lon_deg)| lon_deg));
     }
     binder.failed.map_or(Ok(()), |error| Err(RowError::Sqlite(error)))
 }

@@ -158,7 +158,8 @@ impl Reader {
     ) -> Result<Vec<(Source, Row)>> {
         let id = self.table(message)?.desc.id;
         let wanted = |src: u16| system.is_none_or(|system| system.0 == src);
-        let groups: Vec<_> = self.extents()?.into_keys().filter(|key| key.id == id && wanted(key.src)).collect();
+        let groups: Vec<_> =
+            self.extents()?.into_keys().filter(|key| key.id == id && wanted(key.src)).collect();
         let mut found = Vec::new();
         for group in groups {
             let source =

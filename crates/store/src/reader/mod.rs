@@ -139,11 +139,11 @@ impl Reader {
 
     /// The names of everything, as of now.
     pub(crate) fn names(&self) -> Result<Names> {
-        Ok(self.from_catalogue(history::load_names)?.unwrap_or_default())
+        Ok(self.ask_catalogue(history::load_names)?.unwrap_or_default())
     }
 
     /// Asks the catalogue, when there is one.
-    pub(crate) fn from_catalogue<T>(
+    pub(crate) fn ask_catalogue<T>(
         &self,
         ask: impl FnOnce(&Connection) -> rusqlite::Result<T>,
     ) -> Result<Option<T>> {
@@ -173,8 +173,7 @@ pub(crate) fn open(path: &Path, memory: Memory) -> rusqlite::Result<Connection> 
 
 /// Whether a month has samples of a group.
 pub(crate) fn has_group(connection: &Connection, group: GroupKey) -> rusqlite::Result<bool> {
-    let mut find =
-        connection.prepare_cached("SELECT 1 FROM _group WHERE id=?1 AND src=?2 AND src_ent=?3")?;
+    let mut find = connection.prepare_cached("SELECT 1 FROM _group WHERE id=?1 AND src=?2 AND src_ent=?3")?;
     find.query_row((group.id, group.src, group.src_ent), |_| Ok(())).optional().map(|found| found.is_some())
 }
 

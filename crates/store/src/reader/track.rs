@@ -53,7 +53,8 @@ impl Reader {
             let (lat, lon): (crate::history::rollup::Cell, crate::history::rollup::Cell) = (lat?, lon?);
             let place = LatLon::from_deg(lat.first, lon.first).ok()?;
             // Both were written by one message or neither was.
-            (lat.first_us == lon.first_us).then_some(TrackPoint { time: UtcTime::from_micros(lat.first_us), place })
+            (lat.first_us == lon.first_us)
+                .then_some(TrackPoint { time: UtcTime::from_micros(lat.first_us), place })
         };
         let points: Vec<TrackPoint> = lat.into_iter().zip(lon).filter_map(point).collect();
         Ok(Track { points: simplified(&points, tolerance_m), step_us: grid.width_us })
@@ -110,7 +111,8 @@ mod tests {
             time: UtcTime::from_micros(second * 1_000_000),
             place: LatLon::from_deg(63.44 + north / 111_500.0, 10.35 + east / 49_900.0).unwrap(),
         };
-        let mut points: Vec<TrackPoint> = (0..=100).map(|step| at(f64::from(step), 0.0, step.into())).collect();
+        let mut points: Vec<TrackPoint> =
+            (0..=100).map(|step| at(f64::from(step), 0.0, step.into())).collect();
         points.extend((1..=50).map(|step| at(100.0, f64::from(step), 100 + i64::from(step))));
         let kept = simplified(&points, 0.5);
         let seconds: Vec<i64> = kept.iter().map(|point| point.time.micros() / 1_000_000).collect();

@@ -21,8 +21,7 @@ pub(crate) fn packet<T: Payload>(time_us: i64, entity: u8, message: &T) -> Vec<u
 }
 
 pub(crate) fn packet_of<T: Payload>(src: Address, time_us: i64, entity: u8, message: &T) -> Vec<u8> {
-    let header =
-        Header { timestamp: utc(time_us).seconds(), src, src_ent: entity, ..Header::default() };
+    let header = Header { timestamp: utc(time_us).seconds(), src, src_ent: entity, ..Header::default() };
     let mut bytes = Vec::new();
     imc::encode_into(&mut bytes, &header, message).unwrap();
     bytes
@@ -74,7 +73,8 @@ pub(crate) fn dump(folder: &Path) -> Vec<String> {
         let connection = rusqlite::Connection::open(&file).unwrap();
         let mut tables =
             connection.prepare("SELECT name FROM sqlite_master WHERE type='table' ORDER BY name").unwrap();
-        let tables: Vec<String> = tables.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+        let tables: Vec<String> =
+            tables.query_map((), |row| row.get(0)).unwrap().map(Result::unwrap).collect();
         for table in tables {
             // Numbers of series and times of saving depend on the order of events; what they stand for does not.
             let sql = match table.as_str() {
