@@ -12,7 +12,7 @@ const ON_THE_SURFACE: &str = "Lutra does not simulate radio range here";
 pub const ANNOUNCE_SERVICE: Param<bool> =
     flag("Announce Service", true).doc("Whether the announcement names this transport.");
 pub const MESSAGES: Param<Vec<String>> =
-    texts("Transports", &[]).doc("Messages that are carried, by their IMC names.");
+    texts("Transports", &[]).doc("Messages that are carried, by their IMC names; empty for all.");
 pub const RATES: Param<Vec<(String, f64)>> = rates("Rate Limiters", &[], Unit::Hertz)
     .doc("Greatest rate of a message for each entity, as Message:Hz.");
 pub const FILTERS: Param<Vec<(String, String)>> =
@@ -136,7 +136,7 @@ pub mod tcp {
     pub const PORT: Param<i64> =
         int("Port", 7001, Unit::None).within(1, 65_535).doc("Port that is listened on.");
 
-    pub static SERVER: SectionSpec = SectionSpec::task(&["Transports.TCP.Server"], "TCP Server", "Never")
+    pub static SERVER: SectionSpec = SectionSpec::task(&["Transports.TCP.Server"], "TCP Server", "Always")
         .doc("Carries messages to everyone who connects.")
         .groups(&[OF_EVERY_TASK, OF_EVERY_TRANSPORT, &[PORT.spec]]);
 
