@@ -1,28 +1,38 @@
 //! The program aboard an Otter.
 
 mod chart;
-mod host;
-mod journal;
+mod clock;
+mod disk;
+mod edge;
+mod ending;
 mod net;
 mod open_loop;
 mod plan;
-mod recording;
 mod run;
 mod say;
 mod setup;
 mod simulate;
-mod store;
 mod track;
+mod transports;
 mod uplink;
 mod world;
 
-use crate::say::{complain, say};
+use crate::disk::{InUse, recording};
+use crate::ending::Fault;
+use crate::say::{LogFormat, Voice, complain, say};
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// The configuration that is used where none is given.
 pub(crate) const OTTER_INI: &str = include_str!("../etc/otter.ini");
+
+const RUN_ENDS: &str = "Exit codes:
+  0  ended by a signal: motors stopped, log closed
+  1  could not start, or could not close the log
+  2  wrong arguments
+  3  another agent uses the folder of --data
+  4  ended by a fault of its own; the motors were stopped first";
 
 /// The program aboard an Otter: navigation, control, plans and supervisors of a small autonomous catamaran.
 ///
@@ -36,10 +46,13 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the vessel in real time until SIGTERM or Ctrl-C; the motors are stopped first.
+    /// Run the vessel in real time until SIGTERM, Ctrl-C or the closing of its terminal (SIGHUP); the motors are
+    /// stopped first, then the log is closed.
     ///
     /// In the profile Simulation the hull, motors and sensors are simulated; everything else is the same as
-    /// aboard. Prints one line `listening udp=.. tcp=.. announce=..` when others can connect.
+    /// aboard. Prints one line `listening udp=.. tcp=.. announce=..` when others can connect (`off` for what the
+    /// configuration has off), and one when it ends. The log goes to standard error.
+    #[command(after_help = RUN_ENDS)]
     Run(run::RunArguments),
     /// Sail a simulated vessel by a virtual clock, as fast as this computer can.
     ///
@@ -72,23 +85,45 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Simulate(arguments) => simulate::simulate(&arguments),
-        Command::Replay { file } => recording::replay(&file).map(|found| {
-            let cut = if found.cut { "; the recording is cut short" } else { "" };
-            say!("{} inputs, {} outputs: identical{cut}", found.inputs, found.outputs);
-        }),
-        Command::Check { config, profile, json } => return check(&config, &profile, json),
-        Command::Plan(command) => plan::plan(&command),
+    let command = Arguments::parse().command;
+    let voice = match &command {
+        Command::Run(run) => say::level(run.log_level.as_deref(), run.quiet)
+            .and_then(|level| Voice::start(run.log_format, level)),
+        _ => say::level(None, false).and_then(|level| Voice::start(LogFormat::Human, level)),
+    };
+    // The log speaks until everything else is over.
+    let (_voice, outcome) = match voice {
+        Ok(voice) => (Some(voice), obey(command)),
+        Err(error) => (None, Err(error)),
     };
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             complain!("lutra-agent: {error:#}");
-            ExitCode::FAILURE
+            if error.is::<InUse>() {
+                ExitCode::from(3)
+            } else if error.is::<Fault>() {
+                ExitCode::from(4)
+            } else {
+                ExitCode::FAILURE
+            }
         }
     }
+}
+
+fn obey(command: Command) -> anyhow::Result<ExitCode> {
+    match command {
+        Command::Run(arguments) => run::run(&arguments)?,
+        Command::Simulate(arguments) => simulate::simulate(&arguments)?,
+        Command::Replay { file } => {
+            let found = recording::replay(&file)?;
+            let cut = if found.cut { "; the recording is cut short" } else { "" };
+            say!("{} inputs, {} outputs: identical{cut}", found.inputs, found.outputs);
+        }
+        Command::Check { config, profile, json } => return Ok(check(&config, &profile, json)),
+        Command::Plan(command) => plan::plan(&command)?,
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {

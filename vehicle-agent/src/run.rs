@@ -1,33 +1,47 @@
-//! The vessel in real time: one loop that owns the brain, the simulated hull, the log and the plans on disk.
+//! The vessel in real time: one loop that owns the brain and the simulated hull. It waits for nothing but
+//! packets and deadlines: the disk, sockets and words have threads of their own, and the motors an edge that
+//! stops them when this loop does not come round.
 
-use crate::host::Host;
-use crate::journal::{Journal, Room};
-use crate::net::{Event, Net, Ports};
-use crate::recording::{Beginning, Recorder};
-use crate::say::{Console, complain, say};
+use crate::clock::Clock;
+use crate::disk::recording::{Beginning, Recorder, told, wanted};
+use crate::disk::{DataLock, Disk, Done, Store, Tools, Work, Worker};
+use crate::edge::Edge;
+use crate::ending::{Ending, Fault};
+use crate::net::{Event, Losses, Net};
+use crate::say::{LogFormat, briefly, say};
 use crate::setup;
-use crate::store::Store;
-use crate::world::{Happening, World};
+use crate::transports::{self, Given};
+use crate::uplink::{Uplink, UplinkSettings};
+use crate::world::{Happening, Motors, World};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::Config;
-use config::schema::transport;
-use onboard::{Brain, Entity, Input, Keep, Level, Now, Output, Peer};
+use onboard::{Brain, COMMAND_LIFE, Input, Keep, Level, Now, Output, Peer};
 use sim::Vessel;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::RecvTimeoutError;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-use units::{MonoTime, UtcTime};
+use std::sync::mpsc::channel;
+use std::time::Duration;
+use units::MonoTime;
+
+#[cfg(test)]
+mod tests;
 
 /// The loop looks at the signals at least this often.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 const SECOND: Duration = Duration::from_secs(1);
 /// Events taken before the brain's own deadlines are looked at again.
 const EVENTS_AT_ONCE: usize = 64;
+/// How long the end waits for the disk, the motors having been stopped.
+const DISK_END: Duration = Duration::from_secs(10);
+/// What the disk could not take is told at most this often.
+const LOST_TOLD: Duration = Duration::from_secs(5);
+
+/// The shore among the peers. What is sent to it goes over the link, which carries everything anyway.
+const SHORE: Peer = Peer::Tcp(u32::MAX);
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
@@ -36,7 +50,7 @@ pub(crate) struct RunArguments {
     /// Profile; only Simulation has devices so far.
     #[arg(long, default_value = "Simulation")]
     profile: String,
-    /// Folder for plans, logs and saved parameters.
+    /// Folder for plans and logs; one agent at a time may use it.
     #[arg(long, default_value = "lutra-data")]
     data: PathBuf,
     /// Record everything the brain is told and wants, for `replay`.
@@ -54,81 +68,79 @@ pub(crate) struct RunArguments {
     /// Announcement port in place of the configured ones; 0 lets the system choose.
     #[arg(long)]
     announce_port: Option<u16>,
-    /// Print only warnings and errors.
+    /// Form of the log on standard error.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) log_format: LogFormat,
+    /// What is logged: error, warn, info, debug, trace or off, also by part as in `warn,vessel=debug`;
+    /// without this what the variable LUTRA_LOG says, else `info`.
     #[arg(long)]
-    quiet: bool,
+    pub(crate) log_level: Option<String>,
+    /// Log only warnings and errors.
+    #[arg(long, conflicts_with = "log_level")]
+    pub(crate) quiet: bool,
 }
 
 /// Everything the loop owns.
 struct Agent {
+    clock: Clock,
+    edge: Arc<Edge>,
     world: World,
     net: Net,
-    journal: Journal,
-    store: Store,
-    host: Host,
-    recorder: Option<Recorder>,
-    config: Config,
-    logs: PathBuf,
-    quiet: bool,
-    console: Console,
+    disk: Disk,
+    uplink: Option<Uplink>,
     happened: Vec<(Now, Happening)>,
+    next_second: Duration,
+    next_lost: Duration,
+    lapses: u64,
+    _lock: DataLock,
 }
 
 pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
     if arguments.profile != "Simulation" {
         bail!("the profile `{}` needs device drivers, which this version does not have", arguments.profile);
     }
-    let ending = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-        signal_hook::flag::register(signal, Arc::clone(&ending)).context("signals")?;
-    }
+    let ending = Ending::at_signals()?;
     let config = setup::load(&arguments.config, &arguments.profile)?;
     // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
-    let started = Instant::now();
-    let mut agent = Agent::start(arguments, config)?;
+    let agent = Agent::start(arguments, config, Clock::system())?;
     say!("listening {}", agent.net.listening);
     std::io::stdout().flush().ok();
-    let mut next_host = Duration::ZERO;
-    while !ending.load(Ordering::Relaxed) {
-        let elapsed = started.elapsed();
-        agent.catch_up(elapsed);
-        if elapsed >= next_host {
-            next_host = elapsed + SECOND;
-            let reading = agent.host.read(&agent.logs);
-            agent.tell(Input::Host(reading));
-            agent.keep_time();
-        }
-        agent.wait(started)?;
-    }
-    agent.tell(Input::Shutdown);
-    agent.journal.close(agent.world.now().utc);
-    if let Some(recorder) = &mut agent.recorder {
-        recorder.flush()?;
-    }
-    let (dropped, unsent) = (agent.net.dropped(), agent.net.unsent);
-    say!("motors stopped, log closed; datagrams dropped: {dropped}, not sent: {unsent}");
-    Ok(())
+    agent.run(&ending)
 }
 
 impl Agent {
-    fn start(arguments: &RunArguments, config: Config) -> anyhow::Result<Self> {
-        let utc = utc_now()?;
+    /// Steers until the end, and ends well.
+    fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
+        ending.at_panics(&self.edge);
+        // A panic has stopped the motors when it comes here; the log is closed all the same.
+        catch_unwind(AssertUnwindSafe(|| self.sail(ending))).ok();
+        self.end(ending)
+    }
+
+    fn start(arguments: &RunArguments, config: Config, clock: Clock) -> anyhow::Result<Self> {
+        let lock = DataLock::take(&arguments.data)?;
+        let utc = clock.utc();
         // A number that differs at every start, as others expect of it.
         let uid = utc.micros().unsigned_abs() / 1000;
-        let (settings, doubts) = setup::settings(&config, uid)?;
+        let (settings, mut doubts) = setup::settings(&config, uid)?;
+        let given = Given {
+            bind: arguments.bind,
+            udp: arguments.udp_port,
+            tcp: arguments.tcp_port,
+            announce: arguments.announce_port,
+        };
+        let (ports, more) = transports::ports(&config, given);
+        doubts.extend(more);
         let vessel = Vessel::new(&setup::vessel(&config, utc, uid)?)?;
         let (store, kept, unreadable) = Store::open(&arguments.data.join("plans"))?;
         let now = Now { mono: MonoTime::default(), utc };
         let text = config.ini().to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
         let logs = arguments.data.join("logs").join(&settings.name);
         std::fs::create_dir_all(&logs).with_context(|| format!("making {}", logs.display()))?;
-        let room =
-            config.running(&transport::logging::LOGGING).next().map_or(Room::default(), |section| Room {
-                remove_oldest: section.get(&transport::logging::REMOVE_OLDEST),
-                keep_free_mib: section.get(&transport::logging::KEEP_FREE).unsigned_abs(),
-            });
-        let journal = Journal::new(&logs, settings.address, Entity::Logger.number(), text.clone());
-        let journal = journal.with_room(room);
+        let journal = transports::journal(&config, &logs, &settings, &text);
+        if journal.is_none() {
+            tracing::warn!("no log is written: the configuration has Transports.Logging off");
+        }
         let recorder = match &arguments.record {
             Some(path) => {
                 let profile = arguments.profile.clone();
@@ -137,31 +149,77 @@ impl Agent {
             }
             None => None,
         };
-        let net = Net::open(&ports(arguments, &config))?;
-        let mut world = World::new(vessel, Brain::new(settings, now, kept)?);
-        world.virtual_disk = false;
-        let mut agent = Self {
-            world,
-            net,
-            journal,
-            store,
-            host: Host::new(),
-            recorder,
-            config,
-            logs,
-            quiet: arguments.quiet,
-            console: Console::start(),
-            happened: Vec::new(),
-        };
+        let shore = UplinkSettings::read(&config, &arguments.config, &arguments.data, &mut doubts)?;
         for doubt in doubts {
-            complain!("warning: {doubt}");
+            tracing::warn!("{doubt}");
         }
         for path in unreadable {
-            complain!("error: the plan in {path} cannot be read; it is left where it is");
+            tracing::error!("the plan in {path} cannot be read; it is left where it is");
         }
+        let net = Net::open(&ports, settings.address)?;
+        let inbox = Arc::clone(&net.inbox);
+        let uplink = shore.map(|shore| start_uplink(shore, &net)).transpose()?;
+        let worker = Worker::new(Tools { journal, store, recorder, config, logs });
+        let disk = Disk::start(worker, move |done| inbox.done(done))?;
+        let (device, commands) = channel();
+        let edge = Edge::start(move |motors| {
+            // The edge outlives the simulation at the end of the program: then nobody listens.
+            device.send(motors).ok();
+        })?;
+        let gate = Arc::clone(&edge);
+        let motors = Motors::Gated(Box::new(move |motors| gate.command(motors)), commands);
+        let mut world = World::new(vessel, Brain::new(settings, now, kept)?);
+        (world.virtual_disk, world.motors) = (false, motors);
+        let mut agent = Self {
+            clock,
+            edge,
+            world,
+            net,
+            disk,
+            uplink,
+            happened: Vec::new(),
+            next_second: Duration::ZERO,
+            next_lost: Duration::ZERO,
+            lapses: 0,
+            _lock: lock,
+        };
         let reachable = agent.net.reachable.clone();
         agent.tell(Input::Reachable(reachable));
         Ok(agent)
+    }
+
+    /// Steers until the end.
+    fn sail(&mut self, ending: &Ending) {
+        while !ending.is_near() {
+            self.catch_up();
+            self.each_second();
+            self.wait(ending);
+        }
+    }
+
+    /// Motors first, then the log.
+    fn end(mut self, ending: &Ending) -> anyhow::Result<()> {
+        self.edge.end();
+        if !ending.has_fault() {
+            self.tell(Input::Shutdown);
+        }
+        self.tell_lost();
+        if self.uplink.take().is_some_and(|uplink| !uplink.end()) {
+            tracing::error!("the disk did not take the rest of the spool in time");
+        }
+        self.disk.hand(Work::Close(self.world.now().utc));
+        let closed = self.disk.finish(DISK_END);
+        self.edge.close();
+        let state = if closed { "log closed" } else { "log NOT closed" };
+        let (dropped, unsent) = (self.net.inbox.dropped(), self.net.unsent);
+        briefly(format!("motors stopped, {state}; packets dropped: {dropped}, not sent: {unsent}"));
+        if ending.has_fault() {
+            return Err(Fault.into());
+        }
+        if !closed {
+            bail!("the disk did not take the rest of the log within {DISK_END:?}");
+        }
+        Ok(())
     }
 
     /// Tells the brain something and carries out what it wants.
@@ -171,64 +229,69 @@ impl Agent {
         self.carry_out();
     }
 
-    /// Lets the simulated world come to `elapsed`.
-    fn catch_up(&mut self, elapsed: Duration) {
+    /// Lets the simulated world come to the moment.
+    fn catch_up(&mut self) {
+        let (elapsed, utc) = (self.clock.elapsed(), self.clock.utc());
         let until = MonoTime::default() + elapsed;
+        let vessel = &self.world.vessel;
+        // What the computer takes for the time, over what it is in the simulated world.
+        let behind = until.since(vessel.now());
+        self.world.clock_error_us = (utc - vessel.utc()) - behind.as_micros() as i64;
         let happened = &mut self.happened;
-        self.world.run(until, &mut |now, happening| happened.push((now, happening)));
+        let mut sink = |now, happening| happened.push((now, happening));
+        if behind > COMMAND_LIFE {
+            // The start takes its time, but then nothing moves yet.
+            if vessel.now() > MonoTime::default() {
+                let held_up_s = behind.as_secs_f64();
+                tracing::error!(held_up_s, "the loop was held up; the motors were stopped meanwhile");
+            }
+            self.world.drift(until, &mut sink);
+        }
+        self.world.run(until, &mut sink);
         self.carry_out();
     }
 
-    /// Waits for packets until the next deadline.
-    fn wait(&mut self, started: Instant) -> anyhow::Result<()> {
+    /// Waits for events until the next deadline.
+    fn wait(&mut self, ending: &Ending) {
         let due = self.world.brain.poll_timeout().unwrap_or_default().min(self.world.vessel.poll_timeout());
-        let elapsed = MonoTime::default() + started.elapsed();
-        let wait = due.since(elapsed).min(LONGEST_WAIT);
-        let mut event = self.net.events.recv_timeout(wait);
+        let elapsed = MonoTime::default() + self.clock.elapsed();
+        let mut longest = due.since(elapsed).min(LONGEST_WAIT);
         for _ in 0..EVENTS_AT_ONCE {
-            match event {
-                Ok(event) => {
-                    self.catch_up(started.elapsed());
-                    self.take(event);
-                }
-                Err(RecvTimeoutError::Timeout) => break,
-                Err(RecvTimeoutError::Disconnected) => bail!("all sockets are closed"),
+            let Some(event) = self.net.inbox.take(longest) else { return };
+            if ending.is_near() {
+                return;
             }
-            event = self.net.events.recv_timeout(Duration::ZERO);
+            self.catch_up();
+            self.take(event);
+            longest = Duration::ZERO;
         }
-        Ok(())
     }
 
     fn take(&mut self, event: Event) {
-        match event {
-            Event::Packet(peer, bytes) => self.tell(Input::Packet(peer, bytes)),
-            Event::Connected(number, client) => {
-                self.net.connected(number, client);
-                self.tell(Input::Connected(Peer::Tcp(number)));
-            }
-            Event::Disconnected(number) => {
-                self.net.disconnected(number);
-                self.tell(Input::Disconnected(Peer::Tcp(number)));
-            }
-        }
+        let input = match event {
+            Event::Packet(peer, bytes) => Input::Packet(peer, bytes),
+            Event::Connected(number) => Input::Connected(Peer::Tcp(number)),
+            Event::Disconnected(number) => Input::Disconnected(Peer::Tcp(number)),
+            Event::Disk(Done::LogOpened(outcome)) => Input::LogOpened(outcome),
+            Event::Disk(Done::Stored(ticket, outcome)) => Input::Stored(ticket, outcome),
+            Event::Disk(Done::NotKept(what)) => Input::NotKept(what),
+            Event::Disk(Done::Host(reading)) => Input::Host(reading),
+        };
+        self.tell(input);
     }
 
-    /// Carries out all that is wanted, and what is wanted because of that.
+    /// Carries out all that is wanted.
     fn carry_out(&mut self) {
-        while !self.happened.is_empty() {
-            for (now, happening) in std::mem::take(&mut self.happened) {
-                let recorded = match (&mut self.recorder, &happening) {
-                    (None, _) => Ok(()),
-                    (Some(recorder), Happening::Told(input)) => recorder.told(now, input),
-                    (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output),
+        for (now, happening) in std::mem::take(&mut self.happened) {
+            if self.disk.is_recording() {
+                let (kind, bytes) = match &happening {
+                    Happening::Told(input) => told(now, input),
+                    Happening::Wanted(output) => wanted(output),
                 };
-                if let Err(error) = recorded {
-                    complain!("error: the recording ends: {error}");
-                    self.recorder = None;
-                }
-                if let Happening::Wanted(output) = happening {
-                    self.do_one(now, output);
-                }
+                self.disk.hand(Work::Record(kind, bytes));
+            }
+            if let Happening::Wanted(output) = happening {
+                self.do_one(now, output);
             }
         }
     }
@@ -239,102 +302,97 @@ impl Agent {
             Output::Motors(_) => {}
             Output::Packet { bytes, to } => {
                 self.net.send(&bytes, &to);
-                let written = self.journal.write(now.mono, &bytes);
-                self.logged(written);
+                self.record(&bytes);
+                self.disk.hand(Work::Packet(now.mono, bytes));
             }
             Output::Announce(bytes) => self.net.announce(&bytes),
-            Output::OpenLog { label, utc } => {
-                let outcome = self.journal.open(now.mono, utc, &label).map_err(|error| error.to_string());
-                self.later(Input::LogOpened(outcome));
+            Output::OpenLog { label, utc } => self.disk.hand(Work::Open(now.mono, utc, label)),
+            Output::CloseLog => self.disk.hand(Work::Close(now.utc)),
+            Output::Keep(Keep::Plans(effect)) => self.disk.hand(Work::Plans(effect)),
+            Output::Keep(Keep::Parameters(label, values)) => self.disk.hand(Work::Parameters(label, values)),
+            Output::Console(level, text) => {
+                let name = print(level, &text);
+                self.disk.hand(Work::Line(now.mono, format!("[{}] - {name} - {text}", now.utc)));
             }
-            Output::CloseLog => self.journal.close(now.utc),
-            Output::Keep(Keep::Plans(effect)) => {
-                let outcome = self.store.carry_out(&effect).map_err(|error| format!("{error:#}"));
-                self.later(Input::Stored(effect.ticket(), outcome));
-            }
-            Output::Keep(Keep::Parameters(label, values)) => {
-                if let Err(error) = self.save(&label, &values) {
-                    self.later(Input::NotKept(format!("parameters of {label}: {error:#}")));
-                }
-            }
-            Output::Console(level, text) => self.print(now, level, &text),
         }
     }
 
-    /// Tells the brain of the outcome of what it wanted; what it wants then is carried out after the rest.
-    fn later(&mut self, input: Input) {
-        let happened = &mut self.happened;
-        self.world.tell(input, &mut |now, happening| happened.push((now, happening)));
-    }
-
-    fn logged(&mut self, outcome: std::io::Result<()>) {
-        if let Err(error) = outcome {
-            self.later(Input::LogOpened(Err(error.to_string())));
+    /// What the vessel says goes to the shore.
+    fn record(&self, packet: &[u8]) {
+        if let Some(uplink) = &self.uplink {
+            uplink.record(packet);
         }
     }
 
-    /// What the log and the recording need once a second.
-    fn keep_time(&mut self) {
+    /// What the log needs once a second, and what was lost on the way.
+    fn each_second(&mut self) {
+        let elapsed = self.clock.elapsed();
+        if elapsed < self.next_second {
+            return;
+        }
+        self.next_second = elapsed + SECOND;
         let now = self.world.now();
-        match self.journal.tick(now.mono, now.utc) {
-            Ok(None) => {}
-            Ok(Some(opened)) => self.tell(Input::LogOpened(opened.map_err(|error| error.to_string()))),
-            Err(error) => self.tell(Input::LogOpened(Err(error.to_string()))),
+        self.disk.hand(Work::Tick(now.mono, now.utc));
+        let lapses = self.edge.lapses();
+        if lapses > self.lapses {
+            tracing::error!(
+                times = lapses - self.lapses,
+                "the watchdog stopped the motors: the loop was late"
+            );
+            self.lapses = lapses;
         }
-        if let Some(recorder) = &mut self.recorder {
-            recorder.flush().ok();
+        if let Some(Losses { dropped, withdrawn }) = self.net.inbox.take_losses() {
+            for (peer, packets) in dropped {
+                tracing::warn!(?peer, packets, "sends more than can be handled; dropped");
+            }
+            if withdrawn > 0 {
+                tracing::warn!(commands = withdrawn, "came before an Abort and were not carried out");
+            }
+        }
+        if elapsed >= self.next_lost && self.tell_lost() {
+            self.next_lost = elapsed + LOST_TOLD;
         }
     }
 
-    fn print(&mut self, now: Now, level: Level, text: &str) {
-        let name = match level {
-            Level::Debug => "debug",
-            Level::Info => "info",
-            Level::Warning => "warning",
-            Level::Error => "error",
-        };
-        if level >= Level::Warning || (!self.quiet && level >= Level::Info) {
-            self.console.line(format!("{} {name}: {text}", now.utc));
+    /// Tells what the disk could not take; answers whether there was something.
+    fn tell_lost(&mut self) -> bool {
+        let lost = self.disk.take_lost();
+        if lost.is_none() {
+            return false;
         }
-        let written = self.journal.line(now.mono, &format!("[{}] - {name} - {text}", now.utc));
-        self.logged(written);
-    }
-
-    /// Writes changed parameters beside the main file, to be read after all others at the next start.
-    fn save(&mut self, label: &str, values: &[(String, String)]) -> anyhow::Result<()> {
-        let section =
-            setup::section_of(&self.config, label).with_context(|| format!("no section for {label}"))?;
-        let path = self.config.saved_path().context("the vehicle has no name for a file")?;
-        let (ini, _) = config::Ini::read(&config::Disk, &path);
-        let mut saved = config::Saved::from_ini(&ini);
-        for (name, value) in values.iter().filter(|(name, _)| section.parameter(name).is_some()) {
-            saved.set(section.name(), name, value);
-        }
-        let text = saved.to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
-        config::write_atomically(&path, &text).with_context(|| format!("writing {}", path.display()))
+        self.tell(Input::NotKept(format!("the disk is too slow: {lost}")));
+        true
     }
 }
 
-fn ports(arguments: &RunArguments, config: &Config) -> Ports {
-    let port = |number: i64| u16::try_from(number).unwrap_or(0);
-    let udp =
-        config.running(&transport::udp::UDP).next().map_or(6002, |s| port(s.get(&transport::udp::PORT)));
-    let tcp = config.running(&transport::tcp::SERVER).next();
-    let tcp = tcp.map_or(7001, |section| port(section.get(&transport::tcp::PORT)));
-    let announce = config.running(&transport::announce::ANNOUNCE).next();
-    let announce = announce.map_or((30_100..=30_104).collect(), |section| {
-        section.get(&transport::announce::PORTS).into_iter().map(port).collect::<Vec<_>>()
-    });
-    Ports {
-        bind: arguments.bind,
-        udp: arguments.udp_port.unwrap_or(udp),
-        tcp: arguments.tcp_port.unwrap_or(tcp),
-        announce: arguments.announce_port.map_or(announce, |port| vec![port]),
-    }
+/// Commands of the shore wait with those of other peers; it is told when there is no room.
+fn start_uplink(settings: UplinkSettings, net: &Net) -> anyhow::Result<Uplink> {
+    let inbox = Arc::clone(&net.inbox);
+    let deliver = move |packet: &[u8]| {
+        let taken = inbox.offer(SHORE, packet);
+        taken.then_some(()).ok_or_else(|| "too many packets wait for the vessel".to_owned())
+    };
+    Uplink::start(settings, Box::new(deliver))
 }
 
-fn utc_now() -> anyhow::Result<UtcTime> {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).context("the clock is before 1970")?;
-    // Until the year 294 000.
-    Ok(UtcTime::from_micros(since.as_micros() as i64))
+/// What the brain says, into the program's log; answers the level's name.
+fn print(level: Level, text: &str) -> &'static str {
+    match level {
+        Level::Debug => {
+            tracing::debug!(target: "vessel", "{text}");
+            "debug"
+        }
+        Level::Info => {
+            tracing::info!(target: "vessel", "{text}");
+            "info"
+        }
+        Level::Warning => {
+            tracing::warn!(target: "vessel", "{text}");
+            "warning"
+        }
+        Level::Error => {
+            tracing::error!(target: "vessel", "{text}");
+            "error"
+        }
+    }
 }

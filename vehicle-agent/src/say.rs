@@ -1,17 +1,28 @@
 //! Words for people, which must never stop the vessel.
 //!
 //! A closed pipe, a full disk behind a redirected log or a terminal that nobody reads is no reason for a program
-//! that steers a boat to fail or to wait.
+//! that steers a boat to fail or to wait. Lines of the log (`tracing`) go to standard error through a thread of
+//! their own; at most [`WAITING_LINES`] wait for a slow reader, more are dropped, counted and told later.
 
+use anyhow::Context as _;
+use clap::ValueEnum;
 use std::fmt::Arguments;
-use std::io::{self, Write as _};
-use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::Duration;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
-/// Lines that may wait for a slow reader; more are dropped and counted.
+/// Lines that may wait for a slow reader.
 const WAITING_LINES: usize = 1_000;
 /// How long the end of the program waits for the last lines to be taken.
 const LAST_WORDS: Duration = Duration::from_millis(300);
+/// Where the level comes from when no option gives it.
+const LEVEL_VARIABLE: &str = "LUTRA_LOG";
 
 /// As `println!`, without failing when nobody reads.
 macro_rules! say {
@@ -33,43 +44,174 @@ pub(crate) fn err(text: Arguments<'_>) {
     writeln!(io::stderr().lock(), "{text}").ok();
 }
 
-/// Writes lines to standard error from a thread of its own, so that the loop that steers never waits for it.
-#[derive(Debug)]
-pub(crate) struct Console {
-    lines: Option<SyncSender<String>>,
-    ended: Receiver<()>,
-    dropped: u64,
+/// As [`say!`], giving up when nobody takes it within a moment.
+pub(crate) fn briefly(text: String) {
+    let (end, ended) = mpsc::channel();
+    let work = move || {
+        out(format_args!("{text}"));
+        io::stdout().flush().ok();
+        end.send(()).ok();
+    };
+    if std::thread::Builder::new().spawn(work).is_ok() {
+        ended.recv_timeout(LAST_WORDS).ok();
+    }
 }
 
-impl Console {
-    pub(crate) fn start() -> Self {
-        let (lines, waiting) = mpsc::sync_channel::<String>(WAITING_LINES);
-        let (end, ended) = mpsc::channel();
-        std::thread::spawn(move || {
-            for line in waiting {
-                err(format_args!("{line}"));
-            }
-            end.send(()).ok();
-        });
-        Self { lines: Some(lines), ended, dropped: 0 }
+/// How lines of the log look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum LogFormat {
+    /// Time, level, part of the program, text and values.
+    #[default]
+    Human,
+    /// One JSON object a line.
+    Json,
+}
+
+/// The log's lines on their way to standard error, until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Voice {
+    ended: Receiver<()>,
+    end: SyncSender<Line>,
+}
+
+enum Line {
+    Text(Vec<u8>),
+    End,
+}
+
+/// The way into the queue, which never waits.
+#[derive(Debug, Clone)]
+struct Lines {
+    waiting: SyncSender<Line>,
+    dropped: Arc<AtomicU64>,
+}
+
+impl Write for Lines {
+    /// Takes a whole line, as the formatter hands it over.
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        if self.waiting.try_send(Line::Text(line.to_vec())).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(line.len())
     }
 
-    /// Hands a line over; drops it when too many wait.
-    pub(crate) fn line(&mut self, line: String) {
-        let Some(lines) = &self.lines else { return };
-        if let Err(TrySendError::Full(_)) = lines.try_send(line) {
-            self.dropped += 1;
-        } else if self.dropped > 0 {
-            let told = lines.try_send(format!("{} lines were dropped: nobody read them", self.dropped));
-            self.dropped = if told.is_ok() { 0 } else { self.dropped };
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a> MakeWriter<'a> for Lines {
+    type Writer = Self;
+
+    fn make_writer(&'a self) -> Self {
+        self.clone()
+    }
+}
+
+/// What is logged: `info`, or by part of the program as in `warn,vessel=debug`.
+///
+/// # Errors
+/// When the text is no such thing.
+pub(crate) fn level(option: Option<&str>, quiet: bool) -> anyhow::Result<Targets> {
+    let variable = std::env::var(LEVEL_VARIABLE).ok();
+    let (text, from) = match (option, quiet, &variable) {
+        (Some(text), ..) => (text, "--log-level"),
+        (None, true, _) => ("warn", "--quiet"),
+        (None, false, Some(text)) => (text.as_str(), LEVEL_VARIABLE),
+        (None, false, None) => ("info", ""),
+    };
+    text.parse().with_context(|| {
+        format!("{from} `{text}`: write error, warn, info, debug, trace or off, or as in warn,vessel=debug")
+    })
+}
+
+impl Voice {
+    /// Lets the log speak from here on; once in a program.
+    pub(crate) fn start(format: LogFormat, level: Targets) -> anyhow::Result<Self> {
+        let (voice, lines) = Self::to(io::stderr())?;
+        let layer = tracing_subscriber::fmt::layer().with_writer(lines).with_ansi(false);
+        let registry = tracing_subscriber::registry().with(level);
+        match format {
+            LogFormat::Human => registry.with(layer).try_init(),
+            LogFormat::Json => registry.with(layer.json().flatten_event(true)).try_init(),
+        }
+        .context("the log")?;
+        Ok(voice)
+    }
+
+    fn to(mut sink: impl Write + Send + 'static) -> io::Result<(Self, Lines)> {
+        let (waiting, lines) = mpsc::sync_channel(WAITING_LINES);
+        let (end, ended) = mpsc::channel();
+        let dropped = Arc::new(AtomicU64::new(0));
+        let counted = Arc::clone(&dropped);
+        std::thread::Builder::new().name("words".to_owned()).spawn(move || {
+            for line in lines {
+                let Line::Text(line) = line else { break };
+                sink.write_all(&line).ok();
+                let lost = counted.swap(0, Ordering::Relaxed);
+                if lost > 0 {
+                    tracing::warn!(lost, "lines were dropped: nobody read them");
+                }
+            }
+            sink.flush().ok();
+            end.send(()).ok();
+        })?;
+        Ok((Self { ended, end: waiting.clone() }, Lines { waiting, dropped }))
+    }
+}
+
+impl Drop for Voice {
+    /// Gives the last lines a moment, and no more.
+    fn drop(&mut self) {
+        if self.end.try_send(Line::End).is_ok() {
+            self.ended.recv_timeout(LAST_WORDS).ok();
         }
     }
 }
 
-impl Drop for Console {
-    /// Gives the last lines a moment, and no more.
-    fn drop(&mut self) {
-        self.lines = None;
-        self.ended.recv_timeout(LAST_WORDS).ok();
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{Sender, channel};
+
+    /// A reader that takes lines when it is told to.
+    struct Slow(Receiver<()>, Sender<String>);
+
+    impl Write for Slow {
+        fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+            self.0.recv().map_err(io::Error::other)?;
+            self.1.send(String::from_utf8_lossy(line).into_owned()).map_err(io::Error::other)?;
+            Ok(line.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_reader_that_stands_still_holds_nobody_up_and_lost_lines_are_told() {
+        let ((go, wait), (line, read)) = (channel(), channel());
+        let (_voice, lines) = Voice::to(Slow(wait, line)).unwrap();
+        let told = tracing_subscriber::fmt().with_ansi(false).with_writer(lines.clone()).finish();
+        tracing::subscriber::with_default(told, || {
+            for number in 0..WAITING_LINES + 50 {
+                tracing::info!(number, "a line");
+            }
+        });
+        let dropped = lines.dropped.load(Ordering::Relaxed);
+        // One may be in the reader's hands.
+        assert!((49..=50).contains(&dropped), "{dropped}");
+        go.send(()).unwrap();
+        let first = read.recv_timeout(Duration::from_secs(20)).unwrap();
+        assert!(first.contains("a line") && first.contains("number=0"), "{first}");
+    }
+
+    #[test]
+    fn levels_are_words_or_words_by_part() {
+        assert!(level(Some("warn,vessel=debug"), false).is_ok());
+        assert!(level(None, true).is_ok());
+        let refused = level(Some("shout=very"), false).unwrap_err();
+        assert!(format!("{refused:#}").contains("--log-level"), "{refused:#}");
     }
 }

@@ -88,6 +88,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     supervisors(config, &mut settings, &mut doubts);
     maneuvers(config, &mut settings);
     transports(config, &mut settings, &mut doubts);
+    crate::transports::adopt(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
 }
 

@@ -1,9 +1,9 @@
 //! The vessel by a virtual clock.
 
-use crate::journal::Journal;
+use crate::disk::Journal;
+use crate::disk::recording::{Beginning, Recorder};
 use crate::open_loop;
 use crate::plan;
-use crate::recording::{Beginning, Recorder};
 use crate::say::{complain, say};
 use crate::setup;
 use crate::track::Track;
@@ -136,7 +136,7 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
     run.sail(&plan, limit_s.unwrap_or(LONGEST_S), limit_s.is_none(), arguments.every, factor)?;
     run.tell(Input::Shutdown)?;
     if let Some(journal) = &mut run.journal {
-        journal.close(run.world.now().utc);
+        journal.close(run.world.now().utc).context("closing the log")?;
     }
     if let Some(recorder) = &mut run.recorder {
         recorder.flush()?;
@@ -270,8 +270,12 @@ impl Run {
                 let happened = &mut self.happened;
                 self.world.tell(opened, &mut |now, happening| happened.push((now, happening)));
             }
-            Output::Packet { bytes, .. } => journal.write(now.mono, bytes)?,
-            Output::Console(_, text) => journal.line(now.mono, &format!("[{}] - {text}", now.utc))?,
+            Output::Packet { bytes, .. } => {
+                journal.write(now.mono, bytes)?;
+            }
+            Output::Console(_, text) => {
+                journal.line(now.mono, &format!("[{}] - {text}", now.utc))?;
+            }
             _ => {}
         }
         Ok(())

@@ -3,11 +3,13 @@
 //! The clock jumps from event to event: the next step of the hull, the next reading of a sensor, the next
 //! deadline of the brain. Two worlds with the same settings give the same outputs at the same times.
 
+use control::MotorPair;
 use onboard::{
-    BatteryReading, Brain, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Side, TagReading,
-    WaterReading,
+    BatteryReading, Brain, COMMAND_LIFE, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Side,
+    TagReading, WaterReading,
 };
 use sim::{CardReport, HydrophoneLine, Quality, Vessel};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
@@ -18,6 +20,23 @@ pub(crate) enum Happening {
     Told(Input),
     /// It wants this.
     Wanted(Output),
+}
+
+/// How commands come to the simulated motors.
+pub(crate) enum Motors {
+    /// At once: nothing can hold up a virtual clock.
+    Direct,
+    /// Through a gate of their own thread: what it is given, and what it lets through.
+    Gated(Box<dyn Fn(MotorPair)>, Receiver<MotorPair>),
+}
+
+impl std::fmt::Debug for Motors {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Direct => "Direct",
+            Self::Gated(..) => "Gated",
+        })
+    }
 }
 
 /// Vessel, brain and clock.
@@ -31,12 +50,14 @@ pub(crate) struct World {
     pub(crate) virtual_disk: bool,
     /// How much the computer's clock is ahead of the true time (µs).
     pub(crate) clock_error_us: i64,
+    /// The way to the motors.
+    pub(crate) motors: Motors,
 }
 
 impl World {
     /// A vessel and its brain at the vessel's time.
     pub(crate) fn new(vessel: Vessel, brain: Brain) -> Self {
-        Self { vessel, brain, virtual_disk: true, clock_error_us: 0 }
+        Self { vessel, brain, virtual_disk: true, clock_error_us: 0, motors: Motors::Direct }
     }
 
     /// The moment.
@@ -56,8 +77,7 @@ impl World {
                 stored.push(effect.ticket());
             }
             if let Output::Motors(motors) = &output {
-                // The authority lets only numbers within -1 to 1 through.
-                self.vessel.command(motors.port, motors.starboard).ok();
+                self.command(*motors);
             }
             sink(now, Happening::Wanted(output));
         }
@@ -67,8 +87,47 @@ impl World {
         }
     }
 
+    fn command(&mut self, motors: MotorPair) {
+        match &self.motors {
+            Motors::Direct => obey(&mut self.vessel, motors),
+            Motors::Gated(gate, _) => {
+                gate(motors);
+                self.obey_gate();
+            }
+        }
+    }
+
+    /// Hands the motors what the gate lets through, also without being asked.
+    fn obey_gate(&mut self) {
+        if let Motors::Gated(_, commands) = &self.motors {
+            for motors in commands.try_iter() {
+                obey(&mut self.vessel, motors);
+            }
+        }
+    }
+
+    /// Lets the vessel drift until `until` while nobody steers: the motors run for as long as a command is good
+    /// and no longer. Sensors speak to nobody but for the hydrophone, whose lines wait in its serial port.
+    pub(crate) fn drift(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
+        let running = (self.vessel.now() + COMMAND_LIFE).min(until);
+        self.vessel.step(running.since(self.vessel.now()));
+        self.obey_gate();
+        obey(&mut self.vessel, MotorPair::STOPPED);
+        self.vessel.step(until.since(running));
+        let mut late = Vec::new();
+        while let Some(timed) = self.vessel.poll_output() {
+            if matches!(timed.output, sim::Output::Hydrophone(_)) {
+                late.extend(input_of(&timed.output));
+            }
+        }
+        for input in late {
+            self.tell(input, sink);
+        }
+    }
+
     /// Lets time pass to the next event, but not beyond `until`.
     pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, Happening)) {
+        self.obey_gate();
         let before = self.vessel.now();
         let due = self.brain.poll_timeout().unwrap_or(until);
         // At least a microsecond, so that a deadline that is not met cannot stop the clock.
@@ -90,6 +149,11 @@ impl World {
             self.advance(until, sink);
         }
     }
+}
+
+fn obey(vessel: &mut Vessel, motors: MotorPair) {
+    // The authority lets only numbers within -1 to 1 through.
+    vessel.command(motors.port, motors.starboard).ok();
 }
 
 /// What a sensor's value is to the brain; bytes are for the drivers.

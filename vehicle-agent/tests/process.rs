@@ -2,200 +2,17 @@
 //!
 //! Nothing sleeps to let things settle: every wait is for a packet or a line, with a deadline.
 
-#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+mod common;
 
+use common::{Agent, CONSOLE, Console, DEADLINE, far_plan, ini, logs, packet, program};
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::*;
-use imc::{Address, Deframer, Frame, Header, Packet, Payload};
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{TcpStream, UdpSocket};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::time::{Duration, Instant};
+use imc::{Address, Header, Packet};
+use std::net::UdpSocket;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Instant;
 use tempfile::TempDir;
-
-const OTTER: Address = Address(0x2810);
-const CONSOLE: Address = Address(0x4001);
-const DEADLINE: Duration = Duration::from_secs(30);
-
-/// The program, its folder, and the ports it chose.
-struct Agent {
-    child: Child,
-    out: BufReader<ChildStdout>,
-    udp: u16,
-    tcp: u16,
-    announce: u16,
-}
-
-fn ini() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("etc/otter.ini")
-}
-
-fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_lutra-agent"))
-}
-
-impl Agent {
-    fn start(folder: &Path, more: &[&str]) -> Self {
-        let config = folder.join("otter.ini");
-        if !config.exists() {
-            std::fs::copy(ini(), &config).unwrap();
-        }
-        let mut child = program()
-            .arg("run")
-            .arg(&config)
-            .arg("--data")
-            .arg(folder)
-            .args(["--bind", "127.0.0.1", "--udp-port", "0", "--tcp-port", "0", "--announce-port", "0"])
-            .arg("--quiet")
-            .args(more)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut out = BufReader::new(child.stdout.take().unwrap());
-        let mut line = String::new();
-        out.read_line(&mut line).unwrap();
-        let port = |name: &str| {
-            let found = line.split_whitespace().find_map(|word| word.strip_prefix(&format!("{name}=")));
-            found.unwrap_or_else(|| panic!("{line}")).parse().unwrap()
-        };
-        let (udp, tcp, announce) = (port("udp"), port("tcp"), port("announce"));
-        Self { child, out, udp, tcp, announce }
-    }
-
-    /// Ends it as an init system does; answers what it printed last.
-    fn terminate(mut self) -> String {
-        let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
-        let mut rest = String::new();
-        self.out.read_to_string(&mut rest).unwrap();
-        assert!(self.child.wait().unwrap().success());
-        rest
-    }
-}
-
-impl std::ops::Drop for Agent {
-    fn drop(&mut self) {
-        self.child.kill().ok();
-        self.child.wait().ok();
-    }
-}
-
-/// A console on a stream.
-struct Console {
-    stream: TcpStream,
-    deframer: Deframer,
-    beat: Instant,
-    request: u16,
-    seen: Vec<Packet>,
-}
-
-impl Console {
-    fn connect(agent: &Agent) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", agent.tcp)).unwrap();
-        stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
-        let (deframer, seen) = (Deframer::new(), Vec::new());
-        Self { stream, deframer, beat: Instant::now(), request: 0, seen }
-    }
-
-    fn send(&mut self, message: impl Into<Message>) {
-        self.stream.write_all(&packet(message)).unwrap();
-    }
-
-    /// Reads until something is what is wanted.
-    fn wait<T>(&mut self, what: &str, mut wanted: impl FnMut(&Packet) -> Option<T>) -> T {
-        let until = Instant::now() + DEADLINE;
-        while Instant::now() < until {
-            if self.beat.elapsed() > Duration::from_millis(800) {
-                self.beat = Instant::now();
-                self.send(Heartbeat);
-            }
-            let mut buffer = [0; 8192];
-            match self.stream.read(&mut buffer) {
-                Ok(0) => panic!("{what}: the agent hung up"),
-                Ok(length) => self.deframer.push(&buffer[..length]),
-                Err(_) => {}
-            }
-            while let Some(frame) = self.deframer.next_frame() {
-                let Frame::Packet { view, .. } = frame else { panic!("{what}: damage on the stream") };
-                let packet = Packet::decode(view.bytes()).unwrap();
-                if let Some(found) = wanted(&packet) {
-                    return found;
-                }
-                self.seen.push(packet);
-            }
-        }
-        panic!("{what}: not within {DEADLINE:?}; last: {:?}", self.seen.last());
-    }
-
-    fn wait_for<T: Payload + Clone>(&mut self, what: &str, mut wanted: impl FnMut(&T) -> bool) -> T {
-        self.wait(what, |packet| packet.get::<T>().filter(|message| wanted(message)).cloned())
-    }
-
-    fn ready(&mut self) {
-        self.wait_for::<VehicleState>("service", |state| state.op_mode == VehicleStateOpMode::Service);
-    }
-
-    fn ask(&mut self, op: PlanControlOp, plan_id: &str, arg: Option<Message>) -> u16 {
-        self.request += 1;
-        self.send(PlanControl {
-            r#type: PlanControlType::Request,
-            op,
-            request_id: self.request,
-            plan_id: plan_id.into(),
-            arg: arg.into(),
-            ..PlanControl::default()
-        });
-        self.request
-    }
-
-    fn start(&mut self, plan_id: &str, arg: Option<Message>) {
-        let request = self.ask(PlanControlOp::Start, plan_id, arg);
-        self.wait_for::<PlanControl>("executing", |reply| {
-            let ours = reply.request_id == request && reply.r#type != PlanControlType::Request;
-            assert!(!ours || reply.r#type == PlanControlType::Success, "{reply:?}");
-            ours && reply.info.to_str_lossy().ends_with("executing maneuver")
-        });
-    }
-
-    fn database(&mut self, op: PlanDBOp, plan_id: &str, arg: Option<Message>) -> PlanDB {
-        self.request += 1;
-        let request = self.request;
-        self.send(PlanDB {
-            r#type: PlanDBType::Request,
-            op,
-            request_id: request,
-            plan_id: plan_id.into(),
-            arg: arg.into(),
-            ..PlanDB::default()
-        });
-        self.wait_for::<PlanDB>("plan database", |reply| {
-            reply.request_id == request && matches!(reply.r#type, PlanDBType::Success | PlanDBType::Failure)
-        })
-    }
-}
-
-fn packet(message: impl Into<Message>) -> Vec<u8> {
-    let header = Header { src: CONSOLE, dst: OTTER, ..Header::default() };
-    Packet::new(header, message).encode().unwrap()
-}
-
-fn far_plan() -> PlanSpecification {
-    let goto = Goto {
-        lat: 63.34_f64.to_radians(),
-        lon: 10.083_333_f64.to_radians(),
-        z_units: ZUnits::Depth,
-        speed: 1.5,
-        ..Goto::default()
-    };
-    let node = PlanManeuver { maneuver_id: "go".into(), data: goto.into(), ..PlanManeuver::default() };
-    PlanSpecification {
-        plan_id: "far".into(),
-        start_man_id: "go".into(),
-        maneuvers: [node].into_iter().collect(),
-        ..PlanSpecification::default()
-    }
-}
 
 #[test]
 fn a_scripted_mission_from_outside() {
@@ -205,7 +22,7 @@ fn a_scripted_mission_from_outside() {
     console.ready();
 
     let reply = console.database(PlanDBOp::Set, "far", Some(far_plan().into()));
-    let Some(information) = reply.arg.of::<PlanDBInformation>() else { panic!("{reply:?}") };
+    let Some(Message::PlanDBInformation(information)) = reply.arg else { panic!("{reply:?}") };
     assert_eq!(information.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     console.start("far", None);
     console.wait_for::<EstimatedState>("way on", |state| state.u > 0.5);
@@ -284,18 +101,17 @@ fn a_console_in_contact_by_datagrams() {
     let mut buffer = vec![0; 65_536];
     let mut heard = std::collections::BTreeSet::new();
     let until = Instant::now() + DEADLINE;
-    socket
-        .send_to(
-            &packet(EntityList { op: EntityListOp::Query, ..Default::default() }),
-            ("127.0.0.1", agent.udp),
-        )
-        .unwrap();
     while !["EstimatedState", "VehicleState", "PlanControlState", "EntityList"]
         .iter()
         .all(|name| heard.contains(name))
     {
         assert!(Instant::now() < until, "{heard:?}");
         let (length, _) = socket.recv_from(&mut buffer).unwrap();
+        if heard.is_empty() {
+            // In contact: whoever asks is answered.
+            let query = packet(EntityList { op: EntityListOp::Query, ..Default::default() });
+            socket.send_to(&query, ("127.0.0.1", agent.udp)).unwrap();
+        }
         let packet = Packet::decode(&buffer[..length]).unwrap();
         heard.extend(packet.message().map(Message::abbrev));
     }
@@ -332,7 +148,7 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     let mut console = Console::connect(&agent);
     console.ready();
     let reply = console.database(PlanDBOp::GetState, "", None);
-    let Some(state) = reply.arg.of::<PlanDBState>() else { panic!("{reply:?}") };
+    let Some(Message::PlanDBState(state)) = reply.arg else { panic!("{reply:?}") };
     let plan = state.plans_info.of::<PlanDBInformation>().next().unwrap();
     assert_eq!(plan.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     assert_eq!(plan.change_sid, CONSOLE.0);
@@ -340,19 +156,6 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     assert_eq!(idle.state, PlanControlStateState::Ready);
     let moving = console.seen.iter().filter_map(|packet| packet.get::<SetThrusterActuation>());
     assert_eq!(moving.filter(|set| set.value != 0.0).count(), 0, "nothing moves after a restart");
-}
-
-fn logs(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(logs(&path));
-        } else if path.ends_with("Data.lsf.gz") {
-            found.push(path);
-        }
-    }
-    found
 }
 
 #[test]

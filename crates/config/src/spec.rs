@@ -63,6 +63,8 @@ pub enum Unit {
     Mebibyte,
     /// Bits per second.
     Baud,
+    /// Bytes per second.
+    BytePerSecond,
 }
 
 impl Unit {
@@ -96,6 +98,7 @@ impl Unit {
             Self::Celsius => "degC",
             Self::Mebibyte => "MiB",
             Self::Baud => "Bd",
+            Self::BytePerSecond => "B/s",
         }
     }
 }

@@ -116,7 +116,7 @@ impl Brain {
                 let name = self.name_of(asker.system);
                 self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
             }
-            Message::Abort(_) if for_us => {
+            Message::Abort(_) if commands => {
                 self.supervise.aborted();
                 let abort = mission::Input::Abort { by: asker.system.0 };
                 self.plans.tell(&mut self.bus, &mut self.pilot, abort);

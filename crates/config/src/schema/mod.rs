@@ -53,6 +53,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &transport::tcp::CLIENT,
     &transport::logging::LOGGING,
     &transport::log_book::LOG_BOOK,
+    &transport::lutra::LUTRA,
     &device::compass::COMPASS,
     &device::hydrophone::HYDROPHONE,
     &device::sound_speed::SOUND_SPEED,

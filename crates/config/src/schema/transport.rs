@@ -12,7 +12,7 @@ const ON_THE_SURFACE: &str = "Lutra does not simulate radio range here";
 pub const ANNOUNCE_SERVICE: Param<bool> =
     flag("Announce Service", true).doc("Whether the announcement names this transport.");
 pub const MESSAGES: Param<Vec<String>> =
-    texts("Transports", &[]).doc("Messages that are carried, by their IMC names.");
+    texts("Transports", &[]).doc("Messages that are carried, by their IMC names; empty for all.");
 pub const RATES: Param<Vec<(String, f64)>> = rates("Rate Limiters", &[], Unit::Hertz)
     .doc("Greatest rate of a message for each entity, as Message:Hz.");
 pub const FILTERS: Param<Vec<(String, String)>> =
@@ -136,7 +136,7 @@ pub mod tcp {
     pub const PORT: Param<i64> =
         int("Port", 7001, Unit::None).within(1, 65_535).doc("Port that is listened on.");
 
-    pub static SERVER: SectionSpec = SectionSpec::task(&["Transports.TCP.Server"], "TCP Server", "Never")
+    pub static SERVER: SectionSpec = SectionSpec::task(&["Transports.TCP.Server"], "TCP Server", "Always")
         .doc("Carries messages to everyone who connects.")
         .groups(&[OF_EVERY_TASK, OF_EVERY_TRANSPORT, &[PORT.spec]]);
 
@@ -238,4 +238,57 @@ pub mod log_book {
     pub static LOG_BOOK: SectionSpec = SectionSpec::task(&["Transports.LogBook"], "Log Book", "Always")
         .doc("Answers questions about past events.")
         .groups(&[OF_EVERY_TASK]);
+}
+
+pub mod lutra {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, texts};
+
+    pub const URL: Param<String> = text("URL", "ws://127.0.0.1:8080/link")
+        .doc("Lutra: where the server's door for vessels is; wss:// needs a certificate authority.");
+    pub const TOKEN_FILE: Param<String> = text("Token File", "lutra.token")
+        .doc("Lutra: file with the vessel's token, beside this one unless it has a path of its own.");
+    pub const AUTHORITY: Param<String> = text("Certificate Authority", "")
+        .doc("Lutra: file with the certificates that the server's is checked by, for wss:// only.");
+    pub const KEPT_LONGEST: Param<Vec<String>> = texts(
+        "Kept Longest",
+        &[
+            "TBRFishTag",
+            "TBRSensor",
+            "LogBookEntry",
+            "PlanControl",
+            "PlanDB",
+            "PlanSpecification",
+            "VehicleCommand",
+        ],
+    )
+    .doc("Lutra: messages that stay in a full spool when the others have gone.");
+    pub const SPOOL_SIZE: Param<i64> = int("Spool Size", 2048, Unit::Mebibyte)
+        .within(1, 1 << 20)
+        .doc("Lutra: what may wait on disk for the shore; beyond that the oldest telemetry goes.");
+    pub const SPOOL_FOLDER: Param<String> =
+        text("Spool Folder", "").doc("Lutra: where it waits; empty for the agent's data folder.");
+    pub const BYTE_BUDGET: Param<i64> = int("Byte Budget", 0, Unit::BytePerSecond)
+        .within(0, 1 << 30)
+        .doc("Lutra: what may be sent over time, newest values before the backlog; 0 does not limit it.");
+    pub const SYNC_INTERVAL: Param<f64> = float("Sync Interval", 0.2, Unit::Second)
+        .within(0.02, 60.0)
+        .doc("Lutra: what the vessel said longer ago than this survives a loss of power.");
+
+    pub static LUTRA: SectionSpec = SectionSpec::task(&["Transports.Lutra"], "Lutra Link", "Never")
+        .doc("Carries everything to a Lutra server, and its commands back.")
+        .groups(&[
+            OF_EVERY_TASK,
+            &[
+                URL.spec,
+                TOKEN_FILE.spec,
+                AUTHORITY.spec,
+                super::MESSAGES.spec,
+                super::RATES.spec,
+                KEPT_LONGEST.spec,
+                SPOOL_SIZE.spec,
+                SPOOL_FOLDER.spec,
+                BYTE_BUDGET.spec,
+                SYNC_INTERVAL.spec,
+            ],
+        ]);
 }

@@ -288,11 +288,16 @@ impl Spool {
 
     /// Files whose end is not on the disk, and the number up to which everything is when they are.
     pub(crate) fn unsynced(&mut self) -> Option<(Vec<Arc<File>>, u64)> {
-        (self.synced < self.written).then(|| {
+        self.is_unsynced().then(|| {
             let mut files = std::mem::take(&mut self.closed);
             files.push(Arc::clone(&self.active.file));
             (files, self.written)
         })
+    }
+
+    /// Whether something is not on the disk.
+    pub(crate) fn is_unsynced(&self) -> bool {
+        self.synced < self.written
     }
 
     /// Everything below this number is on the disk.

@@ -11,6 +11,9 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 use units::UtcTime;
 
+/// Read at once at least.
+const LEAST_CHUNK_BYTES: usize = 8 << 10;
+
 /// What is in a folder.
 #[derive(Debug)]
 pub(super) struct Found {
@@ -142,11 +145,12 @@ impl Spool {
         };
         let mut entries = Vec::new();
         let mut taken = 0;
+        let mut chunk = most_bytes.max(LEAST_CHUNK_BYTES) as u64;
         loop {
             place.file.seek(SeekFrom::Start(place.offset))?;
-            let most = (most_bytes.max(MOST_ENTRY_BYTES) + MOST_ENTRY_BYTES) as u64;
             let mut bytes = Vec::new();
-            place.file.by_ref().take(most).read_to_end(&mut bytes)?;
+            place.file.by_ref().take(chunk).read_to_end(&mut bytes)?;
+            let is_all = (bytes.len() as u64) < chunk;
             let bytes = Bytes::from(bytes);
             let mut at = 0;
             while let Some((item, length)) = segment::take(&bytes.slice(at..)) {
@@ -164,8 +168,12 @@ impl Spool {
                 }
             }
             place.offset += at as u64;
-            if at == 0 || !entries.is_empty() {
+            if !entries.is_empty() || (at == 0 && (is_all || chunk > MOST_ENTRY_BYTES as u64)) {
                 break;
+            }
+            if at == 0 {
+                // An entry larger than the chunk, or damage; the largest entry fits the next.
+                chunk = MOST_ENTRY_BYTES as u64 + 1;
             }
         }
         self.place = Some(place);

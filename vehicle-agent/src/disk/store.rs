@@ -1,7 +1,8 @@
 //! Plans on the disk: one file a plan, each a whole IMC packet, written beside and renamed.
 //!
 //! The packet is the PlanDB message that would set the plan: its header has the time and system of the last
-//! change, its `info` the system's name. A crash leaves the old file or the new one, never half of either.
+//! change, its `info` the system's name. A crash leaves the old file or the new one, never half of either, and
+//! all plans or none when all are forgotten: their folder is renamed at once and emptied afterwards.
 
 use anyhow::Context as _;
 use imc::messages::{PlanDB, PlanDBOp, PlanDBType, PlanSpecification};
@@ -9,7 +10,7 @@ use imc::{Address, FOOTER_BYTES, HEADER_BYTES, Header, Packet, PacketView, plan_
 use mission::{Change, Effect, Record};
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 /// The folder of plans.
@@ -23,6 +24,8 @@ impl Store {
     /// is named.
     pub(crate) fn open(folder: &Path) -> anyhow::Result<(Self, Vec<Record>, Vec<String>)> {
         fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+        let store = Self { folder: folder.to_owned() };
+        store.empty_forgotten()?;
         let (mut records, mut unreadable) = (Vec::new(), Vec::new());
         let entries = fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
         let mut paths: Vec<PathBuf> =
@@ -43,25 +46,73 @@ impl Store {
                 None => unreadable.push(path.display().to_string()),
             }
         }
-        Ok((Self { folder: folder.to_owned() }, records, unreadable))
+        Ok((store, records, unreadable))
     }
 
     /// Carries a change out; when this answers, it is on the disk.
+    ///
+    /// # Errors
+    /// When it could not be carried out: then nothing has changed.
     pub(crate) fn carry_out(&self, effect: &Effect) -> anyhow::Result<()> {
         match effect {
             Effect::Store { record, .. } => self.write(record)?,
-            Effect::Remove { plan_id, .. } => fs::remove_file(self.path(plan_id))?,
-            Effect::RemoveAll { .. } => {
-                for entry in fs::read_dir(&self.folder)? {
-                    let path = entry?.path();
-                    if path.extension().is_some_and(|extension| extension == "plan") {
-                        fs::remove_file(path)?;
-                    }
+            Effect::Remove { plan_id, .. } => {
+                let path = self.path(plan_id);
+                match fs::remove_file(&path) {
+                    // A file that someone else took away is gone as well.
+                    Err(error) if error.kind() == ErrorKind::NotFound => {}
+                    outcome => outcome.with_context(|| format!("removing {}", path.display()))?,
                 }
             }
+            Effect::RemoveAll { .. } => return self.forget_all(),
         }
-        File::open(&self.folder)?.sync_all()?;
+        sync(&self.folder)
+    }
+
+    /// Forgets all plans: from the renaming on they are gone, also after a crash.
+    fn forget_all(&self) -> anyhow::Result<()> {
+        self.empty_forgotten()?;
+        let forgotten = self.forgotten();
+        fs::rename(&self.folder, &forgotten)
+            .with_context(|| format!("renaming {}", self.folder.display()))?;
+        let begun = fs::create_dir(&self.folder)
+            .with_context(|| format!("making {}", self.folder.display()))
+            .and_then(|()| self.folder.parent().map_or(Ok(()), sync));
+        if begun.is_err() {
+            fs::remove_dir(&self.folder).ok();
+            fs::rename(&forgotten, &self.folder).with_context(|| {
+                format!("the plans are in {} and could not be brought back", forgotten.display())
+            })?;
+            return begun;
+        }
+        if let Err(error) = self.empty_forgotten() {
+            tracing::warn!("plans that were forgotten still take room, until the next start: {error:#}");
+        }
         Ok(())
+    }
+
+    /// Where forgotten plans are until they are removed.
+    fn forgotten(&self) -> PathBuf {
+        self.folder.with_extension("forgotten")
+    }
+
+    /// Removes plans that were forgotten, and brings back what lay beside them.
+    fn empty_forgotten(&self) -> anyhow::Result<()> {
+        let forgotten = self.forgotten();
+        let entries = match fs::read_dir(&forgotten) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            entries => entries.with_context(|| format!("reading {}", forgotten.display()))?,
+        };
+        for entry in entries {
+            let path = entry?.path();
+            let ours = path.extension().is_some_and(|extension| extension == "plan" || extension == "part");
+            match path.file_name().filter(|_| !ours) {
+                Some(name) => fs::rename(&path, self.folder.join(name)),
+                None => fs::remove_file(&path),
+            }
+            .with_context(|| format!("emptying {}", forgotten.display()))?;
+        }
+        fs::remove_dir(&forgotten).with_context(|| format!("removing {}", forgotten.display()))
     }
 
     fn write(&self, record: &Record) -> anyhow::Result<()> {
@@ -79,13 +130,19 @@ impl Store {
             arg: plan.into(),
             info: record.change.name.as_str().into(),
         };
+        let packet = Packet::new(header, message).encode()?;
         let path = self.path(&record.plan_id);
         let part = path.with_extension("part");
-        let mut file = File::create(&part)?;
-        file.write_all(&Packet::new(header, message).encode()?)?;
-        file.sync_all()?;
-        fs::rename(&part, &path)?;
-        Ok(())
+        let written = File::create(&part).and_then(|mut file| {
+            file.write_all(&packet)?;
+            file.sync_all()
+        });
+        if written.is_err() {
+            // Half a file on a full disk would only take room.
+            fs::remove_file(&part).ok();
+        }
+        written.with_context(|| format!("writing {}", part.display()))?;
+        fs::rename(&part, &path).with_context(|| format!("renaming {}", part.display()))
     }
 
     /// A name for any plan: letters, digits and `-` as they are, all else as hexadecimal bytes.
@@ -101,6 +158,12 @@ impl Store {
         }
         self.folder.join(name + ".plan")
     }
+}
+
+/// Waits until the names in a folder are on the disk.
+fn sync(folder: &Path) -> anyhow::Result<()> {
+    let synced = File::open(folder).and_then(|folder| folder.sync_all());
+    synced.with_context(|| format!("syncing {}", folder.display()))
 }
 
 fn record(bytes: &[u8]) -> Option<Record> {
@@ -161,8 +224,39 @@ mod tests {
         let gone = Effect::Remove { ticket: Ticket(2), plan_id: "a".to_owned(), change: change.clone() };
         store.carry_out(&gone).unwrap();
         assert_eq!(Store::open(folder.path()).unwrap().1.len(), 2);
-        assert!(store.carry_out(&gone).is_err());
-        store.carry_out(&Effect::RemoveAll { ticket: Ticket(3), change }).unwrap();
-        assert!(Store::open(folder.path()).unwrap().1.is_empty());
+        store.carry_out(&gone).unwrap();
+    }
+
+    fn forget_all() -> Effect {
+        Effect::RemoveAll { ticket: Ticket(3), change: example("a").change }
+    }
+
+    #[test]
+    fn all_plans_go_at_once_or_not_at_all() {
+        let data = tempfile::tempdir().unwrap();
+        let folder = data.path().join("plans");
+        let (store, ..) = Store::open(&folder).unwrap();
+        for id in ["a", "b", "c"] {
+            store.carry_out(&Effect::Store { ticket: Ticket(1), record: example(id) }).unwrap();
+        }
+        fs::write(folder.join("notes.txt"), b"mine").unwrap();
+        // The folder to rename to is taken by something that cannot be emptied: nothing is lost.
+        let forgotten = data.path().join("plans.forgotten");
+        fs::write(&forgotten, b"in the way").unwrap();
+        assert!(store.carry_out(&forget_all()).is_err());
+        fs::remove_file(&forgotten).unwrap();
+        assert_eq!(Store::open(&folder).unwrap().1.len(), 3);
+
+        // The power fails right after the renaming, or half-way through the removal: all plans are gone.
+        fs::rename(&folder, &forgotten).unwrap();
+        fs::remove_file(forgotten.join("b.plan")).unwrap();
+        let (store, plans, unreadable) = Store::open(&folder).unwrap();
+        assert!(plans.is_empty() && unreadable.is_empty());
+        assert_eq!(fs::read(folder.join("notes.txt")).unwrap(), b"mine");
+
+        store.carry_out(&Effect::Store { ticket: Ticket(1), record: example("d") }).unwrap();
+        store.carry_out(&forget_all()).unwrap();
+        assert!(Store::open(&folder).unwrap().1.is_empty());
+        assert!(folder.join("notes.txt").exists() && !forgotten.exists());
     }
 }

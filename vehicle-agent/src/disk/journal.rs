@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
+/// Unless the configuration says otherwise.
 const FLUSH: Duration = Duration::from_secs(5);
 /// Pause before a log that failed is opened anew.
 const RETRY: Duration = Duration::from_secs(30);
@@ -25,6 +26,7 @@ pub(crate) struct Room {
 #[derive(Debug)]
 pub(crate) struct Journal {
     room: Room,
+    flush: Duration,
     base: PathBuf,
     options: LogOptions,
     log: Option<LogWriter>,
@@ -38,6 +40,7 @@ impl Journal {
     pub(crate) fn new(base: &Path, system: Address, entity: u8, config: String) -> Self {
         Self {
             room: Room::default(),
+            flush: FLUSH,
             base: base.to_owned(),
             options: LogOptions { system, entity, compress: true, config },
             log: None,
@@ -52,20 +55,32 @@ impl Journal {
         Self { room, ..self }
     }
 
+    /// The same, with the data on the disk after this time at the latest, and compressed or not.
+    pub(crate) fn with_form(mut self, flush: Duration, compress: bool) -> Self {
+        self.flush = flush;
+        self.options.compress = compress;
+        self
+    }
+
     /// Closes the open log and opens another; answers its name.
     ///
     /// # Errors
     /// When it cannot be opened; it is tried again later.
     pub(crate) fn open(&mut self, now: MonoTime, utc: UtcTime, label: &str) -> io::Result<String> {
         label.clone_into(&mut self.label);
-        self.close(utc);
-        self.make_room();
+        if let Err(error) = self.close(utc) {
+            // The one before is cut short; that is no reason to have no other.
+            tracing::error!("the log before is cut short: {error}");
+        }
+        if let Err(error) = self.make_room() {
+            tracing::error!("old logs could not be removed for room: {error}");
+        }
         match LogWriter::create(&self.base, utc, label, self.options.clone()) {
             Ok(log) => {
                 let name = log.name().to_owned();
                 self.log = Some(log);
                 self.retry = None;
-                self.next_flush = now + FLUSH;
+                self.next_flush = now + self.flush;
                 Ok(name)
             }
             Err(error) => {
@@ -75,26 +90,27 @@ impl Journal {
         }
     }
 
-    /// Closes the open log. What cannot be written any more is lost.
-    pub(crate) fn close(&mut self, utc: UtcTime) {
-        if let Some(log) = self.log.take() {
-            log.finish(utc).ok();
-        }
+    /// Closes the open log.
+    ///
+    /// # Errors
+    /// When its end cannot be written: what was not flushed is lost.
+    pub(crate) fn close(&mut self, utc: UtcTime) -> io::Result<()> {
+        self.log.take().map_or(Ok(()), |log| log.finish(utc))
     }
 
-    /// Appends a packet.
+    /// Appends a packet; answers whether there is a log to append it to.
     ///
     /// # Errors
     /// When it cannot be written: the log is then given up and opened anew later.
-    pub(crate) fn write(&mut self, now: MonoTime, packet: &[u8]) -> io::Result<()> {
+    pub(crate) fn write(&mut self, now: MonoTime, packet: &[u8]) -> io::Result<bool> {
         self.with(now, |log| log.write(packet))
     }
 
-    /// Appends a line of text.
+    /// Appends a line of text; answers whether there is a log to append it to.
     ///
     /// # Errors
     /// As [`Journal::write`].
-    pub(crate) fn line(&mut self, now: MonoTime, line: &str) -> io::Result<()> {
+    pub(crate) fn line(&mut self, now: MonoTime, line: &str) -> io::Result<bool> {
         self.with(now, |log| log.write_line(line))
     }
 
@@ -108,7 +124,7 @@ impl Journal {
             return Ok(Some(self.open(now, utc, &label)));
         }
         if now >= self.next_flush {
-            self.next_flush = now + FLUSH;
+            self.next_flush = now + self.flush;
             self.with(now, LogWriter::flush)?;
         }
         Ok(None)
@@ -116,29 +132,36 @@ impl Journal {
 
     /// Removes the oldest logs until there is room, when that is allowed. The open log is closed by now, and
     /// the newest of the closed ones is never touched.
-    fn make_room(&self) {
+    fn make_room(&self) -> io::Result<()> {
         let Room { remove_oldest, keep_free_mib } = self.room;
         if !remove_oldest {
-            return;
+            return Ok(());
         }
         let mut logs = closed_logs(&self.base);
         logs.pop();
         for log in logs {
             if free_mib(&self.base).is_none_or(|free| free >= keep_free_mib) {
-                return;
+                return Ok(());
             }
-            fs::remove_dir_all(&log).ok();
+            fs::remove_dir_all(&log)?;
             // A day without logs goes too; one with logs stays because it is not empty.
             log.parent().map(fs::remove_dir);
         }
+        Ok(())
     }
 
-    fn with(&mut self, now: MonoTime, act: impl FnOnce(&mut LogWriter) -> io::Result<()>) -> io::Result<()> {
-        let Some(log) = &mut self.log else { return Ok(()) };
-        act(log).inspect_err(|_| {
+    fn with(
+        &mut self,
+        now: MonoTime,
+        act: impl FnOnce(&mut LogWriter) -> io::Result<()>,
+    ) -> io::Result<bool> {
+        let Some(log) = &mut self.log else { return Ok(false) };
+        let outcome = act(log);
+        if outcome.is_err() {
             self.log = None;
             self.retry = Some(now + RETRY);
-        })
+        }
+        outcome.map(|()| true)
     }
 }
 
@@ -177,14 +200,14 @@ mod tests {
         let at = |seconds| MonoTime::default() + Duration::from_secs(seconds);
         let mut journal = Journal::new(&base, Address(0x2810), 1, String::new());
         assert!(journal.open(at(0), utc, "plan").is_err());
-        journal.write(at(1), b"lost").unwrap();
-        journal.line(at(1), "lost").unwrap();
+        assert!(!journal.write(at(1), b"lost").unwrap());
+        assert!(!journal.line(at(1), "lost").unwrap());
         assert!(journal.tick(at(10), utc).unwrap().is_none());
         std::fs::remove_file(&base).unwrap();
         let name = journal.tick(at(31), utc).unwrap().unwrap().unwrap();
         assert!(name.ends_with("_plan"), "{name}");
         assert!(journal.tick(at(32), utc).unwrap().is_none());
-        journal.close(utc);
+        journal.close(utc).unwrap();
         assert!(base.join(name).join("Data.lsf.gz").exists());
     }
 
@@ -195,7 +218,7 @@ mod tests {
         let open = |room: Room, hour: i64| {
             let mut journal = Journal::new(folder.path(), Address(1), 1, String::new()).with_room(room);
             journal.open(MonoTime::default(), utc(hour), "").unwrap();
-            journal.close(utc(hour));
+            journal.close(utc(hour)).unwrap();
         };
         std::fs::create_dir_all(folder.path().join("notes/1")).unwrap();
         for hour in 0..5 {

@@ -24,7 +24,6 @@ const LONGEST: u32 = 16 << 20;
 #[derive(Debug)]
 pub(crate) struct Recorder {
     file: BufWriter<File>,
-    buffer: Vec<u8>,
 }
 
 /// How a run began.
@@ -41,7 +40,7 @@ impl Recorder {
     /// Begins a recording.
     pub(crate) fn create(path: &Path, beginning: &Beginning) -> anyhow::Result<Self> {
         let file = File::create(path).with_context(|| format!("making {}", path.display()))?;
-        let mut recorder = Self { file: BufWriter::new(file), buffer: Vec::new() };
+        let mut recorder = Self { file: BufWriter::new(file) };
         writeln!(recorder.file, "{FORMAT}")?;
         recorder.put(b'C', beginning.config.as_bytes())?;
         recorder.put(b'P', beginning.profile.as_bytes())?;
@@ -57,33 +56,40 @@ impl Recorder {
 
     /// Records what the brain was told.
     pub(crate) fn told(&mut self, now: Now, input: &Input) -> io::Result<()> {
-        let mut buffer = std::mem::take(&mut self.buffer);
-        buffer.clear();
-        write_input(&mut buffer, now, input);
-        let outcome = self.put(b'I', &buffer);
-        self.buffer = buffer;
-        outcome
+        let (kind, bytes) = told(now, input);
+        self.put(kind, &bytes)
     }
 
     /// Records what it wanted.
     pub(crate) fn wanted(&mut self, output: &Output) -> io::Result<()> {
-        let mut buffer = std::mem::take(&mut self.buffer);
-        buffer.clear();
-        write_output(&mut buffer, output);
-        let outcome = self.put(b'O', &buffer);
-        self.buffer = buffer;
-        outcome
+        let (kind, bytes) = wanted(output);
+        self.put(kind, &bytes)
     }
 
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
     }
 
-    fn put(&mut self, kind: u8, bytes: &[u8]) -> io::Result<()> {
+    /// Appends a record of a kind.
+    pub(crate) fn put(&mut self, kind: u8, bytes: &[u8]) -> io::Result<()> {
         self.file.write_all(&[kind])?;
         self.file.write_all(&(bytes.len() as u32).to_le_bytes())?;
         self.file.write_all(bytes)
     }
+}
+
+/// The record of what the brain was told.
+pub(crate) fn told(now: Now, input: &Input) -> (u8, Vec<u8>) {
+    let mut bytes = Vec::new();
+    write_input(&mut bytes, now, input);
+    (b'I', bytes)
+}
+
+/// The record of what it wanted.
+pub(crate) fn wanted(output: &Output) -> (u8, Vec<u8>) {
+    let mut bytes = Vec::new();
+    write_output(&mut bytes, output);
+    (b'O', bytes)
 }
 
 /// What a replay found.

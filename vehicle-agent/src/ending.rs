@@ -1,0 +1,92 @@
+//! Why and how the program ends: by a signal or by a fault of its own, the motors first in either case.
+
+use crate::edge::Edge;
+use anyhow::Context as _;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::panic::PanicHookInfo;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The program broke off by a fault of its own.
+#[derive(Debug)]
+pub(crate) struct Fault;
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(
+            "a fault of the program itself: the motors were stopped; please report what it said above",
+        )
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// Whether the end has come.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Ending {
+    asked: Arc<AtomicBool>,
+    fault: Arc<AtomicBool>,
+}
+
+impl Ending {
+    /// Ends at SIGTERM, SIGINT (Ctrl-C) and SIGHUP. The last is what a closed terminal sends: whoever looked
+    /// after the vessel there is gone, so that it stops. A configuration is read anew only by starting anew.
+    pub(crate) fn at_signals() -> anyhow::Result<Self> {
+        let ending = Self::default();
+        for signal in [SIGTERM, SIGINT, SIGHUP] {
+            signal_hook::flag::register(signal, Arc::clone(&ending.asked)).context("signals")?;
+        }
+        Ok(ending)
+    }
+
+    /// Ends at a panic of any thread: its first deed is to stop the motors.
+    pub(crate) fn at_panics(&self, edge: &Arc<Edge>) {
+        let (edge, ending) = (Arc::clone(edge), self.clone());
+        std::panic::set_hook(Box::new(move |panic| {
+            edge.end();
+            ending.panicked(panic);
+        }));
+    }
+
+    fn panicked(&self, panic: &PanicHookInfo<'_>) {
+        self.fault.store(true, Ordering::SeqCst);
+        let thread = std::thread::current();
+        let thread = thread.name().unwrap_or("?");
+        // Not by the usual hook, which waits for whoever reads standard error.
+        tracing::error!(thread, "motors stopped: {panic}");
+    }
+
+    /// Whether to end.
+    pub(crate) fn is_near(&self) -> bool {
+        self.asked.load(Ordering::Relaxed) || self.has_fault()
+    }
+
+    /// Whether a fault is the reason.
+    pub(crate) fn has_fault(&self) -> bool {
+        self.fault.load(Ordering::SeqCst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use control::MotorPair;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_panic_anywhere_stops_the_motors_before_anything_else() {
+        let (sent, got) = channel();
+        let edge = Edge::start(move |motors| sent.send(motors).unwrap()).unwrap();
+        let ending = Ending::default();
+        let usual = std::panic::take_hook();
+        ending.at_panics(&edge);
+        let ahead = MotorPair { port: 0.5, starboard: 0.5 };
+        edge.command(ahead);
+        let broken = std::thread::spawn(|| panic!("a wheel came off")).join();
+        std::panic::set_hook(usual);
+        assert!(broken.is_err() && ending.is_near() && ending.has_fault());
+        assert_eq!((got.recv().unwrap(), got.recv().unwrap()), (ahead, MotorPair::STOPPED));
+        edge.command(ahead);
+        assert_eq!(got.recv().unwrap(), MotorPair::STOPPED);
+    }
+}

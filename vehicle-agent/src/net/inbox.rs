@@ -1,0 +1,477 @@
+//! What waits for the loop: one queue for each peer, taken from in turn, and a way past them for Aborts.
+//!
+//! - Each peer's queue holds at most [`PEER_BYTES`]; beyond that its own packets are dropped and counted, and
+//!   nobody else's. A stream that carries plans or commands ([`is_record`]) waits for room first, so that many
+//!   plans can be sent at once; only what waits for longer than [`ROOM_WAIT`] is dropped. All datagrams together take at most [`UDP_BYTES`]: at that bound the peer with most waiting
+//!   loses its newest. Connections are few ([`clients`](super::clients)), so that their queues are bounded too.
+//! - An Abort that is addressed to this vessel or broadcast on purpose (0xFFF0) goes before everything else and is never dropped;
+//!   while one of a peer waits, others of that peer are the same. What came before it must not be done after
+//!   it: commands that wait ([`COMMANDS`]) are withdrawn, and counted.
+//! - Results from the disk are bounded by the work given to it.
+
+use crate::disk::{Done, is_record};
+use imc::{Address, PacketView};
+use onboard::Peer;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What one peer may have waiting (bytes, with what an entry costs).
+pub(super) const PEER_BYTES: usize = 512 << 10;
+/// What all datagrams together may take.
+const UDP_BYTES: usize = 4 << 20;
+/// What an entry costs besides its bytes.
+const ENTRY_BYTES: usize = 64;
+
+/// How long a stream waits for the loop to take something of it.
+const ROOM_WAIT: Duration = Duration::from_secs(5);
+
+const ABORT: u16 = 550;
+/// RemoteActions, TeleoperationDone, Reference, VehicleCommand, PlanControl: what could set the vessel going.
+const COMMANDS: [u16; 5] = [305, 460, 479, 501, 559];
+
+/// Something for the loop.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Event {
+    /// A packet.
+    Packet(Peer, Vec<u8>),
+    /// A client is there.
+    Connected(u32),
+    /// A client is gone.
+    Disconnected(u32),
+    /// What became of work for the disk.
+    Disk(Done),
+}
+
+/// What was not handed on since the last look.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Losses {
+    /// Packets dropped, by peer.
+    pub(crate) dropped: Vec<(Peer, u64)>,
+    /// Commands that an Abort overtook.
+    pub(crate) withdrawn: u64,
+}
+
+/// The queues.
+#[derive(Debug)]
+pub(crate) struct Inbox {
+    own: Address,
+    waiting: Mutex<Waiting>,
+    arrived: Condvar,
+    /// Something was taken while a stream waited for room.
+    room: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Waiting {
+    /// Streams that wait for room.
+    readers: usize,
+    aborts: BTreeMap<Peer, Vec<u8>>,
+    after_abort: bool,
+    done: VecDeque<Done>,
+    peers: BTreeMap<Peer, Queue>,
+    /// Peers with something waiting, the next first.
+    turns: VecDeque<Peer>,
+    udp_bytes: usize,
+    dropped: BTreeMap<Peer, u64>,
+    dropped_of_all: u64,
+    withdrawn: u64,
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    items: VecDeque<Item>,
+    bytes: usize,
+    commands: usize,
+}
+
+#[derive(Debug)]
+enum Item {
+    Here,
+    Packet(Vec<u8>),
+    Gone,
+}
+
+impl Item {
+    fn bytes(&self) -> usize {
+        ENTRY_BYTES
+            + match self {
+                Self::Packet(bytes) => bytes.len(),
+                Self::Here | Self::Gone => 0,
+            }
+    }
+
+    fn is_command(&self) -> bool {
+        match self {
+            Self::Packet(bytes) => id(bytes).is_some_and(|id| COMMANDS.contains(&id)),
+            Self::Here | Self::Gone => false,
+        }
+    }
+}
+
+fn id(bytes: &[u8]) -> Option<u16> {
+    PacketView::unchecked(bytes).ok().map(|view| view.id())
+}
+
+impl Inbox {
+    /// Empty queues of the system with this address.
+    pub(crate) fn new(own: Address) -> Self {
+        Self { own, waiting: Mutex::default(), arrived: Condvar::new(), room: Condvar::new() }
+    }
+
+    /// A packet from a peer.
+    pub(super) fn packet(&self, peer: Peer, bytes: &[u8]) {
+        let mut waiting = self.lock();
+        if self.is_abort(bytes) {
+            waiting.abort(peer, bytes);
+        } else {
+            let patient = matches!(peer, Peer::Tcp(_)) && id(bytes).is_some_and(is_record);
+            if patient && !waiting.has_room(peer, bytes.len()) {
+                waiting.readers += 1;
+                let full = |waiting: &mut Waiting| !waiting.has_room(peer, bytes.len());
+                let waited = self.room.wait_timeout_while(waiting, ROOM_WAIT, full);
+                waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
+                waiting.readers -= 1;
+            }
+            waiting.packet(peer, bytes);
+        }
+        drop(waiting);
+        self.arrived.notify_one();
+    }
+
+    /// A packet from a peer that is told what becomes of it; answers whether there was room. Never waits.
+    pub(crate) fn offer(&self, peer: Peer, bytes: &[u8]) -> bool {
+        let mut waiting = self.lock();
+        let taken = if self.is_abort(bytes) {
+            waiting.abort(peer, bytes);
+            true
+        } else {
+            let has_room = waiting.has_room(peer, bytes.len());
+            if has_room {
+                waiting.packet(peer, bytes);
+            }
+            has_room
+        };
+        drop(waiting);
+        self.arrived.notify_one();
+        taken
+    }
+
+    pub(super) fn connected(&self, client: u32) {
+        self.lock().put(Peer::Tcp(client), Item::Here);
+        self.arrived.notify_one();
+    }
+
+    pub(super) fn disconnected(&self, client: u32) {
+        self.lock().put(Peer::Tcp(client), Item::Gone);
+        self.arrived.notify_one();
+    }
+
+    /// The disk has done something.
+    pub(crate) fn done(&self, done: Done) {
+        self.lock().done.push_back(done);
+        self.arrived.notify_one();
+    }
+
+    /// The next thing, waiting for it at most so long.
+    pub(crate) fn take(&self, longest: Duration) -> Option<Event> {
+        let until = Instant::now() + longest;
+        let mut waiting = self.lock();
+        loop {
+            if let Some(event) = waiting.take() {
+                if waiting.readers > 0 {
+                    self.room.notify_all();
+                }
+                return Some(event);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return None;
+            }
+            waiting = self.arrived.wait_timeout(waiting, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// What was not handed on since the last call, if anything.
+    pub(crate) fn take_losses(&self) -> Option<Losses> {
+        let mut waiting = self.lock();
+        let dropped: Vec<_> = std::mem::take(&mut waiting.dropped).into_iter().collect();
+        let withdrawn = std::mem::take(&mut waiting.withdrawn);
+        (withdrawn > 0 || !dropped.is_empty()).then_some(Losses { dropped, withdrawn })
+    }
+
+    /// Packets dropped since the start.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.lock().dropped_of_all
+    }
+
+    /// Connections whose end the loop has not seen yet.
+    pub(super) fn streams(&self) -> usize {
+        self.lock().peers.keys().filter(|peer| matches!(peer, Peer::Tcp(_))).count()
+    }
+
+    fn is_abort(&self, bytes: &[u8]) -> bool {
+        id(bytes) == Some(ABORT)
+            && PacketView::new(bytes).is_ok_and(|view| {
+                let to = view.dst();
+                to == self.own || to == Address::BROADCAST
+            })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Waiting {
+    fn abort(&mut self, peer: Peer, bytes: &[u8]) {
+        self.aborts.entry(peer).or_insert_with(|| bytes.to_vec());
+        for (peer, queue) in self.peers.iter_mut().filter(|(_, queue)| queue.commands > 0) {
+            let before = queue.bytes;
+            queue.items.retain(|item| !item.is_command());
+            queue.bytes = queue.items.iter().map(Item::bytes).sum();
+            self.withdrawn += queue.commands as u64;
+            queue.commands = 0;
+            if matches!(peer, Peer::Udp(_)) {
+                self.udp_bytes -= before - queue.bytes;
+            }
+        }
+        self.peers.retain(|_, queue| !queue.items.is_empty());
+        self.turns.retain(|peer| self.peers.contains_key(peer));
+    }
+
+    fn packet(&mut self, peer: Peer, bytes: &[u8]) {
+        let item = Item::Packet(bytes.to_vec());
+        let size = item.bytes();
+        if !self.has_room(peer, bytes.len()) {
+            return self.count_dropped(peer);
+        }
+        if matches!(peer, Peer::Udp(_)) {
+            while self.udp_bytes + size > UDP_BYTES {
+                let Some(fullest) = self.fullest_udp() else { break };
+                self.drop_newest(fullest);
+            }
+        }
+        self.put(peer, item);
+    }
+
+    fn has_room(&self, peer: Peer, bytes: usize) -> bool {
+        let waiting = self.peers.get(&peer).map_or(0, |queue| queue.bytes);
+        waiting + bytes + ENTRY_BYTES <= PEER_BYTES
+    }
+
+    fn put(&mut self, peer: Peer, item: Item) {
+        let size = item.bytes();
+        if matches!(peer, Peer::Udp(_)) {
+            self.udp_bytes += size;
+        }
+        let queue = self.peers.entry(peer).or_default();
+        if queue.items.is_empty() {
+            self.turns.push_back(peer);
+        }
+        queue.bytes += size;
+        queue.commands += usize::from(item.is_command());
+        queue.items.push_back(item);
+    }
+
+    fn fullest_udp(&self) -> Option<Peer> {
+        let udp = self.peers.iter().filter(|(peer, _)| matches!(peer, Peer::Udp(_)));
+        udp.max_by_key(|(_, queue)| queue.bytes).map(|(peer, _)| *peer)
+    }
+
+    fn drop_newest(&mut self, peer: Peer) {
+        let Some(queue) = self.peers.get_mut(&peer) else { return };
+        if let Some(item) = queue.items.pop_back() {
+            queue.bytes -= item.bytes();
+            queue.commands -= usize::from(item.is_command());
+            self.udp_bytes -= item.bytes();
+        }
+        if queue.items.is_empty() {
+            self.peers.remove(&peer);
+            self.turns.retain(|turn| *turn != peer);
+        }
+        self.count_dropped(peer);
+    }
+
+    fn count_dropped(&mut self, peer: Peer) {
+        self.dropped_of_all += 1;
+        // Invented senders must not fill the memory either.
+        if self.dropped.len() < 64 || self.dropped.contains_key(&peer) {
+            *self.dropped.entry(peer).or_default() += 1;
+        }
+    }
+
+    fn take(&mut self) -> Option<Event> {
+        // An endless row of Aborts shares with the others as well.
+        if !std::mem::take(&mut self.after_abort)
+            && let Some((peer, bytes)) = self.aborts.pop_first()
+        {
+            self.after_abort = true;
+            return Some(Event::Packet(peer, bytes));
+        }
+        if let Some(done) = self.done.pop_front() {
+            return Some(Event::Disk(done));
+        }
+        let next = self.next_in_turn();
+        next.or_else(|| self.aborts.pop_first().map(|(peer, bytes)| Event::Packet(peer, bytes)))
+    }
+
+    fn next_in_turn(&mut self) -> Option<Event> {
+        while let Some(peer) = self.turns.pop_front() {
+            let Some(queue) = self.peers.get_mut(&peer) else { continue };
+            let item = queue.items.pop_front();
+            if let Some(item) = &item {
+                let size = item.bytes();
+                queue.bytes -= size;
+                queue.commands -= usize::from(item.is_command());
+                if matches!(peer, Peer::Udp(_)) {
+                    self.udp_bytes -= size;
+                }
+            }
+            if queue.items.is_empty() {
+                self.peers.remove(&peer);
+            } else {
+                self.turns.push_back(peer);
+            }
+            match (item, peer) {
+                (Some(Item::Packet(bytes)), _) => return Some(Event::Packet(peer, bytes)),
+                (Some(Item::Here), Peer::Tcp(client)) => return Some(Event::Connected(client)),
+                (Some(Item::Gone), Peer::Tcp(client)) => return Some(Event::Disconnected(client)),
+                (Some(Item::Here | Item::Gone), Peer::Udp(_)) | (None, _) => {}
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imc::messages::{Abort, Heartbeat, Message, PlanControl, PlanDB, PlanSpecification};
+    use imc::{Header, Packet};
+    use std::net::{Ipv4Addr, SocketAddrV4};
+
+    const OWN: Address = Address(0x2810);
+
+    fn packet(dst: Address, message: impl Into<Message>) -> Vec<u8> {
+        let header = Header { src: Address(0x4001), dst, ..Header::default() };
+        Packet::new(header, message).encode().unwrap()
+    }
+
+    fn udp(host: u32, port: u16) -> Peer {
+        Peer::Udp(SocketAddrV4::new(Ipv4Addr::from_bits(0x0A00_0000 + host), port))
+    }
+
+    fn take(inbox: &Inbox) -> Option<Event> {
+        inbox.take(Duration::ZERO)
+    }
+
+    fn drain(inbox: &Inbox) -> Vec<Event> {
+        std::iter::from_fn(|| take(inbox)).collect()
+    }
+
+    #[test]
+    fn a_flood_takes_its_own_room_and_its_own_turns_only() {
+        let inbox = Inbox::new(OWN);
+        let (beat, quiet) = (packet(OWN, Heartbeat), udp(1, 6001));
+        inbox.connected(7);
+        for _ in 0..100_000 {
+            inbox.packet(Peer::Tcp(7), &beat);
+        }
+        inbox.packet(quiet, &beat);
+        assert_eq!(take(&inbox), Some(Event::Connected(7)));
+        // The quiet one is next but one, whatever waits of the other.
+        let next: Vec<_> = (0..2).map(|_| take(&inbox).unwrap()).collect();
+        assert!(next.contains(&Event::Packet(quiet, beat.clone())), "{next:?}");
+        let losses = inbox.take_losses().unwrap();
+        let [(Peer::Tcp(7), dropped)] = losses.dropped[..] else { panic!("{losses:?}") };
+        assert_eq!(dropped, inbox.dropped());
+        // What was not dropped all comes, then the end.
+        inbox.disconnected(7);
+        let rest = drain(&inbox);
+        assert_eq!(rest.last(), Some(&Event::Disconnected(7)));
+        assert_eq!(rest.len() as u64 + dropped, 100_000);
+        assert!(inbox.take_losses().is_none() && inbox.streams() == 0);
+    }
+
+    #[test]
+    fn a_stream_of_many_plans_waits_and_loses_none() {
+        let inbox = std::sync::Arc::new(Inbox::new(OWN));
+        let plan = PlanSpecification { description: "x".repeat(2000).as_str().into(), ..Default::default() };
+        let set = packet(OWN, PlanDB { arg: Some(plan.into()), ..PlanDB::default() });
+        let (filling, sent) = (std::sync::Arc::clone(&inbox), set.clone());
+        let stream = std::thread::spawn(move || {
+            for _ in 0..2000 {
+                filling.packet(Peer::Tcp(1), &sent);
+            }
+        });
+        for _ in 0..2000 {
+            assert_eq!(inbox.take(ROOM_WAIT), Some(Event::Packet(Peer::Tcp(1), set.clone())));
+        }
+        stream.join().unwrap();
+        assert_eq!(inbox.dropped(), 0);
+    }
+
+    #[test]
+    fn invented_senders_fill_no_memory_and_hold_nobody_up() {
+        let inbox = Inbox::new(OWN);
+        let large = vec![0; 60_000];
+        let quiet = udp(1, 6001);
+        inbox.packet(quiet, &packet(OWN, Heartbeat));
+        for host in 2..10_000 {
+            inbox.packet(udp(host, 1), &large);
+        }
+        assert!(inbox.lock().udp_bytes <= UDP_BYTES);
+        assert!(inbox.lock().dropped.len() <= 64);
+        assert!(matches!(take(&inbox), Some(Event::Packet(peer, _)) if peer == quiet));
+        drain(&inbox);
+        assert_eq!(inbox.lock().udp_bytes, 0);
+    }
+
+    #[test]
+    fn an_abort_overtakes_and_withdraws_what_would_set_the_vessel_going() {
+        let inbox = Inbox::new(OWN);
+        let (start, beat) = (packet(OWN, PlanControl::default()), packet(OWN, Heartbeat));
+        for _ in 0..50_000 {
+            inbox.packet(Peer::Tcp(1), &beat);
+        }
+        inbox.packet(udp(2, 1), &start);
+        inbox.packet(udp(3, 1), &beat);
+        let abort = packet(OWN, Abort);
+        inbox.packet(Peer::Tcp(1), &abort);
+        inbox.packet(Peer::Tcp(1), &abort);
+        inbox.packet(udp(3, 1), &packet(Address::BROADCAST, Abort));
+        // One to somebody else, and one that is damaged, are nothing of the kind.
+        inbox.packet(udp(4, 1), &packet(Address(0x2811), Abort));
+        let mut damaged = abort.clone();
+        damaged[10] ^= 1;
+        inbox.packet(udp(5, 1), &damaged);
+        // What comes after an abort is meant.
+        inbox.packet(udp(2, 1), &start);
+
+        let is_abort = |event: &Event| matches!(event, Event::Packet(_, bytes) if id(bytes) == Some(ABORT));
+        assert!(is_abort(&take(&inbox).unwrap()));
+        let rest = drain(&inbox);
+        // One of each peer; the damaged one is left to the brain to refuse.
+        assert_eq!(rest.iter().filter(|event| is_abort(event)).count(), 3);
+        let starts = rest.iter().filter(|event| matches!(event, Event::Packet(_, bytes) if *bytes == start));
+        assert_eq!(starts.count(), 1);
+        assert_eq!(inbox.take_losses().unwrap().withdrawn, 1);
+        assert!(inbox.lock().peers.is_empty() && inbox.lock().turns.is_empty());
+        assert_eq!(inbox.lock().udp_bytes, 0);
+    }
+
+    #[test]
+    fn a_row_of_aborts_without_end_lets_others_through() {
+        let inbox = Inbox::new(OWN);
+        let (abort, beat) = (packet(OWN, Abort), packet(OWN, Heartbeat));
+        inbox.packet(udp(1, 1), &beat);
+        inbox.done(Done::NotKept("something".to_owned()));
+        let mut seen = Vec::new();
+        for _ in 0..4 {
+            inbox.packet(udp(2, 1), &abort);
+            seen.push(take(&inbox).unwrap());
+        }
+        assert!(seen.contains(&Event::Packet(udp(1, 1), beat)), "{seen:?}");
+    }
+}

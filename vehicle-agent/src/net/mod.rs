@@ -1,0 +1,213 @@
+//! Sockets: announcements, datagrams, and a server of streams. Each socket has a thread that does nothing
+//! but wait for it; what comes waits in the [`Inbox`] of the one loop that owns the brain. What the
+//! configuration has off is not opened.
+
+mod clients;
+mod inbox;
+
+pub(crate) use inbox::{Event, Inbox, Losses};
+
+use anyhow::Context as _;
+use clients::Clients;
+use imc::Address;
+use onboard::{Peer, Reachable};
+use rustix::net::SendFlags;
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpListener, UdpSocket};
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+/// Ports after the configured one that are tried for datagrams.
+const NEXT_PORTS: u16 = 5;
+/// After a datagram that could not be received, so that a broken socket does not take a whole processor.
+const RECEIVE_PAUSE: Duration = Duration::from_millis(10);
+
+/// Where to listen; what is off is absent.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Ports {
+    /// Interface.
+    pub(crate) bind: Ipv4Addr,
+    /// Datagrams; the next five are tried too. 0 lets the system choose.
+    pub(crate) udp: Option<u16>,
+    /// Streams; 0 lets the system choose.
+    pub(crate) tcp: Option<u16>,
+    /// Announcements.
+    pub(crate) announce: Option<AnnouncePorts>,
+}
+
+/// Where to announce.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct AnnouncePorts {
+    /// The first free one is listened on, all are sent to.
+    pub(crate) ports: Vec<u16>,
+    /// The multicast group.
+    pub(crate) group: Ipv4Addr,
+    /// Hosts and groups that are announced to.
+    pub(crate) hosts: Vec<Ipv4Addr>,
+}
+
+/// The sockets.
+#[derive(Debug)]
+pub(crate) struct Net {
+    udp: Option<Arc<UdpSocket>>,
+    /// For announcements.
+    announcer: Option<Arc<UdpSocket>>,
+    announce_to: Vec<SocketAddrV4>,
+    clients: Arc<Clients>,
+    pub(crate) reachable: Reachable,
+    pub(crate) listening: String,
+    pub(crate) inbox: Arc<Inbox>,
+    /// Packets that could not be sent.
+    pub(crate) unsent: u64,
+}
+
+impl Net {
+    /// Opens all sockets of the system with this address and starts listening.
+    pub(crate) fn open(ports: &Ports, own: Address) -> anyhow::Result<Self> {
+        let inbox = Arc::new(Inbox::new(own));
+        let addresses = addresses(ports.bind);
+        let at = |port| addresses.iter().map(|ip| SocketAddrV4::new(*ip, port)).collect::<Vec<_>>();
+        let mut reachable = Reachable::default();
+        let name = |port: Option<u16>| port.map_or_else(|| "off".to_owned(), |port| port.to_string());
+
+        let udp = ports.udp.map(|port| bind_udp(ports.bind, port)).transpose()?;
+        let udp_port = udp.as_ref().map(|udp| udp.local_addr()).transpose()?.map(|at| at.port());
+        if let Some(socket) = &udp {
+            listen_udp("udp", Arc::clone(socket), Arc::clone(&inbox))?;
+        }
+        reachable.udp = udp_port.map(at).unwrap_or_default();
+
+        let (announcer, announce_port) = match &ports.announce {
+            Some(announce) => {
+                let port = listen_announce(ports.bind, announce, &inbox)?;
+                let socket = match &udp {
+                    Some(socket) => Arc::clone(socket),
+                    None => bind_udp(ports.bind, 0)?,
+                };
+                (Some(socket), port)
+            }
+            None => (None, None),
+        };
+        let announce_to = ports.announce.iter().flat_map(|announce| {
+            let pairs =
+                announce.hosts.iter().flat_map(|host| announce.ports.iter().map(|port| (*host, *port)));
+            pairs.filter(|(_, port)| *port != 0).map(|(host, port)| SocketAddrV4::new(host, port))
+        });
+
+        let clients = Arc::new(Clients::default());
+        let mut tcp_port = None;
+        if let Some(port) = ports.tcp {
+            let listener =
+                TcpListener::bind((ports.bind, port)).with_context(|| format!("TCP port {port}"))?;
+            tcp_port = Some(listener.local_addr()?.port());
+            clients::listen(listener, Arc::clone(&clients), Arc::clone(&inbox))?;
+        }
+        reachable.tcp = tcp_port.map(at).unwrap_or_default();
+        Ok(Self {
+            udp,
+            announcer,
+            announce_to: announce_to.collect(),
+            clients,
+            reachable,
+            listening: format!(
+                "udp={} tcp={} announce={}",
+                name(udp_port),
+                name(tcp_port),
+                name(announce_port)
+            ),
+            inbox,
+            unsent: 0,
+        })
+    }
+
+    /// Sends a packet to each of `to`; never waits.
+    pub(crate) fn send(&mut self, bytes: &[u8], to: &[Peer]) {
+        let mut shared: Option<Arc<[u8]>> = None;
+        for peer in to {
+            match (peer, &self.udp) {
+                (Peer::Udp(socket), Some(udp)) => {
+                    if !send_now(udp, bytes, *socket) {
+                        self.unsent += 1;
+                    }
+                }
+                (Peer::Udp(_), None) => {}
+                (Peer::Tcp(number), _) => {
+                    self.clients.send(*number, shared.get_or_insert_with(|| bytes.into()));
+                }
+            }
+        }
+    }
+
+    /// Sends an announcement to all discovery ports.
+    pub(crate) fn announce(&mut self, bytes: &[u8]) {
+        let Some(socket) = &self.announcer else { return };
+        for to in &self.announce_to {
+            // A host without a network cannot send to the group; that is no news every ten seconds.
+            send_now(socket, bytes, *to);
+        }
+    }
+}
+
+/// Sends a datagram if the system takes it at once.
+fn send_now(socket: &UdpSocket, bytes: &[u8], to: SocketAddrV4) -> bool {
+    rustix::net::sendto(socket, bytes, SendFlags::DONTWAIT, &to).is_ok()
+}
+
+fn bind_udp(ip: Ipv4Addr, port: u16) -> anyhow::Result<Arc<UdpSocket>> {
+    let last = if port == 0 { 0 } else { port.saturating_add(NEXT_PORTS) };
+    let free = (port..=last).find_map(|port| UdpSocket::bind((ip, port)).ok());
+    let socket = free.with_context(|| format!("no free UDP port from {port}"))?;
+    socket.set_broadcast(true).ok();
+    Ok(Arc::new(socket))
+}
+
+/// Listens on the first free port; answers which that is.
+fn listen_announce(
+    bind: Ipv4Addr,
+    announce: &AnnouncePorts,
+    inbox: &Arc<Inbox>,
+) -> anyhow::Result<Option<u16>> {
+    let free = announce.ports.iter().find_map(|port| UdpSocket::bind((bind, *port)).ok());
+    let Some(socket) = free else {
+        tracing::warn!(ports = ?announce.ports, "no port for announcements is free; none are heard");
+        return Ok(None);
+    };
+    let port = socket.local_addr()?.port();
+    socket.join_multicast_v4(&announce.group, &Ipv4Addr::UNSPECIFIED).ok();
+    listen_udp("announce", Arc::new(socket), Arc::clone(inbox))?;
+    Ok(Some(port))
+}
+
+/// The addresses at which others reach this host: loopback, and the one that faces the network.
+fn addresses(bind: Ipv4Addr) -> Vec<Ipv4Addr> {
+    if !bind.is_unspecified() {
+        return vec![bind];
+    }
+    let mut all = vec![Ipv4Addr::LOCALHOST];
+    // Nothing is sent: connecting a datagram socket only chooses the interface.
+    let facing = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).and_then(|socket| {
+        socket.connect((Ipv4Addr::new(224, 0, 75, 69), 30_100)).and_then(|()| socket.local_addr())
+    });
+    if let Ok(SocketAddr::V4(at)) = facing
+        && !at.ip().is_unspecified()
+        && !at.ip().is_loopback()
+    {
+        all.push(*at.ip());
+    }
+    all
+}
+
+fn listen_udp(name: &str, socket: Arc<UdpSocket>, inbox: Arc<Inbox>) -> anyhow::Result<()> {
+    let work = move || {
+        let mut buffer = vec![0; 65_536];
+        loop {
+            match socket.recv_from(&mut buffer) {
+                Ok((length, SocketAddr::V4(from))) => inbox.packet(Peer::Udp(from), &buffer[..length]),
+                // A peer that went away is reported here as well.
+                Ok(_) | Err(_) => thread::sleep(RECEIVE_PAUSE),
+            }
+        }
+    };
+    thread::Builder::new().name(name.to_owned()).spawn(work)?;
+    Ok(())
+}

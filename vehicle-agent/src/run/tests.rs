@@ -1,0 +1,221 @@
+//! The loop with clocks of its own: nothing here waits for time to pass.
+
+use super::*;
+use crate::net::Event;
+use crate::{Arguments, Command};
+use clap::Parser as _;
+use imc::lsf::{LogItem, LogReader};
+use imc::messages::*;
+use imc::{Address, Header, Packet};
+use std::cell::Cell;
+use std::path::Path;
+use std::rc::Rc;
+use units::UtcTime;
+
+const STEP: Duration = Duration::from_millis(50);
+const PEER: Peer = Peer::Tcp(1);
+
+struct Bench {
+    agent: Agent,
+    elapsed: Rc<Cell<Duration>>,
+    /// What the computer's clock is ahead of the true time (µs).
+    ahead_us: Rc<Cell<i64>>,
+    /// Whether the next look at the clock panics.
+    broken: Rc<Cell<bool>>,
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let config = folder.path().join("otter.ini");
+        std::fs::write(&config, crate::OTTER_INI).unwrap();
+        let line = ["lutra-agent", "run", "otter.ini", "--bind", "127.0.0.1", "--udp-port", "0"];
+        let more = ["--tcp-port", "0", "--announce-port", "0", "--data", folder.path().to_str().unwrap()];
+        let Command::Run(arguments) = Arguments::parse_from(line.into_iter().chain(more)).command else {
+            panic!()
+        };
+        let (elapsed, ahead_us) = (Rc::new(Cell::new(Duration::ZERO)), Rc::new(Cell::new(0)));
+        let (of_elapsed, of_utc, of_ahead) = (Rc::clone(&elapsed), Rc::clone(&elapsed), Rc::clone(&ahead_us));
+        let broken = Rc::new(Cell::new(false));
+        let of_broken = Rc::clone(&broken);
+        let clock = Clock::of(
+            move || {
+                assert!(!of_broken.get(), "a clock that breaks");
+                of_elapsed.get()
+            },
+            move || {
+                let since_us = of_utc.get().as_micros() as i64 + of_ahead.get();
+                UtcTime::from_micros(1_790_000_000_000_000 + since_us)
+            },
+        );
+        let agent = Agent::start(&arguments, setup::load(&config, "Simulation").unwrap(), clock).unwrap();
+        let mut bench = Self { agent, elapsed, ahead_us, broken, folder };
+        bench.agent.take(Event::Connected(1));
+        bench
+    }
+
+    /// Lets time pass, step by step.
+    fn pass(&mut self, span: Duration) {
+        let until = self.elapsed.get() + span;
+        while self.elapsed.get() < until {
+            self.elapsed.set(self.elapsed.get() + STEP);
+            self.agent.catch_up();
+            self.agent.each_second();
+            while let Some(event) = self.agent.net.inbox.take(Duration::ZERO) {
+                self.agent.take(event);
+            }
+        }
+    }
+
+    fn send(&mut self, message: impl Into<Message>) {
+        let header = Header { src: Address(0x4001), dst: Address(0x2810), ..Header::default() };
+        let packet = Packet::new(header, message).encode().unwrap();
+        self.agent.take(Event::Packet(PEER, packet));
+    }
+
+    fn shafts(&self) -> f64 {
+        let shafts = self.agent.world.vessel.truth().state.shaft_radps;
+        shafts.port.abs() + shafts.starboard.abs()
+    }
+
+    /// Ends the agent; answers all that its logs hold.
+    fn end(self) -> Vec<Packet> {
+        self.agent.end(&Ending::default()).unwrap();
+        logged(&self.folder)
+    }
+}
+
+fn logged(folder: &tempfile::TempDir) -> Vec<Packet> {
+    let mut packets = Vec::new();
+    read(&folder.path().join("logs"), &mut packets);
+    packets
+}
+
+fn read(folder: &Path, packets: &mut Vec<Packet>) {
+    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            read(&path, packets);
+        } else if path.ends_with("Data.lsf.gz") {
+            let mut log = LogReader::open(&path).unwrap();
+            while let Some(item) = log.next_item().unwrap() {
+                let LogItem::Packet { view, .. } = item else { panic!("damage") };
+                packets.push(Packet::decode(view.bytes()).unwrap());
+            }
+        }
+    }
+}
+
+fn plan() -> PlanSpecification {
+    let goto = Goto {
+        lat: 63.34_f64.to_radians(),
+        lon: 10.083_333_f64.to_radians(),
+        z_units: ZUnits::Depth,
+        speed: 1.5,
+        ..Goto::default()
+    };
+    let node = PlanManeuver { maneuver_id: "go".into(), data: Some(goto.into()), ..PlanManeuver::default() };
+    PlanSpecification {
+        plan_id: "far".into(),
+        start_man_id: "go".into(),
+        maneuvers: [node].into_iter().collect(),
+        ..PlanSpecification::default()
+    }
+}
+
+fn start() -> PlanControl {
+    PlanControl {
+        r#type: PlanControlType::Request,
+        op: PlanControlOp::Start,
+        plan_id: "far".into(),
+        arg: Some(plan().into()),
+        ..PlanControl::default()
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_is_noticed_in_words_states_and_times() {
+    let mut bench = Bench::new();
+    bench.pass(Duration::from_secs(10));
+    bench.ahead_us.set(3_600_000_000);
+    bench.pass(Duration::from_secs(10));
+    let packets = bench.end();
+    let entries: Vec<String> = packets
+        .iter()
+        .filter_map(|packet| packet.get::<LogBookEntry>())
+        .map(|entry| entry.text.to_str_lossy().into_owned())
+        .collect();
+    let told = entries.iter().filter(|text| text.contains("the clock was set by +3600.0 s"));
+    assert_eq!(told.count(), 1, "{entries:?}");
+    let off = packets.iter().filter_map(|packet| packet.get::<EntityState>()).any(|state| {
+        state.state == EntityStateState::Fault
+            && state.description.to_str_lossy().contains("s off the satellites")
+    });
+    assert!(off, "the clock's state tells that it is off the satellites");
+    let seconds: Vec<f64> = packets
+        .iter()
+        .filter(|packet| packet.get::<EstimatedState>().is_some())
+        .map(|packet| packet.header.timestamp - 1_790_000_000.0)
+        .collect();
+    assert!(seconds.iter().all(|at| (0.0..=10.1).contains(at) || (3610.0..=3620.1).contains(at)));
+    assert!(seconds.iter().filter(|at| **at > 3600.0).count() > 20);
+}
+
+#[test]
+fn a_vessel_whose_loop_hangs_loses_its_thrust_and_goes_on_afterwards() {
+    let mut bench = Bench::new();
+    bench.pass(Duration::from_secs(5));
+    bench.send(start());
+    bench.pass(Duration::from_secs(10));
+    let sailing = bench.shafts();
+    assert!(sailing > 20.0, "{sailing}");
+    // So long in one step: the plan would have gone on, but nobody steered.
+    bench.elapsed.set(bench.elapsed.get() + Duration::from_millis(1500));
+    bench.agent.catch_up();
+    assert!(bench.shafts() < 0.1 * sailing, "{} of {sailing}", bench.shafts());
+    bench.pass(Duration::from_secs(10));
+    assert!(bench.shafts() > 0.5 * sailing, "{} of {sailing}", bench.shafts());
+    bench.end();
+}
+
+#[test]
+fn a_log_that_was_asked_for_without_end_neither_holds_the_loop_up_nor_loses_the_log() {
+    let mut bench = Bench::new();
+    bench.pass(Duration::from_secs(5));
+    for _ in 0..200 {
+        let name = "again".into();
+        bench.send(LoggingControl { op: LoggingControlOp::RequestStart, name });
+    }
+    bench.send(start());
+    bench.pass(Duration::from_secs(30));
+    let packets = bench.end();
+    let opened = packets
+        .iter()
+        .filter_map(|packet| packet.get::<LoggingControl>())
+        .filter(|control| control.op == LoggingControlOp::Started);
+    let opened = opened.count();
+    assert!((3..=16).contains(&opened), "{opened} logs");
+    assert!(packets.iter().any(|packet| packet.get::<PlanControl>().is_some()));
+}
+
+#[test]
+fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
+    let mut bench = Bench::new();
+    bench.pass(Duration::from_secs(5));
+    bench.send(start());
+    bench.pass(Duration::from_secs(5));
+    assert!(bench.shafts() > 20.0);
+    bench.broken.set(true);
+    let Bench { agent, folder, .. } = bench;
+    let edge = Arc::clone(&agent.edge);
+    let usual = std::panic::take_hook();
+    let outcome = agent.run(&Ending::default());
+    std::panic::set_hook(usual);
+    assert!(outcome.unwrap_err().is::<Fault>());
+    assert!(edge.has_ended());
+    let packets = logged(&folder);
+    let end = packets.last().and_then(|packet| packet.get::<LoggingControl>()).unwrap();
+    assert_eq!(end.op, LoggingControlOp::Stopped);
+}
