@@ -398,7 +398,7 @@ mod tests {
     fn a_stream_of_many_plans_waits_and_loses_none() {
         let inbox = std::sync::Arc::new(Inbox::new(OWN));
         let plan = PlanSpecification { description: "x".repeat(2000).as_str().into(), ..Default::default() };
-        let set = packet(OWN, PlanDB { arg: Some(plan.into()), ..PlanDB::default() });
+        let set = packet(OWN, PlanDB { arg: plan.into(), ..PlanDB::default() });
         let (filling, sent) = (std::sync::Arc::clone(&inbox), set.clone());
         let stream = std::thread::spawn(move || {
             for _ in 0..2000 {

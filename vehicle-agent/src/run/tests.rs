@@ -116,7 +116,7 @@ fn plan() -> PlanSpecification {
         speed: 1.5,
         ..Goto::default()
     };
-    let node = PlanManeuver { maneuver_id: "go".into(), data: Some(goto.into()), ..PlanManeuver::default() };
+    let node = PlanManeuver { maneuver_id: "go".into(), data: goto.into(), ..PlanManeuver::default() };
     PlanSpecification {
         plan_id: "far".into(),
         start_man_id: "go".into(),
@@ -130,7 +130,7 @@ fn start() -> PlanControl {
         r#type: PlanControlType::Request,
         op: PlanControlOp::Start,
         plan_id: "far".into(),
-        arg: Some(plan().into()),
+        arg: plan().into(),
         ..PlanControl::default()
     }
 }
