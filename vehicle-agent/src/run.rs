@@ -68,6 +68,10 @@ pub(crate) struct RunArguments {
     /// Announcement port in place of the configured ones; 0 lets the system choose.
     #[arg(long)]
     announce_port: Option<u16>,
+    /// End also when standard input ends, for a program that starts agents: they do not outlive it, not even when
+    /// it is killed.
+    #[arg(long)]
+    end_with_stdin: bool,
     /// Form of the log on standard error.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) log_format: LogFormat,
@@ -100,6 +104,9 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
         bail!("the profile `{}` needs device drivers, which this version does not have", arguments.profile);
     }
     let ending = Ending::at_signals()?;
+    if arguments.end_with_stdin {
+        ending.at_end_of_input()?;
+    }
     let config = setup::load(&arguments.config, &arguments.profile)?;
     // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
     let agent = Agent::start(arguments, config, Clock::system())?;

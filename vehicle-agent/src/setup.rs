@@ -323,5 +323,78 @@ pub(crate) fn vessel(config: &Config, start: UtcTime, seed: u64) -> anyhow::Resu
         vessel.environment.current.speed_mps = north.hypot(east);
         vessel.environment.current.to_rad = east.atan2(north);
     }
+    // Receivers of several simulated vessels are told apart by their numbers, as real ones are.
+    vessel.hydrophone.serial += u32::from(config.address().unwrap_or_default());
+    vessel.fish =
+        config.running(&simulate::fish::FISH).map(|fish| tagged(fish, start)).collect::<Result<_, _>>()?;
     Ok(vessel)
+}
+
+/// A simulated fish.
+fn tagged(section: &Section, start: UtcTime) -> anyhow::Result<sim::FishConfig> {
+    let about = || format!("[{}]", section.name());
+    let (centre, interval) = (section.get(&simulate::fish::CENTRE), section.get(&simulate::fish::INTERVAL));
+    let ([lat_deg, lon_deg], [shortest_s, longest_s]) = (&centre[..], &interval[..]) else {
+        bail!("{} the centre and the interval have two numbers each", about());
+    };
+    let centre = LatLon::from_deg(*lat_deg, *lon_deg).with_context(about)?;
+    let since = match section.get(&simulate::fish::BEGINNING) {
+        0 => start,
+        seconds => UtcTime::from_micros(seconds * 1_000_000),
+    };
+    // The schema keeps the number within 32 bits and the seconds within a day.
+    let tag_id = section.get(&simulate::fish::TAG) as u32;
+    let fish = sim::FishConfig {
+        radius_m: section.get(&simulate::fish::RADIUS),
+        speed_mps: section.get(&simulate::fish::SPEED),
+        depth_m: section.get(&simulate::fish::DEPTH),
+        interval_min_s: shortest_s.round() as u32,
+        interval_max_s: longest_s.round() as u32,
+        ..sim::FishConfig::near(centre, since, tag_id, u64::from(tag_id))
+    };
+    sim::Fish::new(&fish).with_context(about)?;
+    Ok(fish)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const START: UtcTime = UtcTime::from_micros(1_790_000_100_000_000);
+
+    /// The simulated vessel of the shipped configuration with lines after it.
+    fn vessel_with(more: &str) -> anyhow::Result<sim::VesselConfig> {
+        let files = config::InMemory::new().with("otter.ini", format!("{}\n{more}", crate::OTTER_INI));
+        let config = Config::load(&files, "otter.ini".as_ref(), &["Simulation"]);
+        assert!(!config.report().has_errors(), "{}", config.report());
+        vessel(&config, START, 1)
+    }
+
+    #[test]
+    fn fish_swim_where_the_configuration_has_them() {
+        assert!(vessel_with("").unwrap().fish.is_empty());
+        let fish = |number: u32, beginning_s: i64| {
+            format!(
+                "[Simulators.Fish/{number}]\nEnabled = Simulation\nEntity Label = Fish {number}\nTag Number = \
+                 {number}\nBeginning = {beginning_s}\nArea -- Centre = 63.44, 10.35\n"
+            )
+        };
+        let found = vessel_with(&(fish(7, 1_790_000_000) + &fish(8, 0))).unwrap();
+        assert_eq!(found.fish.iter().map(|fish| fish.tag_id).collect::<Vec<_>>(), [7, 8]);
+        assert_eq!(found.fish[0].since.micros(), 1_790_000_000_000_000);
+        assert_eq!(found.fish[1].since, START);
+        sim::Vessel::new(&found).unwrap();
+        // Another vessel hears the same fish with a receiver of another number.
+        let other = "[General]\nVehicle = other\n[IMC Addresses]\nother = 0x28D1\n";
+        let other = vessel_with(&(fish(7, 1_790_000_000) + other)).unwrap();
+        assert_eq!(other.fish[0], found.fish[0]);
+        assert_ne!(other.hydrophone.serial, found.hydrophone.serial);
+    }
+
+    #[test]
+    fn a_fish_that_cannot_be_names_its_section() {
+        let wrong = "[Simulators.Fish/odd]\nEnabled = Simulation\nTag Interval = 90, 30\n";
+        let told = format!("{:#}", vessel_with(wrong).unwrap_err());
+        assert!(told.contains("[Simulators.Fish/odd]") && told.contains("longest tag interval"), "{told}");
+    }
 }

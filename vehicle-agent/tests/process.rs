@@ -225,3 +225,16 @@ fn the_bare_hull_answers_as_the_reference() {
     assert!((last[1] - 1.0287).abs() < 0.002, "{last:?}");
     assert_eq!(text.lines().count(), 32);
 }
+
+#[test]
+fn it_ends_in_order_with_the_program_that_started_it_when_told_to() {
+    let folder = TempDir::new().unwrap();
+    let mut command = program();
+    std::fs::copy(ini(), folder.path().join("otter.ini")).unwrap();
+    command.arg("run").arg(folder.path().join("otter.ini")).args(["--quiet", "--end-with-stdin"]);
+    let mut agent = Agent::spawn(command.stdin(Stdio::piped()), folder.path(), &[]);
+    Console::connect(&agent).ready();
+    // What the system does with the pipes of a program that is gone.
+    drop(agent.child.stdin.take());
+    assert!(agent.ended().starts_with("motors stopped, log closed"));
+}

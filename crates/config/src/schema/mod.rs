@@ -64,6 +64,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &simulate::current::CURRENT,
     &simulate::gps::GPS,
     &simulate::motor::MOTOR,
+    &simulate::fish::FISH,
     &general::hull::MODEL,
 ];
 
