@@ -21,6 +21,8 @@ const REPLAY_PACKETS: usize = 20_000;
 const SAVE_AFTER_BYTES: u64 = 4 << 20;
 /// The same by the shore's clock (µs).
 const SAVE_AFTER_US: i64 = 30_000_000;
+/// The same by commits that brought nothing.
+const IDLE_COMMITS: u32 = 20;
 
 /// The store of one data folder.
 ///
@@ -38,6 +40,8 @@ pub struct Store {
     /// Whether the archive holds packets that are neither in the history nor in `unindexed`.
     behind: bool,
     unsaved_bytes: u64,
+    /// Commits since one brought something.
+    idle_commits: u32,
     saved_at: UtcTime,
     now: UtcTime,
     repairs: Repairs,
@@ -94,6 +98,7 @@ impl Store {
             unindexed: Vec::new(),
             behind: false,
             unsaved_bytes: 0,
+            idle_commits: 0,
             saved_at: UtcTime::default(),
             now: UtcTime::default(),
             repairs: Repairs::default(),
@@ -216,11 +221,13 @@ impl Store {
         let batches = std::mem::take(&mut self.unindexed);
         if batches.is_empty() {
             self.history.tick()?;
-            if self.history.has_unsaved_progress() && self.unsaved_bytes > 0 {
-                self.save_if_due()?;
+            self.idle_commits = self.idle_commits.saturating_add(1);
+            if self.idle_commits == IDLE_COMMITS && self.unsaved_bytes > 0 {
+                self.save()?;
             }
             return Ok(0);
         }
+        self.idle_commits = 0;
         let mut rows = 0;
         for batch in batches {
             // One that fails leaves all later ones to be read from the archive.
@@ -270,7 +277,10 @@ impl Store {
     /// When the history cannot be written.
     pub fn settle(&mut self) -> Result<()> {
         self.history.roll_up_all()?;
-        self.save()
+        self.save()?;
+        // What an import filled the caches with is not needed any more.
+        self.history.close_months();
+        Ok(())
     }
 
     /// Commits, saves the progress and closes. Dropping a store without is safe: opening it again then reads
