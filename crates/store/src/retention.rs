@@ -73,6 +73,9 @@ impl Store {
         self.settle()?;
         let removals = plan_retention(self.folder(), retention)?;
         self.close_months();
+        if removals.iter().any(|removal| removal.path.is_dir()) {
+            archive::mark_trimmed(&self.folder().join("archive"))?;
+        }
         for removal in &removals {
             let path = &removal.path;
             if path.is_dir() {

@@ -356,7 +356,8 @@ impl Store {
                 recovered.read(&key.folder(self.archive.root()), read.arrivals)?;
             }
         }
-        self.archive.streams.recover(&recovered);
+        let trimmed = archive::is_trimmed(self.archive.root());
+        self.archive.streams.recover(&recovered, trimmed);
         Ok(())
     }
 
@@ -450,4 +451,14 @@ impl Store {
 struct Chunk {
     packets: u64,
     rows: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn writers_and_readers_can_be_handed_to_threads() {
+        fn sent<T: Send + 'static>() {}
+        sent::<super::Store>();
+        sent::<crate::Reader>();
+    }
 }

@@ -78,6 +78,25 @@ fn what_only_the_history_holds_is_not_given_up_by_accident() {
 }
 
 #[test]
+fn a_record_lane_goes_on_after_its_first_day_was_given_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..30_i64 {
+        let time_us = START_US + at * DAY_US / 10;
+        accept_link(&mut store, &temperature(time_us, 1.0), time_us, at as u64);
+        store.commit().unwrap();
+    }
+    let gone = store
+        .retain(&Retention { archive_before: Some(utc(START_US + DAY_US)), ..Retention::default() })
+        .unwrap();
+    assert_eq!(gone.len(), 1);
+    store.close().unwrap();
+    reindex(folder.path(), true, &mut |_| true).unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    assert_eq!(store.durable(7), Some(29), "the vessel would send what it no longer has");
+}
+
+#[test]
 fn old_months_go_and_can_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();

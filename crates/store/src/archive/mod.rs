@@ -17,7 +17,7 @@ pub use arrival::Arrival;
 pub(crate) use day::{Lengths, Pending};
 pub(crate) use disk::{Disk, RealDisk};
 pub use layout::DayKey;
-pub(crate) use layout::{ARRIVALS, DATA, days};
+pub(crate) use layout::{ARRIVALS, DATA, days, is_trimmed, mark_trimmed};
 pub(crate) use recover::mend;
 pub use scan::{Archived, DayReader};
 pub(crate) use streams::{Recovered, Streams};
