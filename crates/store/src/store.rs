@@ -303,6 +303,16 @@ impl Store {
         Ok(self.lock)
     }
 
+    /// Forgets the days that are no longer there.
+    pub(crate) fn forget_days(&mut self, before: &[DayKey]) -> Result<()> {
+        let left = archive::days(self.archive.root())?;
+        for key in before.iter().filter(|key| !left.contains(key)) {
+            self.archive.forget(*key);
+            self.history.set_progress(*key, Progress::default());
+        }
+        self.save()
+    }
+
     /// Closes the history's months; they are opened again when needed.
     pub(crate) fn close_months(&mut self) {
         self.history.close_months();

@@ -90,10 +90,15 @@ fn a_record_lane_goes_on_after_its_first_day_was_given_up() {
         .retain(&Retention { archive_before: Some(utc(START_US + DAY_US)), ..Retention::default() })
         .unwrap();
     assert_eq!(gone.len(), 1);
+    // The shore's clock steps back into the day that is gone.
+    accept_link(&mut store, &temperature(START_US + 7, 1.0), START_US + 7, 30);
+    store.commit().unwrap();
+    assert!(archived(folder.path(), OTTER).starts_with(&temperature(START_US + 7, 1.0)));
     store.close().unwrap();
+    assert_eq!(Store::open(folder.path()).unwrap().repairs().notes, Vec::<String>::new());
     reindex(folder.path(), true, &mut |_| true).unwrap();
     let store = Store::open(folder.path()).unwrap();
-    assert_eq!(store.durable(7), Some(29), "the vessel would send what it no longer has");
+    assert_eq!(store.durable(7), Some(30), "the vessel would send what it no longer has");
 }
 
 #[test]

@@ -91,6 +91,11 @@ impl Archive {
         self.days.insert(key, Day::new(key, lengths));
     }
 
+    /// Forgets a day whose files were removed: what still comes for it begins new ones.
+    pub(crate) fn forget(&mut self, key: DayKey) {
+        self.days.remove(&key);
+    }
+
     /// Puts a packet behind those that wait; false when its number was accepted before.
     pub(crate) fn append(
         &mut self,
