@@ -195,6 +195,31 @@ fn a_history_that_cannot_be_written_costs_nothing_but_time() {
 }
 
 #[test]
+fn the_documented_questions_have_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..20 {
+        let time_us = START_US + at * 1_000_000;
+        accept(&mut store, &temperature(time_us, at as f32), time_us, Door::Tcp);
+        accept(&mut store, &packet(time_us, 39, &state(at as f32)), time_us, Door::Tcp);
+    }
+    store.commit().unwrap();
+    store.settle().unwrap();
+    let history = folder.path().join("history");
+    let connection = rusqlite::Connection::open(history.join("2026-11.sqlite")).unwrap();
+    let catalogue = history.join("catalogue.sqlite");
+    connection.execute("ATTACH ?1 AS catalogue", [catalogue.to_str().unwrap()]).unwrap();
+    let text = std::fs::read_to_string(testkit::repository().join("docs/history.md")).unwrap();
+    let questions: Vec<&str> =
+        text.split("```sql").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    let answers: Vec<usize> = questions
+        .iter()
+        .map(|sql| connection.prepare(sql).unwrap().query_map((), |_| Ok(())).unwrap().count())
+        .collect();
+    assert_eq!(answers, [20, 2, 1], "{questions:#?}");
+}
+
+#[test]
 fn declared_gaps_are_told_and_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
