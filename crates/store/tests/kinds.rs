@@ -30,9 +30,9 @@ fn raw(big: bool, id: u16, header: &Header, payload: &[u8]) -> Vec<u8> {
     bytes.extend_from_slice(payload);
     let crc = imc::crc16(&bytes).to_le_bytes();
     if big {
-        bytes.extend(crc.iter().rev())
+        bytes.extend(crc.iter().rev());
     } else {
-        bytes.extend(crc)
+        bytes.extend(crc);
     }
     bytes
 }
