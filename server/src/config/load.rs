@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// The variable that names the file.
+const FILE_VARIABLE: &str = "LUTRA_CONFIG";
+
 /// Why there is no configuration.
 #[derive(Debug, Error)]
 pub enum ConfigError {
@@ -82,6 +85,7 @@ pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Config, Config
             lay(&mut table, key, default, value, &name)?;
         }
     }
+    misspelt(overrides, &keys)?;
     for (key, value) in &overrides.flags {
         let place = format!("--set {key}={value}");
         let Some((key, default)) = keys.iter().find(|(known, _)| known == key) else {
@@ -114,6 +118,19 @@ fn keys() -> Vec<(String, toml::Value)> {
 
 fn variable(key: &str) -> String {
     format!("LUTRA_{}", key.replace('.', "_").to_uppercase())
+}
+
+/// Refuses a variable that is nearly one of ours. Others may belong to other programs.
+fn misspelt(overrides: &Overrides, keys: &[(String, toml::Value)]) -> Result<(), ConfigError> {
+    let known: Vec<String> =
+        keys.iter().map(|(key, _)| variable(key)).chain([FILE_VARIABLE.to_owned()]).collect();
+    for name in overrides.variables.keys().filter(|name| !known.contains(name)) {
+        if let Some(near) = known.iter().find(|known| strsim::levenshtein(known, name) <= 2) {
+            let text = format!("there is no such variable; is {near} meant?");
+            return Err(ConfigError::Override { place: name.clone(), text });
+        }
+    }
+    Ok(())
 }
 
 fn unknown(key: &str, keys: &[(String, toml::Value)]) -> String {
@@ -209,6 +226,16 @@ mod tests {
         assert!(text.contains("whole number"), "{text}");
         let text = load(None, &flags(&[("http.listn", "x")])).unwrap_err().to_string();
         assert!(text.contains("nearest is http.listen"), "{text}");
+    }
+
+    #[test]
+    fn a_misspelt_variable_is_told() {
+        let with = |name: &str| {
+            let variables = [(name.to_owned(), "x".to_owned())].into();
+            load(None, &Overrides { variables, flags: Vec::new() })
+        };
+        assert!(with("LUTRA_HTTP_LISTN").unwrap_err().to_string().contains("LUTRA_HTTP_LISTEN meant"));
+        assert!(with("LUTRA_CONFIG").is_ok() && with("LUTRA_ANYTHING_ELSE").is_ok());
     }
 
     #[test]

@@ -26,6 +26,7 @@ const PRESENT: Duration = Duration::from_secs(5);
 const FIGURES: Duration = Duration::from_secs(10);
 
 /// What the recorder answers.
+#[derive(Clone, Copy)]
 enum Answer {
     /// What is durable of the stream that greeted on this connection.
     Durable(ConnectionId, u64, Option<u64>),
