@@ -241,7 +241,7 @@ impl Thread {
 
     fn commit(&mut self, now: bool) -> Result<(), StoreError> {
         let due = self.committed.elapsed() >= if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
-        if !due && !(now && self.dirty) {
+        if !(due || now && self.dirty) {
             return Ok(());
         }
         let committed = self.store.sync()?;
