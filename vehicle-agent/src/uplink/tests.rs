@@ -254,3 +254,24 @@ fn over_tls_only_the_given_authority_is_trusted() {
     };
     assert_eq!(&heard[..], b"over tls");
 }
+
+#[test]
+fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
+    let folder = tempfile::tempdir().unwrap();
+    let (deliver, _delivered) = commands();
+    let settings = settings(folder.path(), 1);
+    std::fs::write(&settings.spool, "in the way").unwrap();
+    let uplink = Uplink::start(settings.clone(), deliver).unwrap();
+    uplink.record(&packet(1));
+    std::fs::remove_file(&settings.spool).unwrap();
+    let until = Instant::now() + DEADLINE;
+    while !settings.spool.join("identity").exists() {
+        assert!(Instant::now() < until);
+        std::thread::sleep(LOOK_EVERY);
+    }
+    assert!(uplink.end());
+    let mut spool = Spool::open(&settings.spool, settings.bounds, Clock::system().utc()).unwrap().0;
+    assert!(
+        matches!(&spool.read(0, 1000)[..], [link::Entry::Record(record)] if record.packet[..] == packet(1))
+    );
+}
