@@ -160,7 +160,7 @@ impl Console {
             op,
             request_id: self.request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanControl::default()
         });
         self.request
@@ -183,7 +183,7 @@ impl Console {
             op,
             request_id: request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanDB::default()
         });
         self.wait_for::<PlanDB>("plan database", |reply| {
