@@ -206,7 +206,7 @@ pub(crate) fn far_plan() -> PlanSpecification {
         speed: 1.5,
         ..Goto::default()
     };
-    let node = PlanManeuver { maneuver_id: "go".into(), data: Some(goto.into()), ..PlanManeuver::default() };
+    let node = PlanManeuver { maneuver_id: "go".into(), data: goto.into(), ..PlanManeuver::default() };
     PlanSpecification {
         plan_id: "far".into(),
         start_man_id: "go".into(),
