@@ -6,7 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark ends where it unwraps nothing")]
 
 use imc::messages::EstimatedState;
-use imc::{Address, Header, Packet};
+use imc::{Address, Header};
 use server::config::Config;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};

@@ -7,7 +7,7 @@ use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
 
@@ -143,6 +143,38 @@ fn mistakes_are_told_with_their_remedy() {
     wrong(&["serve", "--listen", "0.0.0.0:0"], "beyond loopback");
     wrong(&["serve", "--set", "http.listn=1"], "nearest is http.listen");
     wrong(&["serve", "--config", "/nowhere.toml"], "/nowhere.toml");
+}
+
+#[test]
+fn garbage_is_refused_and_disturbs_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let host = server.url.split("://").nth(1).unwrap();
+    let long = "x".repeat(200_000);
+    let form = "POST /login HTTP/1.1\r\nhost: a\r\ncontent-type: application/x-www-form-urlencoded\r\n";
+    let cases = [
+        ("\0\u{1}\u{2} garbage \r\n\r\n".to_owned(), "400"),
+        (format!("GET /{long} HTTP/1.1\r\nhost: a\r\n\r\n"), "414|431|400"),
+        (format!("GET / HTTP/1.1\r\nhost: a\r\nx: {long}\r\n\r\n"), "431|400"),
+        (format!("{form}content-length: 200000\r\n\r\n{long}"), "413"),
+        (format!("{form}content-length: 5\r\n\r\n%%%=%"), "400|422"),
+        ("GET /static/..%2f..%2fCargo.toml HTTP/1.1\r\nhost: a\r\n\r\n".to_owned(), "404"),
+        ("GET /api/v1/vessels/99999/track?from_us=0&to_us=1 HTTP/1.1\r\nhost: a\r\n\r\n".to_owned(), "401"),
+        ("GET / HTTP/1.1\r\nhost: a\r\ncookie: lutra_session=%00;;=;\r\n\r\n".to_owned(), "303"),
+        ("GET /api/v1/me HTTP/1.1\r\nhost: a\r\nauthorization: Basic YTpi\r\n\r\n".to_owned(), "401"),
+    ];
+    for (request, statuses) in cases {
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        // The server may answer and hang up before it has read everything.
+        stream.write_all(request.as_bytes()).ok();
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).unwrap();
+        let status = String::from_utf8_lossy(&status[9..]).into_owned();
+        let start: String = request.chars().take(60).collect();
+        assert!(statuses.contains(&status), "{status} for {start}");
+    }
+    assert!(server.get("/healthz").starts_with("HTTP/1.1 200"));
 }
 
 #[test]

@@ -57,6 +57,9 @@ pub fn backup(data: &Path, to: &Path, progress: &mut dyn FnMut(&str) -> bool) ->
     if gaps.exists() {
         fs::copy(&gaps, target.join("gaps.jsonl")).named(&gaps)?;
     }
+    if archive::is_trimmed(&from) {
+        archive::mark_trimmed(&target)?;
+    }
     let days = archive::days(&from)?;
     let newest = days.iter().map(|key| key.day).max();
     for key in days {

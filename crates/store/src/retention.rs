@@ -73,6 +73,10 @@ impl Store {
         self.settle()?;
         let removals = plan_retention(self.folder(), retention)?;
         self.close_months();
+        if removals.iter().any(|removal| removal.path.is_dir()) {
+            archive::mark_trimmed(&self.folder().join("archive"))?;
+        }
+        let days = archive::days(&self.folder().join("archive"))?;
         for removal in &removals {
             let path = &removal.path;
             if path.is_dir() {
@@ -86,6 +90,7 @@ impl Store {
                 }
             }
         }
+        self.forget_days(&days)?;
         Ok(removals)
     }
 }

@@ -21,6 +21,8 @@ const REPLAY_PACKETS: usize = 20_000;
 const SAVE_AFTER_BYTES: u64 = 4 << 20;
 /// The same by the shore's clock (µs).
 const SAVE_AFTER_US: i64 = 30_000_000;
+/// The same by commits that brought nothing.
+const IDLE_COMMITS: u32 = 20;
 
 /// The store of one data folder.
 ///
@@ -38,6 +40,8 @@ pub struct Store {
     /// Whether the archive holds packets that are neither in the history nor in `unindexed`.
     behind: bool,
     unsaved_bytes: u64,
+    /// Commits since one brought something.
+    idle_commits: u32,
     saved_at: UtcTime,
     now: UtcTime,
     repairs: Repairs,
@@ -94,6 +98,7 @@ impl Store {
             unindexed: Vec::new(),
             behind: false,
             unsaved_bytes: 0,
+            idle_commits: 0,
             saved_at: UtcTime::default(),
             now: UtcTime::default(),
             repairs: Repairs::default(),
@@ -216,11 +221,13 @@ impl Store {
         let batches = std::mem::take(&mut self.unindexed);
         if batches.is_empty() {
             self.history.tick()?;
-            if self.history.has_unsaved_progress() && self.unsaved_bytes > 0 {
-                self.save_if_due()?;
+            self.idle_commits = self.idle_commits.saturating_add(1);
+            if self.idle_commits == IDLE_COMMITS && self.unsaved_bytes > 0 {
+                self.save()?;
             }
             return Ok(0);
         }
+        self.idle_commits = 0;
         let mut rows = 0;
         for batch in batches {
             // One that fails leaves all later ones to be read from the archive.
@@ -270,7 +277,10 @@ impl Store {
     /// When the history cannot be written.
     pub fn settle(&mut self) -> Result<()> {
         self.history.roll_up_all()?;
-        self.save()
+        self.save()?;
+        // What an import filled the caches with is not needed any more.
+        self.history.close_months();
+        Ok(())
     }
 
     /// Commits, saves the progress and closes. Dropping a store without is safe: opening it again then reads
@@ -291,6 +301,16 @@ impl Store {
     pub(crate) fn close_keeping_lock(mut self) -> Result<FolderLock> {
         self.save()?;
         Ok(self.lock)
+    }
+
+    /// Forgets the days that are no longer there.
+    pub(crate) fn forget_days(&mut self, before: &[DayKey]) -> Result<()> {
+        let left = archive::days(self.archive.root())?;
+        for key in before.iter().filter(|key| !left.contains(key)) {
+            self.archive.forget(*key);
+            self.history.set_progress(*key, Progress::default());
+        }
+        self.save()
     }
 
     /// Closes the history's months; they are opened again when needed.
@@ -346,7 +366,8 @@ impl Store {
                 recovered.read(&key.folder(self.archive.root()), read.arrivals)?;
             }
         }
-        self.archive.streams.recover(&recovered);
+        let trimmed = archive::is_trimmed(self.archive.root());
+        self.archive.streams.recover(&recovered, trimmed);
         Ok(())
     }
 
@@ -440,4 +461,14 @@ impl Store {
 struct Chunk {
     packets: u64,
     rows: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn writers_and_readers_can_be_handed_to_threads() {
+        fn sent<T: Send + 'static>() {}
+        sent::<super::Store>();
+        sent::<crate::Reader>();
+    }
 }

@@ -78,6 +78,30 @@ fn what_only_the_history_holds_is_not_given_up_by_accident() {
 }
 
 #[test]
+fn a_record_lane_goes_on_after_its_first_day_was_given_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..30_i64 {
+        let time_us = START_US + at * DAY_US / 10;
+        accept_link(&mut store, &temperature(time_us, 1.0), time_us, at as u64);
+        store.commit().unwrap();
+    }
+    let gone = store
+        .retain(&Retention { archive_before: Some(utc(START_US + DAY_US)), ..Retention::default() })
+        .unwrap();
+    assert_eq!(gone.len(), 1);
+    // The shore's clock steps back into the day that is gone.
+    accept_link(&mut store, &temperature(START_US + 7, 1.0), START_US + 7, 30);
+    store.commit().unwrap();
+    assert!(archived(folder.path(), OTTER).starts_with(&temperature(START_US + 7, 1.0)));
+    store.close().unwrap();
+    assert_eq!(Store::open(folder.path()).unwrap().repairs().notes, Vec::<String>::new());
+    reindex(folder.path(), true, &mut |_| true).unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    assert_eq!(store.durable(7), Some(30), "the vessel would send what it no longer has");
+}
+
+#[test]
 fn old_months_go_and_can_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path()).unwrap();
@@ -168,6 +192,31 @@ fn a_history_that_cannot_be_written_costs_nothing_but_time() {
     assert_eq!((committed.packets, committed.rows, committed.history_behind), (1, 51, None));
     accept_link(&mut store, &temperature(START_US + 51, 1.0), START_US, 51);
     assert_eq!(store.commit().unwrap().rows, 1);
+}
+
+#[test]
+fn the_documented_questions_have_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..20 {
+        let time_us = START_US + at * 1_000_000;
+        accept(&mut store, &temperature(time_us, at as f32), time_us, Door::Tcp);
+        accept(&mut store, &packet(time_us, 39, &state(at as f32)), time_us, Door::Tcp);
+    }
+    store.commit().unwrap();
+    store.settle().unwrap();
+    let history = folder.path().join("history");
+    let connection = rusqlite::Connection::open(history.join("2026-11.sqlite")).unwrap();
+    let catalogue = history.join("catalogue.sqlite");
+    connection.execute("ATTACH ?1 AS catalogue", [catalogue.to_str().unwrap()]).unwrap();
+    let text = std::fs::read_to_string(testkit::repository().join("docs/history.md")).unwrap();
+    let questions: Vec<&str> =
+        text.split("```sql").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    let answers: Vec<usize> = questions
+        .iter()
+        .map(|sql| connection.prepare(sql).unwrap().query_map((), |_| Ok(())).unwrap().count())
+        .collect();
+    assert_eq!(answers, [20, 2, 1], "{questions:#?}");
 }
 
 #[test]

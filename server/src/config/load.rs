@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// The variable that names the file.
+const FILE_VARIABLE: &str = "LUTRA_CONFIG";
+
 /// Why there is no configuration.
 #[derive(Debug, Error)]
 pub enum ConfigError {
@@ -82,6 +85,7 @@ pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Config, Config
             lay(&mut table, key, default, value, &name)?;
         }
     }
+    misspelt(overrides, &keys)?;
     for (key, value) in &overrides.flags {
         let place = format!("--set {key}={value}");
         let Some((key, default)) = keys.iter().find(|(known, _)| known == key) else {
@@ -97,16 +101,18 @@ pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Config, Config
     if problems.is_empty() { Ok(config) } else { Err(ConfigError::Senseless(problems)) }
 }
 
-/// Every key as `section.key` with its default.
+/// Every key as `section.key` or `section.part.key` with its default.
 fn keys() -> Vec<(String, toml::Value)> {
     let defaults = toml::Table::try_from(Config::default()).expect("invariant: the defaults are TOML");
+    leaves(defaults, "")
+}
+
+fn leaves(table: toml::Table, prefix: &str) -> Vec<(String, toml::Value)> {
     let mut keys = Vec::new();
-    for (name, value) in defaults {
+    for (name, value) in table {
         match value {
-            toml::Value::Table(section) => {
-                keys.extend(section.into_iter().map(|(key, value)| (format!("{name}.{key}"), value)));
-            }
-            value => keys.push((name, value)),
+            toml::Value::Table(section) => keys.extend(leaves(section, &format!("{prefix}{name}."))),
+            value => keys.push((format!("{prefix}{name}"), value)),
         }
     }
     keys
@@ -114,6 +120,19 @@ fn keys() -> Vec<(String, toml::Value)> {
 
 fn variable(key: &str) -> String {
     format!("LUTRA_{}", key.replace('.', "_").to_uppercase())
+}
+
+/// Refuses a variable that is nearly one of ours. Others may belong to other programs.
+fn misspelt(overrides: &Overrides, keys: &[(String, toml::Value)]) -> Result<(), ConfigError> {
+    let known: Vec<String> =
+        keys.iter().map(|(key, _)| variable(key)).chain([FILE_VARIABLE.to_owned()]).collect();
+    for name in overrides.variables.keys().filter(|name| !known.contains(name)) {
+        if let Some(near) = known.iter().find(|known| strsim::levenshtein(known, name) <= 2) {
+            let text = format!("there is no such variable; is {near} meant?");
+            return Err(ConfigError::Override { place: name.clone(), text });
+        }
+    }
+    Ok(())
 }
 
 fn unknown(key: &str, keys: &[(String, toml::Value)]) -> String {
@@ -137,9 +156,15 @@ fn lay(
     let value = match default {
         toml::Value::Integer(_) => toml::Value::Integer(text.parse().map_err(|_| wrong("a whole number"))?),
         toml::Value::Boolean(_) => toml::Value::Boolean(text.parse().map_err(|_| wrong("true or false"))?),
-        toml::Value::Array(_) => {
+        toml::Value::Array(list) => {
             let parts = text.split(',').map(str::trim).filter(|part| !part.is_empty());
-            toml::Value::Array(parts.map(|part| toml::Value::String(part.to_owned())).collect())
+            let numbers = matches!(list.first(), Some(toml::Value::Integer(_)));
+            let item = |part: &str| match part.parse() {
+                Ok(number) if numbers => Ok(toml::Value::Integer(number)),
+                Err(_) if numbers => Err(wrong("a list of whole numbers")),
+                _ => Ok(toml::Value::String(part.to_owned())),
+            };
+            toml::Value::Array(parts.map(item).collect::<Result<_, _>>()?)
         }
         _ => toml::Value::String(text.to_owned()),
     };
@@ -155,13 +180,13 @@ fn lay(
 }
 
 fn insert(table: &mut toml::Table, key: &str, value: toml::Value) {
-    let Some((section, key)) = key.split_once('.') else {
+    let Some((section, rest)) = key.split_once('.') else {
         table.insert(key.to_owned(), value);
         return;
     };
     let section = table.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new()));
     if let toml::Value::Table(section) = section {
-        section.insert(key.to_owned(), value);
+        insert(section, rest, value);
     }
 }
 
@@ -194,6 +219,17 @@ mod tests {
     }
 
     #[test]
+    fn keys_of_parts_and_lists_of_numbers_are_laid_over() {
+        let overrides =
+            flags(&[("doors.imcproxy.listen", "127.0.0.1:9090"), ("doors.udp.announce_ports", "1, 2")]);
+        let config = load(None, &overrides).unwrap();
+        assert_eq!(config.doors.imcproxy.listen.get().unwrap().port(), 9090);
+        assert_eq!(config.doors.udp.announce_ports, [1, 2]);
+        let text = load(None, &flags(&[("doors.udp.announce_ports", "1,x")])).unwrap_err().to_string();
+        assert!(text.contains("a list of whole numbers"), "{text}");
+    }
+
+    #[test]
     fn an_unknown_key_names_file_line_and_what_is_known() {
         let (_folder, path) = file("[http]\nlisten = '127.0.0.1:1'\nlistn = 3\n");
         let text = load(Some(&path), &Overrides::default()).unwrap_err().to_string();
@@ -209,6 +245,16 @@ mod tests {
         assert!(text.contains("whole number"), "{text}");
         let text = load(None, &flags(&[("http.listn", "x")])).unwrap_err().to_string();
         assert!(text.contains("nearest is http.listen"), "{text}");
+    }
+
+    #[test]
+    fn a_misspelt_variable_is_told() {
+        let with = |name: &str| {
+            let variables = [(name.to_owned(), "x".to_owned())].into();
+            load(None, &Overrides { variables, flags: Vec::new() })
+        };
+        assert!(with("LUTRA_HTTP_LISTN").unwrap_err().to_string().contains("LUTRA_HTTP_LISTEN meant"));
+        assert!(with("LUTRA_CONFIG").is_ok() && with("LUTRA_ANYTHING_ELSE").is_ok());
     }
 
     #[test]

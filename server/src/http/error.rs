@@ -27,6 +27,11 @@ impl ApiError {
         Self::new(StatusCode::BAD_REQUEST, "bad_request", text)
     }
 
+    /// What cannot be read, with the status that says in which way.
+    pub(crate) fn malformed(status: StatusCode, text: impl Into<String>) -> Self {
+        Self { status, ..Self::bad_request(text) }
+    }
+
     pub(crate) fn not_found(text: impl Into<String>) -> Self {
         Self::new(StatusCode::NOT_FOUND, "not_found", text)
     }

@@ -132,7 +132,8 @@ impl Client {
         self.every = Duration::from_millis(u64::from(every_ms.clamp(5, 10_000)));
         self.known = 0;
         self.counts.clear();
-        self.not_after = Instant::now();
+        // At once, but not faster than its own pace, however often it asks.
+        self.not_after = self.not_before.max(Instant::now());
         self.wanted = Some(Arc::new(Wanted {
             grants: self.who.grants.clone(),
             systems: systems.map(|systems| systems.into_iter().collect()),

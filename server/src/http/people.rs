@@ -45,7 +45,7 @@ pub(crate) async fn token_make(
         // Otherwise a token that ends could live on in another.
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
     }
-    let Json(new) = new.map_err(|error| ApiError::bad_request(error.body_text()))?;
+    let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
     let (person, subject) = (who.person, new.label.clone());
     let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
         tokens::make(db, person, &new, clock::now())

@@ -82,10 +82,7 @@ pub(crate) fn router(state: AppState) -> Router {
     let mut router = Router::new();
     for route in table() {
         let post = Post { state: state.clone(), need: route.need, kind: route.kind };
-        let handler = match route.packed {
-            true => route.handler.layer(CompressionLayer::new()),
-            false => route.handler,
-        };
+        let handler = if route.packed { route.handler.layer(CompressionLayer::new()) } else { route.handler };
         let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
         router = router.route(route.path, guarded);
     }

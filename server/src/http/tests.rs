@@ -184,12 +184,11 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
         for (role, everywhere, own, elsewhere) in &tokens {
             let (all, some, other) = match route.need {
                 Need::Anyone => (true, true, true),
-                Need::Session => (false, false, false),
+                Need::Session | Need::Link => (false, false, false),
                 Need::Somewhere(least) => (*role >= least, *role >= least, *role >= least),
                 Need::OnVessel(least) => (*role >= least, *role >= least, false),
                 Need::Everywhere(least) => (*role >= least, false, false),
                 Need::Figures => (*role == Role::Admin, false, false),
-                Need::Link => (false, false, false),
             };
             for (token, may) in [(everywhere, all), (own, some), (elsewhere, other)] {
                 // Making tokens by token is refused by the handler, for everybody.

@@ -16,7 +16,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Sent<T> {
     async fn from_request(request: Request, state: &S) -> Result<Self, PageError> {
         let form = axum::extract::Form::<T>::from_request(request, state).await;
         let axum::extract::Form(sent) =
-            form.map_err(|error: FormRejection| ApiError::bad_request(error.body_text()))?;
+            form.map_err(|error: FormRejection| ApiError::malformed(error.status(), error.body_text()))?;
         Ok(Self(sent))
     }
 }

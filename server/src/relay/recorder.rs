@@ -16,6 +16,8 @@ use tokio::sync::{oneshot, watch};
 
 /// How long an accepted packet may wait for the disk.
 const COMMIT_EVERY: Duration = Duration::from_millis(100);
+/// How often the history is looked after while nothing comes: roll-ups of what ended, progress to save.
+const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
 /// Bytes of packets of other doors than the link that may wait.
@@ -189,13 +191,10 @@ impl Thread {
             let idle = |waiting: &mut Waiting| {
                 waiting.records.is_empty() && waiting.work.is_empty() && !waiting.closed
             };
-            waiting = if self.dirty {
-                let rest = COMMIT_EVERY.saturating_sub(self.committed.elapsed());
-                let waited = shared.ready.wait_timeout_while(waiting, rest, idle);
-                waited.unwrap_or_else(PoisonError::into_inner).0
-            } else {
-                shared.ready.wait_while(waiting, idle).unwrap_or_else(PoisonError::into_inner)
-            };
+            let every = if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
+            let rest = every.saturating_sub(self.committed.elapsed());
+            let waited = shared.ready.wait_timeout_while(waiting, rest, idle);
+            waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
             if !self.dirty {
                 self.committed = Instant::now();
             }
@@ -241,10 +240,11 @@ impl Thread {
     }
 
     fn commit(&mut self, now: bool) -> Result<(), StoreError> {
-        if !self.dirty || (!now && self.committed.elapsed() < COMMIT_EVERY) {
+        let due = self.committed.elapsed() >= if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
+        if !(due || now && self.dirty) {
             return Ok(());
         }
-        let committed = self.store.commit()?;
+        let committed = self.store.sync()?;
         self.committed = Instant::now();
         self.dirty = false;
         metrics::histogram!("lutra_commit_packets").record(committed.packets as f64);
@@ -255,20 +255,27 @@ impl Thread {
                 durable.extend(committed.durable.iter().map(|link| (link.stream, link.seq)));
             });
         }
+        // Acknowledged first: the history follows from the archive, whatever becomes of it.
+        let behind = self.store.index().err().map(|error| error.to_string());
+        self.tell(committed.packets, behind);
+        Ok(())
+    }
+
+    fn tell(&self, recorded: u64, history_behind: Option<String>) {
         let not_recorded = self.shared.lock().not_recorded;
         self.shared.state.send_if_modified(|state| {
+            let before = state.clone();
             if let Some(trouble) = state.trouble.take() {
                 tracing::warn!(%trouble, "recording goes on");
             }
-            if committed.history_behind.is_some() && committed.history_behind != state.history_behind {
-                tracing::warn!(reason = ?committed.history_behind, "the history is behind the archive");
+            if history_behind.is_some() && history_behind != state.history_behind {
+                tracing::warn!(reason = ?history_behind, "the history is behind the archive");
             }
-            state.history_behind = committed.history_behind;
-            state.recorded += committed.packets;
+            state.history_behind = history_behind;
+            state.recorded += recorded;
             state.not_recorded = not_recorded;
-            true
+            *state != before
         });
-        Ok(())
     }
 
     fn trouble(&self, error: &StoreError) {

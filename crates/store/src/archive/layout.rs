@@ -15,6 +15,9 @@ pub(crate) const ARRIVALS: &str = "Arrivals.idx";
 /// The definitions by which the packets are read; Neptus wants them beside the data.
 const DEFINITIONS: &str = "IMC.xml.gz";
 
+/// Says by being there that old days were removed.
+const TRIMMED: &str = "trimmed";
+
 /// One folder of the archive: what came from a system on one UTC day.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DayKey {
@@ -53,6 +56,18 @@ impl DayKey {
             microsecond: 0,
         })
     }
+}
+
+/// Remembers that old days are removed, so that a stream of a record lane may begin with any number.
+pub(crate) fn mark_trimmed(archive: &Path) -> Result<()> {
+    let path = archive.join(TRIMMED);
+    File::create(&path).and_then(|file| file.sync_all()).named(&path)?;
+    File::open(archive).and_then(|folder| folder.sync_all()).named(archive)
+}
+
+/// Whether old days were removed.
+pub(crate) fn is_trimmed(archive: &Path) -> bool {
+    archive.join(TRIMMED).exists()
 }
 
 /// All days of the archive, by system and day. Other files and folders are passed over.

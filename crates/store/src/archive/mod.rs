@@ -17,7 +17,7 @@ pub use arrival::Arrival;
 pub(crate) use day::{Lengths, Pending};
 pub(crate) use disk::{Disk, RealDisk};
 pub use layout::DayKey;
-pub(crate) use layout::{ARRIVALS, DATA, days};
+pub(crate) use layout::{ARRIVALS, DATA, days, is_trimmed, mark_trimmed};
 pub(crate) use recover::mend;
 pub use scan::{Archived, DayReader};
 pub(crate) use streams::{Recovered, Streams};
@@ -89,6 +89,11 @@ impl Archive {
     /// Says how long a day's files are, so that appending goes on there.
     pub(crate) fn know(&mut self, key: DayKey, lengths: Lengths) {
         self.days.insert(key, Day::new(key, lengths));
+    }
+
+    /// Forgets a day whose files were removed: what still comes for it begins new ones.
+    pub(crate) fn forget(&mut self, key: DayKey) {
+        self.days.remove(&key);
     }
 
     /// Puts a packet behind those that wait; false when its number was accepted before.

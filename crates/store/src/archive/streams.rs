@@ -78,14 +78,17 @@ impl Streams {
         }
     }
 
-    /// Goes on from the records of the archive, in any order.
-    pub(crate) fn recover(&mut self, records: &Recovered) {
+    /// Goes on from the records of the archive, in any order. In an archive that was `trimmed` a stream may begin
+    /// with any number: what came before was given up.
+    pub(crate) fn recover(&mut self, records: &Recovered, trimmed: bool) {
         for (stream, chain) in &records.chains {
             let state = self.streams.entry(*stream).or_default();
-            for (seq, before) in chain {
+            for (at, (seq, before)) in chain.iter().enumerate() {
                 let follows = match before {
                     Before::Nothing => true,
-                    Before::Seq(before) => state.durable.is_some_and(|durable| durable >= *before),
+                    Before::Seq(before) => {
+                        state.durable.map_or(trimmed && at == 0, |durable| durable >= *before)
+                    }
                 };
                 if state.durable.is_some_and(|durable| *seq <= durable) {
                     continue;

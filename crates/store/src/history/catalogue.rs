@@ -111,10 +111,6 @@ impl Catalogue {
         self.changed_progress.insert(key);
     }
 
-    pub(crate) fn has_unsaved_progress(&self) -> bool {
-        !self.changed_progress.is_empty()
-    }
-
     /// The streams' numbers as of the last saved progress.
     pub(crate) fn streams(&self) -> Result<Vec<LinkSeq>> {
         let read = || -> rusqlite::Result<Vec<LinkSeq>> {

@@ -157,10 +157,6 @@ impl History {
         self.catalogue.set_progress(key, progress);
     }
 
-    pub(crate) fn has_unsaved_progress(&self) -> bool {
-        self.catalogue.has_unsaved_progress()
-    }
-
     /// The first of `count` times of arrival, from `now_us` on, that no import had before.
     pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
         self.catalogue.reserve_arrivals(now_us, count)

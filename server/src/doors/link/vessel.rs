@@ -26,6 +26,7 @@ const PRESENT: Duration = Duration::from_secs(5);
 const FIGURES: Duration = Duration::from_secs(10);
 
 /// What the recorder answers.
+#[derive(Clone, Copy)]
 enum Answer {
     /// What is durable of the stream that greeted on this connection.
     Durable(ConnectionId, u64, Option<u64>),
@@ -58,8 +59,10 @@ impl Task {
         recorder: Recorder,
         status: watch::Sender<ShoreStatus>,
     ) -> Self {
-        // Commands are numbered from the time of the start on, so that no start repeats another's numbers.
-        let next_command = relay.clock().now().utc.micros().unsigned_abs();
+        // Commands are numbered from somewhere else at each start, so that no start repeats another's numbers,
+        // whatever the clock says.
+        let somewhere = getrandom::u64().unwrap_or_else(|_| relay.clock().now().utc.micros().unsigned_abs());
+        let next_command = somewhere >> 1;
         Self {
             vessel,
             relay,
@@ -247,7 +250,11 @@ impl Task {
     }
 
     /// Keeps a declared gap; its numbers are done once that is durable.
-    fn gap(&self, stream: u64, gap: Gap) {
+    fn gap(&mut self, stream: u64, gap: Gap) {
+        if gap.reason == GapReason::AcknowledgedBefore {
+            // Nothing is missing: they are here, or were when an older copy of this archive was put back.
+            return self.answered(Answer::Kept(stream, gap.from, gap.to));
+        }
         let (recorder, answers) = (self.recorder.clone(), self.answers.0.clone());
         let declared = store::Gap {
             system: self.vessel,
