@@ -1,6 +1,7 @@
 //! The command line, one module per subcommand.
 
 mod data;
+mod demo;
 mod doctor;
 mod people;
 mod say;
@@ -41,6 +42,8 @@ struct Common {
 enum Command {
     /// Run the server until SIGTERM or Ctrl-C.
     Serve(serve::ServeArguments),
+    /// Show everything at once: a scratch server and simulated Otters that sail, until Ctrl-C.
+    Demo(demo::DemoArguments),
     /// People: add, list, roles, passwords.
     #[command(subcommand)]
     User(people::UserCommand),
@@ -91,6 +94,7 @@ pub fn main() -> ExitCode {
     let Arguments { common, command } = Arguments::parse();
     let outcome = match command {
         Command::Serve(arguments) => serve::serve(&common, &arguments),
+        Command::Demo(arguments) => demo::demo(&common, &arguments),
         Command::User(command) => people::user(&common, command),
         Command::Token(command) => people::token(&common, command),
         Command::Vessel(command) => people::vessel(&common, command),

@@ -29,9 +29,10 @@ pub struct Serving {
     pub address: SocketAddr,
     /// The doors that are open.
     pub doors: Open,
-    #[cfg(test)]
-    pub(super) relay: Relay,
-    recorder: Recorder,
+    /// The hub.
+    pub(crate) relay: Relay,
+    /// The archive and history.
+    pub(crate) recorder: Recorder,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
@@ -108,18 +109,7 @@ pub(super) async fn serve_with(config: Config, history: Option<Arc<dyn History>>
     };
     let web = Web { listener, tls, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving {
-        address,
-        doors: open,
-        #[cfg(test)]
-        relay,
-        recorder,
-        recording,
-        stop,
-        first,
-        web,
-        tasks,
-    })
+    Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
