@@ -21,13 +21,13 @@ use anyhow::{Context as _, bail};
 use api::Role;
 use clap::Args;
 use fleet::Otter;
-use sail::Report;
+use sail::{Report, Shore};
 use scratch::Scratch;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
@@ -37,6 +37,8 @@ const USUAL: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Add
 const NEXT_PORTS: u16 = 20;
 /// What the server logs: not that links go down when the demo ends the agents, and of an agent's own end it tells.
 const LOG: &str = "warn,server::doors::link=error";
+/// How long an end by the clock waits for all Otters to sail.
+const LONGEST_START: Duration = Duration::from_mins(1);
 /// Who may log in.
 const ADMIN: &str = "admin";
 
@@ -51,7 +53,7 @@ pub(super) struct DemoArguments {
     /// Loopback address and port of the web pages; the next free port is taken [default: 127.0.0.1:8080].
     #[arg(long, value_name = "ADDRESS:PORT")]
     listen: Option<SocketAddr>,
-    /// End after so many seconds; an Otter that has not sailed by then is an error.
+    /// End so many seconds after all Otters have begun to sail; one that has not after a minute is an error.
     #[arg(long, value_name = "S", env = "LUTRA_DEMO_SECONDS")]
     seconds: Option<u64>,
 }
@@ -80,29 +82,38 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
         .build()
         .context("cannot start the runtime")?;
     runtime.block_on(async {
-        let ended = ended(arguments.seconds.map(Duration::from_secs))?;
+        let (under_way, sailing) = watch::channel(0);
+        let enough = async move {
+            let Some(seconds) = arguments.seconds else { return std::future::pending().await };
+            let mut sailing = sailing;
+            // The task that counts ends only with the demo.
+            let all = sailing.wait_for(|count| *count >= arguments.otters);
+            tokio::time::timeout(LONGEST_START, all).await.ok();
+            tokio::time::sleep(Duration::from_secs(seconds)).await;
+        };
+        let ended = ended(enough)?;
         let serving = crate::serve(config).await?;
         say!("server    http://{}  log in as {ADMIN} with the password {}", serving.address, access.password);
         fleet::write(scratch.path(), serving.address, &otters, &access.tokens, clock::now())?;
-        let timed = run(serving, program, scratch.path(), otters, ended).await?;
-        if timed.is_empty() { Ok(()) } else { bail!("{}", timed.join("; ")) }
+        let missing = run(serving, &program, scratch.path(), otters, under_way, ended).await?;
+        if missing.is_empty() { Ok(()) } else { bail!("{}", missing.join("; ")) }
     })
 }
 
 /// Starts the Otters and keeps them going until `ended`. What an end by the clock finds missing.
 async fn run(
     serving: Serving,
-    program: PathBuf,
+    program: &Path,
     folder: &Path,
     otters: Vec<Otter>,
+    under_way: watch::Sender<u16>,
     ended: impl Future<Output = bool>,
 ) -> anyhow::Result<Vec<String>> {
     let (stop, mut sailing) = (CancellationToken::new(), JoinSet::new());
-    let program: Arc<Path> = program.into();
     for otter in otters {
-        let (program, folder) = (Arc::clone(&program), folder.to_owned());
-        let relay = serving.relay.clone();
-        sailing.spawn(sail::sail(otter, program, folder, relay, stop.clone()));
+        let (program, folder) = (program.to_owned(), folder.to_owned());
+        let shore = Shore { relay: serving.relay.clone(), under_way: under_way.clone() };
+        sailing.spawn(sail::sail(otter, program, folder, shore, stop.clone()));
     }
     say!(
         "look at   the map, where the Otters move; the latest values of the one chosen; CSV of EstimatedState or"
@@ -131,22 +142,16 @@ async fn run(
 }
 
 /// Waits for a signal or for the time to be up; true for the latter.
-fn ended(after: Option<Duration>) -> anyhow::Result<impl Future<Output = bool>> {
+fn ended(enough: impl Future<Output = ()>) -> anyhow::Result<impl Future<Output = bool>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut hangup = signal(SignalKind::hangup())?;
     Ok(async move {
-        let up = async {
-            match after {
-                Some(after) => tokio::time::sleep(after).await,
-                None => std::future::pending().await,
-            }
-        };
         tokio::select! {
             _ = terminate.recv() => false,
             _ = interrupt.recv() => false,
             _ = hangup.recv() => false,
-            () = up => true,
+            () = enough => true,
         }
     })
 }

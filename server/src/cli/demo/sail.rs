@@ -12,9 +12,9 @@ use imc::messages::{
 };
 use imc::{Address, PacketView};
 use std::fmt;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use units::{LatLon, LocalFrame};
 
@@ -28,6 +28,13 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 const FRESH: Duration = Duration::from_secs(2);
 /// After a request to start the plan the next waits so long.
 const ASK_EVERY: Duration = Duration::from_secs(5);
+
+/// The server, as an Otter's task knows it.
+pub(super) struct Shore {
+    pub(super) relay: Relay,
+    /// Counts the Otters that have begun to sail.
+    pub(super) under_way: watch::Sender<u16>,
+}
 
 /// What became of an Otter.
 #[derive(Debug, Default)]
@@ -74,12 +81,12 @@ impl fmt::Display for Report {
 /// Keeps an Otter sailing until `stop`.
 pub(super) async fn sail(
     otter: Otter,
-    program: Arc<Path>,
+    program: PathBuf,
     folder: PathBuf,
-    relay: Relay,
+    shore: Shore,
     stop: CancellationToken,
 ) -> Report {
-    let mut watch = Watch::new(otter, relay);
+    let mut watch = Watch::new(otter, shore);
     for start in 0..=RESTARTS {
         let name = &watch.otter.name;
         let mut agent = match Agent::start(&program, &watch.otter, &folder) {
@@ -154,16 +161,16 @@ fn latest<T: Payload>(fleet: &Fleet, address: Address) -> Option<T> {
 struct Watch {
     otter: Otter,
     plan: PlanSpecification,
-    relay: Relay,
+    shore: Shore,
     requests: u16,
     report: Report,
 }
 
 impl Watch {
-    fn new(otter: Otter, relay: Relay) -> Self {
+    fn new(otter: Otter, shore: Shore) -> Self {
         let plan = otter.pattern.plan(otter.start);
         let report = Report { name: otter.name.clone(), ..Report::default() };
-        Self { otter, plan, relay, requests: 0, report }
+        Self { otter, plan, shore, requests: 0, report }
     }
 
     /// Tells how it gets on, and starts its plan whenever it is ready for one; returns when the server ends.
@@ -187,7 +194,9 @@ impl Watch {
                     self.otter.pattern.words(),
                     begun.elapsed().as_secs_f64()
                 );
-                self.report.sailed = true;
+                if !std::mem::replace(&mut self.report.sailed, true) {
+                    self.shore.under_way.send_modify(|count| *count += 1);
+                }
             }
             sailing = own;
             let waited = asked.is_none_or(|asked| asked.elapsed() >= ASK_EVERY);
@@ -205,7 +214,7 @@ impl Watch {
 
     async fn look(&self) -> Result<Seen, Stopped> {
         let address = self.otter.address;
-        self.relay.look(move |hub, now| Seen::of(hub.fleet(), now, address)).await
+        self.shore.relay.look(move |hub, now| Seen::of(hub.fleet(), now, address)).await
     }
 
     /// Sends the plan with the request to start it, as from a console.
@@ -220,13 +229,13 @@ impl Watch {
             ..PlanControl::default()
         };
         let header = imc::Header {
-            timestamp: self.relay.clock().now().utc.seconds(),
-            src: self.relay.address(),
+            timestamp: self.shore.relay.clock().now().utc.seconds(),
+            src: self.shore.relay.address(),
             dst: self.otter.address,
             ..imc::Header::default()
         };
         match imc::Packet::new(header, start).encode() {
-            Ok(packet) => self.relay.send(packet.into()).await,
+            Ok(packet) => self.shore.relay.send(packet.into()).await,
             // Plans of a demo are small.
             Err(_) => Ok(false),
         }
