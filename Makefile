@@ -1,17 +1,19 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help test demo interop bench fuzz fmt audit setup
+.PHONY: help test demo interop bench fuzz fmt audit setup web types chromium
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS := imc_packet imc_deframer imc_json imc_lsf \
+FUZZ_TARGETS := imc_packet imc_deframer imc_json imc_lsf link_message \
   $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/charts_*.rs))
 
 say = @printf '\n== %s\n' "$(1)"
 
 help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
+	@echo "make web     check and bundle the pages' scripts and styles into web/dist"
+	@echo "make types   write web/src/api/types.gen.ts anew from crates/api"
 	@echo "make demo    sail a simulated Otter through a short plan and look into its log"
 	@echo "make interop sail a scripted mission with pyimclsts (from PyPI) as the console"
 	@echo "make bench   measure and print speeds"
@@ -19,7 +21,7 @@ help:
 	@echo "make audit   check licences, sources and duplicates of all dependencies"
 	@echo "make fmt     format the code"
 
-# Needs nothing but a Rust toolchain; everything else is installed through cargo.
+# Needs nothing but a Rust toolchain; everything else is installed through cargo, npm and apt.
 setup:
 	@command -v cargo >/dev/null || { \
 	  echo "Lutra needs Rust $$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or newer with rustfmt and clippy: https://rustup.rs"; exit 1; }
@@ -27,13 +29,31 @@ setup:
 	  echo "Installing cargo-nextest, the test runner (once, some minutes)"; \
 	  cargo install cargo-nextest --locked; }
 
-test: setup
+# npm comes with Node 20 or newer; everything else of the pages through npm, once for each package-lock.json.
+web:
+	@command -v npm >/dev/null || { \
+	  echo "Installing Node and npm (once)"; apt-get update -q && apt-get install -qy nodejs npm; }
+	$(call say,Scripts and styles of the pages)
+	@cd web && { [ node_modules/.package-lock.json -nt package-lock.json ] || npm ci --no-audit --no-fund; }
+	cd web && npm run --silent check && npm run --silent build
+
+types:
+	LUTRA_WRITE_TYPES=1 cargo test --quiet --locked --package api
+
+chromium:
+	@command -v chromium >/dev/null || { \
+	  echo "Installing Chromium, for the tests of the pages (once)"; \
+	  apt-get update -q && apt-get install -qy --no-install-recommends chromium; }
+
+test: setup web chromium
 	$(call say,Formatting)
 	cargo fmt --all --check
 	$(call say,Lints)
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(call say,Tests of the scripts)
+	cd web && npm run --silent test
 	$(call say,Tests)
-	cargo nextest run --workspace --locked --no-fail-fast
+	LUTRA_BROWSER=required cargo nextest run --workspace --locked --no-fail-fast
 	$(call say,Examples in the documentation)
 	cargo test --doc --workspace --locked --quiet
 	$(call say,Documentation)
@@ -53,6 +73,7 @@ bench: setup
 	cargo bench --locked --package imc --bench imc
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
+	cargo bench --locked --package store --bench store
 	@sh scripts/bench-agent
 
 fuzz: setup

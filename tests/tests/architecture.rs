@@ -14,7 +14,7 @@ const LAYERS: [(u8, &[&str]); 5] = [
     (1, &["charts", "imc"]),
     (2, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
     (3, &["api", "hub", "onboard", "sim", "store"]),
-    (4, &["imc-cli", "lutra-server", "lutra-tests", "vehicle-agent", "xtask"]),
+    (4, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
 ];
 
 /// Only `hub` and `onboard` translate between IMC and these.

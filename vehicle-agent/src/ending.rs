@@ -3,6 +3,7 @@
 use crate::edge::Edge;
 use anyhow::Context as _;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::io;
 use std::panic::PanicHookInfo;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,6 +38,19 @@ impl Ending {
             signal_hook::flag::register(signal, Arc::clone(&ending.asked)).context("signals")?;
         }
         Ok(ending)
+    }
+
+    /// Ends also when standard input does. Whoever holds its other end need not say anything for that: it is closed
+    /// however that program ends.
+    pub(crate) fn at_end_of_input(&self) -> anyhow::Result<()> {
+        let asked = Arc::clone(&self.asked);
+        let read = move || {
+            // An input that cannot be read says as little as one that has ended.
+            io::copy(&mut io::stdin().lock(), &mut io::sink()).ok();
+            asked.store(true, Ordering::Relaxed);
+        };
+        std::thread::Builder::new().name("input".to_owned()).spawn(read).context("cannot start a thread")?;
+        Ok(())
     }
 
     /// Ends at a panic of any thread: its first deed is to stop the motors.

@@ -15,6 +15,7 @@ mod setup;
 mod simulate;
 mod track;
 mod transports;
+mod uplink;
 mod world;
 
 use crate::disk::{InUse, recording};

@@ -11,6 +11,7 @@ use crate::net::{Event, Losses, Net};
 use crate::say::{LogFormat, briefly, say};
 use crate::setup;
 use crate::transports::{self, Given};
+use crate::uplink::{Uplink, UplinkSettings};
 use crate::world::{Happening, Motors, World};
 use anyhow::{Context as _, bail};
 use clap::Args;
@@ -39,6 +40,9 @@ const DISK_END: Duration = Duration::from_secs(10);
 /// What the disk could not take is told at most this often.
 const LOST_TOLD: Duration = Duration::from_secs(5);
 
+/// The shore among the peers. What is sent to it goes over the link, which carries everything anyway.
+const SHORE: Peer = Peer::Tcp(u32::MAX);
+
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
     /// The main configuration file, in DUNE's .ini dialect.
@@ -64,6 +68,10 @@ pub(crate) struct RunArguments {
     /// Announcement port in place of the configured ones; 0 lets the system choose.
     #[arg(long)]
     announce_port: Option<u16>,
+    /// End also when standard input ends, for a program that starts agents: they do not outlive it, not even when
+    /// it is killed.
+    #[arg(long)]
+    end_with_stdin: bool,
     /// Form of the log on standard error.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) log_format: LogFormat,
@@ -83,6 +91,7 @@ struct Agent {
     world: World,
     net: Net,
     disk: Disk,
+    uplink: Option<Uplink>,
     happened: Vec<(Now, Happening)>,
     next_second: Duration,
     next_lost: Duration,
@@ -95,6 +104,9 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
         bail!("the profile `{}` needs device drivers, which this version does not have", arguments.profile);
     }
     let ending = Ending::at_signals()?;
+    if arguments.end_with_stdin {
+        ending.at_end_of_input()?;
+    }
     let config = setup::load(&arguments.config, &arguments.profile)?;
     // The vessel's clock counts from here, not from the end of the start: its times would lag by that.
     let agent = Agent::start(arguments, config, Clock::system())?;
@@ -144,6 +156,7 @@ impl Agent {
             }
             None => None,
         };
+        let shore = UplinkSettings::read(&config, &arguments.config, &arguments.data, &mut doubts)?;
         for doubt in doubts {
             tracing::warn!("{doubt}");
         }
@@ -152,6 +165,7 @@ impl Agent {
         }
         let net = Net::open(&ports, settings.address)?;
         let inbox = Arc::clone(&net.inbox);
+        let uplink = shore.map(|shore| start_uplink(shore, &net)).transpose()?;
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
         let (device, commands) = channel();
@@ -169,6 +183,7 @@ impl Agent {
             world,
             net,
             disk,
+            uplink,
             happened: Vec::new(),
             next_second: Duration::ZERO,
             next_lost: Duration::ZERO,
@@ -196,6 +211,9 @@ impl Agent {
         if !ending.has_fault() {
             self.tell(Input::Shutdown);
             self.tell_lost();
+        }
+        if self.uplink.take().is_some_and(|uplink| !uplink.end()) {
+            tracing::error!("the disk did not take the rest of the spool in time");
         }
         self.disk.hand(Work::Close(self.world.now().utc));
         let closed = self.disk.finish(DISK_END);
@@ -292,6 +310,7 @@ impl Agent {
             Output::Motors(_) => {}
             Output::Packet { bytes, to } => {
                 self.net.send(&bytes, &to);
+                self.record(&bytes);
                 self.disk.hand(Work::Packet(now.mono, bytes));
             }
             Output::Announce(bytes) => self.net.announce(&bytes),
@@ -303,6 +322,13 @@ impl Agent {
                 let name = print(level, &text);
                 self.disk.hand(Work::Line(now.mono, format!("[{}] - {name} - {text}", now.utc)));
             }
+        }
+    }
+
+    /// What the vessel says goes to the shore.
+    fn record(&self, packet: &[u8]) {
+        if let Some(uplink) = &self.uplink {
+            uplink.record(packet);
         }
     }
 
@@ -345,6 +371,16 @@ impl Agent {
         self.tell(Input::NotKept(format!("the disk is too slow: {lost}")));
         true
     }
+}
+
+/// Commands of the shore wait with those of other peers; it is told when there is no room.
+fn start_uplink(settings: UplinkSettings, net: &Net) -> anyhow::Result<Uplink> {
+    let inbox = Arc::clone(&net.inbox);
+    let deliver = move |packet: &[u8]| {
+        let taken = inbox.offer(SHORE, packet);
+        taken.then_some(()).ok_or_else(|| "too many packets wait for the vessel".to_owned())
+    };
+    Uplink::start(settings, Box::new(deliver))
 }
 
 /// What the brain says, into the program's log; answers the level's name.

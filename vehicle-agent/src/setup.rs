@@ -348,7 +348,37 @@ pub(crate) fn vessel(config: &Config, start: UtcTime, seed: u64) -> anyhow::Resu
         vessel.environment.current.speed_mps = north.hypot(east);
         vessel.environment.current.to_rad = east.atan2(north);
     }
+    // Receivers of several simulated vessels are told apart by their numbers, as real ones are.
+    vessel.hydrophone.serial += u32::from(config.address().unwrap_or_default());
+    vessel.fish =
+        config.running(&simulate::fish::FISH).map(|fish| tagged(fish, start)).collect::<Result<_, _>>()?;
     Ok(vessel)
+}
+
+/// A simulated fish.
+fn tagged(section: &Section, start: UtcTime) -> anyhow::Result<sim::FishConfig> {
+    let about = || format!("[{}]", section.name());
+    let (centre, interval) = (section.get(&simulate::fish::CENTRE), section.get(&simulate::fish::INTERVAL));
+    let ([lat_deg, lon_deg], [shortest_s, longest_s]) = (&centre[..], &interval[..]) else {
+        bail!("{} the centre and the interval have two numbers each", about());
+    };
+    let centre = LatLon::from_deg(*lat_deg, *lon_deg).with_context(about)?;
+    let since = match section.get(&simulate::fish::BEGINNING) {
+        0 => start,
+        seconds => UtcTime::from_micros(seconds * 1_000_000),
+    };
+    // The schema keeps the number within 32 bits and the seconds within a day.
+    let tag_id = section.get(&simulate::fish::TAG) as u32;
+    let fish = sim::FishConfig {
+        radius_m: section.get(&simulate::fish::RADIUS),
+        speed_mps: section.get(&simulate::fish::SPEED),
+        depth_m: section.get(&simulate::fish::DEPTH),
+        interval_min_s: shortest_s.round() as u32,
+        interval_max_s: longest_s.round() as u32,
+        ..sim::FishConfig::near(centre, since, tag_id, u64::from(tag_id))
+    };
+    sim::Fish::new(&fish).with_context(about)?;
+    Ok(fish)
 }
 
 #[cfg(test)]

@@ -22,7 +22,8 @@ fn a_scripted_mission_from_outside() {
     console.ready();
 
     let reply = console.database(PlanDBOp::Set, "far", Some(far_plan().into()));
-    let Some(information) = reply.arg.of::<PlanDBInformation>() else { panic!("{reply:?}") };
+    let information =
+        reply.arg.of::<imc::messages::PlanDBInformation>().unwrap_or_else(|| panic!("{reply:?}"));
     assert_eq!(information.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     console.start("far", None);
     console.wait_for::<EstimatedState>("way on", |state| state.u > 0.5);
@@ -148,7 +149,7 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     let mut console = Console::connect(&agent);
     console.ready();
     let reply = console.database(PlanDBOp::GetState, "", None);
-    let Some(state) = reply.arg.of::<PlanDBState>() else { panic!("{reply:?}") };
+    let state = reply.arg.of::<imc::messages::PlanDBState>().unwrap_or_else(|| panic!("{reply:?}"));
     let plan = state.plans_info.of::<PlanDBInformation>().next().unwrap();
     assert_eq!(plan.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     assert_eq!(plan.change_sid, CONSOLE.0);
@@ -247,4 +248,17 @@ fn a_second_server_of_streams_carries_what_its_section_lists() {
     let by_itself = formation.seen.iter().find(|packet| packet.header.dst.is_everyone());
     assert_eq!(by_itself, None);
     assert!(console.seen.len() > 10);
+}
+
+#[test]
+fn it_ends_in_order_with_the_program_that_started_it_when_told_to() {
+    let folder = TempDir::new().unwrap();
+    let mut command = program();
+    std::fs::copy(ini(), folder.path().join("otter.ini")).unwrap();
+    command.arg("run").arg(folder.path().join("otter.ini")).args(["--quiet", "--end-with-stdin"]);
+    let mut agent = Agent::spawn(command.stdin(Stdio::piped()), folder.path(), &[]);
+    Console::connect(&agent).ready();
+    // What the system does with the pipes of a program that is gone.
+    drop(agent.child.stdin.take());
+    assert!(agent.ended().starts_with("motors stopped, log closed"));
 }

@@ -65,6 +65,8 @@ pub enum Unit {
     Mebibyte,
     /// Bits per second.
     Baud,
+    /// Bytes per second.
+    BytePerSecond,
 }
 
 impl Unit {
@@ -98,6 +100,7 @@ impl Unit {
             Self::Celsius => "degC",
             Self::Mebibyte => "MiB",
             Self::Baud => "Bd",
+            Self::BytePerSecond => "B/s",
         }
     }
 }

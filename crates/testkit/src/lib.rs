@@ -4,6 +4,8 @@
 //! checkout. A test that needs one asks [`shared`] for it and returns early, with the reason printed, where
 //! the folder is absent.
 
+pub mod browser;
+
 use std::path::{Path, PathBuf};
 
 /// The root of this checkout.

@@ -119,6 +119,55 @@ impl Sub for UtcTime {
     }
 }
 
+/// The text is no time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoTime;
+
+impl std::fmt::Display for NoTime {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("no time in ISO 8601 UTC, like 2026-11-21T07:43:27Z")
+    }
+}
+
+impl std::error::Error for NoTime {}
+
+impl std::str::FromStr for UtcTime {
+    type Err = NoTime;
+
+    /// ISO 8601 in UTC: a date (`2026-11-21`, its beginning), or a date and time to the minute, second or
+    /// fraction of one (`2026-11-21T07:43`, `2026-11-21 07:43:27.5Z`). An offset other than `Z` is refused, as
+    /// everything here is UTC.
+    fn from_str(text: &str) -> Result<Self, NoTime> {
+        let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
+        let (date, time) = text.split_once(['T', 't', ' ']).unwrap_or((text, "00:00"));
+        let mut date = date.splitn(3, '-').map(digits);
+        let (year, month, day) = (part(&mut date)?, part(&mut date)?, part(&mut date)?);
+        let (time, fraction) = time.split_once('.').unwrap_or((time, "0"));
+        let mut time = time.split(':').map(digits);
+        let (hour, minute) = (part(&mut time)?, part(&mut time)?);
+        let second = time.next().unwrap_or(Some(0)).ok_or(NoTime)?;
+        // Finer than a microsecond is cut.
+        let written = fraction.bytes().all(|byte| byte.is_ascii_digit()).then_some(fraction);
+        let fraction = written.and_then(|digits| digits.get(..digits.len().clamp(1, 6))).ok_or(NoTime)?;
+        let scale = 10_u32.pow(6 - fraction.len() as u32);
+        let microsecond = digits(fraction).ok_or(NoTime)? * scale;
+        let small = |number: u32| u8::try_from(number).map_err(|_| NoTime);
+        let (month, day) = (small(month)?, small(day)?);
+        let (hour, minute, second) = (small(hour)?, small(minute)?, small(second)?);
+        let civil = Civil { year: year.into(), month, day, hour, minute, second, microsecond };
+        if time.next().is_some() { Err(NoTime) } else { Self::from_civil(civil).ok_or(NoTime) }
+    }
+}
+
+/// A number of digits only, without a sign.
+fn digits(text: &str) -> Option<u32> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok()).flatten()
+}
+
+fn part(parts: &mut impl Iterator<Item = Option<u32>>) -> Result<u32, NoTime> {
+    parts.next().flatten().ok_or(NoTime)
+}
+
 impl std::fmt::Display for UtcTime {
     /// ISO 8601 with microseconds: `2026-11-21T07:43:27.123456Z`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -162,6 +211,41 @@ mod tests {
         );
         assert_eq!(UtcTime::from_micros(-1).to_string(), "1969-12-31T23:59:59.999999Z");
         assert_eq!(UtcTime::from_micros(951_782_400_000_000).to_string(), "2000-02-29T00:00:00.000000Z");
+    }
+
+    #[test]
+    fn reads_iso_8601() {
+        let day = UtcTime::from_micros(1_795_219_200_000_000);
+        assert_eq!(day.to_string(), "2026-11-21T00:00:00.000000Z");
+        for (text, us) in [
+            ("2026-11-21", 0),
+            ("2026-11-21T00:00Z", 0),
+            ("2026-11-21 01:02", 3_720_000_000),
+            ("2026-11-21T01:02:03", 3_723_000_000),
+            ("2026-11-21t01:02:03.5z", 3_723_500_000),
+            ("2026-11-21T00:00:00.1234569Z", 123_456),
+        ] {
+            assert_eq!(text.parse(), Ok(UtcTime::from_micros(day.micros() + us)), "{text}");
+        }
+        assert_eq!(day.to_string().parse(), Ok(day));
+        for bad in [
+            "",
+            "yesterday",
+            "2026",
+            "2026-11",
+            "2026-02-30",
+            "2026-11-21T24:00",
+            "2026-11-21T01",
+            "-1-11-21",
+            "2026-11-21T01:02:03.",
+            "2026-11-21T01:02:03.5x",
+            "2026-11-21T01:02:03+01:00",
+            "2026-11-21T1:2:3:4",
+            "2026-11-21T01:02:+3",
+            "２026-11-21",
+        ] {
+            assert_eq!(bad.parse::<UtcTime>(), Err(NoTime), "{bad}");
+        }
     }
 
     #[test]

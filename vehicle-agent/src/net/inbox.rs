@@ -139,6 +139,24 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
+    /// A packet from a peer that is told what becomes of it; answers whether there was room. Never waits.
+    pub(crate) fn offer(&self, peer: Peer, bytes: &[u8]) -> bool {
+        let mut waiting = self.lock();
+        let taken = if self.is_abort(bytes) {
+            waiting.abort(peer, bytes);
+            true
+        } else {
+            let has_room = waiting.has_room(peer, bytes.len());
+            if has_room {
+                waiting.packet(peer, bytes);
+            }
+            has_room
+        };
+        drop(waiting);
+        self.arrived.notify_one();
+        taken
+    }
+
     pub(super) fn connected(&self, client: u32) {
         self.lock().put(Peer::Tcp(client), Item::Here);
         self.arrived.notify_one();

@@ -132,3 +132,42 @@ fn a_part_that_lutra_does_not_watch_is_told() {
     let (_, doubts) = settings(&config, 1).unwrap();
     assert_eq!(doubts, ["[Monitors.Entities] `Simulation Engine` is no part that Lutra watches"]);
 }
+
+const START: UtcTime = UtcTime::from_micros(1_790_000_100_000_000);
+
+/// The simulated vessel of the shipped configuration with lines after it.
+fn vessel_with(more: &str) -> anyhow::Result<sim::VesselConfig> {
+    let files = config::InMemory::new().with("otter.ini", format!("{}\n{more}", crate::OTTER_INI));
+    let config = Config::load(&files, "otter.ini".as_ref(), &["Simulation"]);
+    assert!(!config.report().has_errors(), "{}", config.report());
+    vessel(&config, START, 1)
+}
+
+#[test]
+fn fish_swim_where_the_configuration_has_them() {
+    assert!(vessel_with("").unwrap().fish.is_empty());
+    let fish = |number: u32, beginning_s: i64| {
+        format!(
+            "[Simulators.Fish/{number}]\nEnabled = Simulation\nEntity Label = Fish {number}\nTag Number = \
+             {number}\nBeginning = {beginning_s}\nArea -- Centre = 63.44, 10.35\n"
+        )
+    };
+    let found = vessel_with(&(fish(7, 1_790_000_000) + &fish(8, 0))).unwrap();
+    assert_eq!(found.fish.iter().map(|fish| fish.tag_id).collect::<Vec<_>>(), [7, 8]);
+    assert_eq!(found.fish[0].since.micros(), 1_790_000_000_000_000);
+    assert_eq!(found.fish[1].since, START);
+    sim::Vessel::new(&found).unwrap();
+    // Another vessel hears the same fish with a receiver of another number.
+    let other = "[General]\nVehicle = other\n[IMC Addresses]\nother = 0x28D1\n";
+    let other = vessel_with(&(fish(7, 1_790_000_000) + other)).unwrap();
+    assert_eq!(other.fish[0], found.fish[0]);
+    assert_ne!(other.hydrophone.serial, found.hydrophone.serial);
+}
+
+#[test]
+fn a_fish_that_cannot_be_names_its_section() {
+    let wrong =
+        "[Simulators.Fish/odd]\nEnabled = Simulation\nEntity Label = Odd\nTag Interval = 90, 30\n";
+    let told = format!("{:#}", vessel_with(wrong).unwrap_err());
+    assert!(told.contains("[Simulators.Fish/odd]") && told.contains("longest tag interval"), "{told}");
+}

@@ -55,6 +55,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &transport::tcp::CLIENT,
     &transport::logging::LOGGING,
     &transport::log_book::LOG_BOOK,
+    &transport::lutra::LUTRA,
     &device::compass::COMPASS,
     &device::hydrophone::HYDROPHONE,
     &device::sound_speed::SOUND_SPEED,
@@ -65,6 +66,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &simulate::current::CURRENT,
     &simulate::gps::GPS,
     &simulate::motor::MOTOR,
+    &simulate::fish::FISH,
     &general::hull::MODEL,
 ];
 

@@ -100,3 +100,48 @@ pub mod motor {
         .doc("A simulated motor; one instance for each side.")
         .groups(&[OF_EVERY_TASK, &[FREQUENCY.spec, THRUSTER_ID.spec, ACT_TO_RPM.spec]]);
 }
+
+pub mod fish {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, floats, int};
+
+    pub const TAG: Param<i64> = int("Tag Number", 1, Unit::None)
+        .within(0, 0xFFFF_FFFF)
+        .doc("Lutra: what its tag says; fish with different numbers swim differently.");
+    pub const BEGINNING: Param<i64> = int("Beginning", 0, Unit::Second).within(0, 4_102_444_800).doc(
+        "Lutra: since when it swims, counted from 1970, at most a year before the vessel starts; 0 for the \
+             vessel's own start. Vessels whose files say the same of a fish hear the same fish.",
+    );
+    pub const CENTRE: Param<Vec<f64>> = floats("Area -- Centre", &[63.33, 10.083_333], Unit::Degree)
+        .of_length(2)
+        .within(-180.0, 180.0)
+        .doc("Lutra: around where it swims: latitude, longitude.");
+    pub const RADIUS: Param<f64> = float("Area -- Radius", 300.0, Unit::Metre)
+        .within(1.0, 100_000.0)
+        .doc("Lutra: how far from there it turns back.");
+    pub const SPEED: Param<f64> =
+        float("Mean Speed", 0.4, Unit::MetrePerSecond).within(0.0, 5.0).doc("Lutra: how fast it swims.");
+    pub const DEPTH: Param<f64> =
+        float("Mean Depth", 10.0, Unit::Metre).within(0.0, 1000.0).doc("Lutra: how deep it swims.");
+    pub const INTERVAL: Param<Vec<f64>> = floats("Tag Interval", &[30.0, 90.0], Unit::Second)
+        .of_length(2)
+        .within(1.0, 86_400.0)
+        .doc("Lutra: shortest and longest time between transmissions, in whole seconds.");
+
+    pub static FISH: SectionSpec = SectionSpec::task(&["Simulators.Fish"], "Tagged Fish", "Never")
+        .doc(
+            "Lutra: a simulated fish with an acoustic tag that the simulated hydrophone hears; further fish in \
+             sections Simulators.Fish/NAME.",
+        )
+        .groups(&[
+            OF_EVERY_TASK,
+            &[
+                TAG.spec,
+                BEGINNING.spec,
+                CENTRE.spec,
+                RADIUS.spec,
+                SPEED.spec,
+                DEPTH.spec,
+                INTERVAL.spec,
+            ],
+        ]);
+}

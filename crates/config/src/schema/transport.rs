@@ -239,3 +239,56 @@ pub mod log_book {
         .doc("Answers questions about past events.")
         .groups(&[OF_EVERY_TASK]);
 }
+
+pub mod lutra {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, texts};
+
+    pub const URL: Param<String> = text("URL", "ws://127.0.0.1:8080/link")
+        .doc("Lutra: where the server's door for vessels is; wss:// needs a certificate authority.");
+    pub const TOKEN_FILE: Param<String> = text("Token File", "lutra.token")
+        .doc("Lutra: file with the vessel's token, beside this one unless it has a path of its own.");
+    pub const AUTHORITY: Param<String> = text("Certificate Authority", "")
+        .doc("Lutra: file with the certificates that the server's is checked by, for wss:// only.");
+    pub const KEPT_LONGEST: Param<Vec<String>> = texts(
+        "Kept Longest",
+        &[
+            "TBRFishTag",
+            "TBRSensor",
+            "LogBookEntry",
+            "PlanControl",
+            "PlanDB",
+            "PlanSpecification",
+            "VehicleCommand",
+        ],
+    )
+    .doc("Lutra: messages that stay in a full spool when the others have gone.");
+    pub const SPOOL_SIZE: Param<i64> = int("Spool Size", 2048, Unit::Mebibyte)
+        .within(1, 1 << 20)
+        .doc("Lutra: what may wait on disk for the shore; beyond that the oldest telemetry goes.");
+    pub const SPOOL_FOLDER: Param<String> =
+        text("Spool Folder", "").doc("Lutra: where it waits; empty for the agent's data folder.");
+    pub const BYTE_BUDGET: Param<i64> = int("Byte Budget", 0, Unit::BytePerSecond)
+        .within(0, 1 << 30)
+        .doc("Lutra: what may be sent over time, newest values before the backlog; 0 does not limit it.");
+    pub const SYNC_INTERVAL: Param<f64> = float("Sync Interval", 0.2, Unit::Second)
+        .within(0.02, 60.0)
+        .doc("Lutra: what the vessel said longer ago than this survives a loss of power.");
+
+    pub static LUTRA: SectionSpec = SectionSpec::task(&["Transports.Lutra"], "Lutra Link", "Never")
+        .doc("Carries everything to a Lutra server, and its commands back.")
+        .groups(&[
+            OF_EVERY_TASK,
+            &[
+                URL.spec,
+                TOKEN_FILE.spec,
+                AUTHORITY.spec,
+                super::MESSAGES.spec,
+                super::RATES.spec,
+                KEPT_LONGEST.spec,
+                SPOOL_SIZE.spec,
+                SPOOL_FOLDER.spec,
+                BYTE_BUDGET.spec,
+                SYNC_INTERVAL.spec,
+            ],
+        ]);
+}

@@ -1,0 +1,64 @@
+//! What the history is asked and answers.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+/// A kind of message that the history holds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Recorded {
+    /// IMC address of the source.
+    pub system: u16,
+    /// Abbreviation of the message.
+    pub abbrev: String,
+    /// How many.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub count: u64,
+    /// Time of the first, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub first_us: i64,
+    /// Time of the last, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub last_us: i64,
+}
+
+/// Which part of a track.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct TrackQuery {
+    /// From this time on, µs since 1970 UTC.
+    pub from_us: i64,
+    /// Before this time, µs since 1970 UTC.
+    pub to_us: i64,
+    /// At most so many points, 2 to 20000; 2000 when left out.
+    pub points: Option<u32>,
+}
+
+/// A place on a track.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct TrackPoint {
+    /// When, by the vessel's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// WGS-84 latitude, degrees, north positive.
+    pub lat_deg: f64,
+    /// WGS-84 longitude, degrees, east positive.
+    pub lon_deg: f64,
+}
+
+/// What to export, and how it is written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct ExportQuery {
+    /// Abbreviation of the message, like `EstimatedState`.
+    pub message: String,
+    /// IMC address of the vessel; all that one may export when left out.
+    pub vessel: Option<u16>,
+    /// From this time on, ISO 8601 UTC; from the beginning when left out or empty.
+    pub from: Option<String>,
+    /// Before this time, ISO 8601 UTC; to the end when left out or empty.
+    pub to: Option<String>,
+    /// `rad` or `deg` for angles; `rad` when left out.
+    pub angles: Option<String>,
+}

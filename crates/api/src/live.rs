@@ -1,0 +1,163 @@
+//! The fleet as it is now: `GET /api/v1/vessels` and the WebSocket `/api/live`.
+//!
+//! A client sends `{"subscribe": {…}}` and gets frames: first everything that matches, then what changed. Of a
+//! series that changed several times between two frames it gets the latest, and how many it did not get; events
+//! come one by one and in order.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use utoipa::ToSchema;
+
+/// What a client sends on the live socket.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum LiveRequest {
+    /// What it wants from now on. Replaces what it wanted before; the next frame holds all of it.
+    Subscribe(Subscription),
+}
+
+/// What a client wants.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub struct Subscription {
+    /// IMC addresses; null for all that the person may see.
+    pub systems: Option<Vec<u16>>,
+    /// Abbreviations of messages like `EstimatedState`; null for all, empty for none.
+    pub messages: Option<Vec<String>>,
+    /// Whether events are wanted.
+    pub events: bool,
+    /// Milliseconds between two frames at least, 5 to 10000.
+    pub every_ms: u32,
+}
+
+impl Default for Subscription {
+    fn default() -> Self {
+        Self { systems: None, messages: None, events: true, every_ms: 100 }
+    }
+}
+
+/// What the server sends on the live socket, at least once a second.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LiveFrame {
+    /// The server's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub now_us: i64,
+    /// Whether this begins anew: what is not in it is not there.
+    pub snapshot: bool,
+    /// All systems that the client wants, as they are now.
+    pub systems: Vec<System>,
+    /// Series with a new value.
+    pub values: Vec<Update>,
+    /// Events, in order.
+    pub events: Vec<Update>,
+    /// Values that newer ones replaced before they were sent.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub skipped: u64,
+    /// Events that the server no longer had; the history has them.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub events_missed: u64,
+}
+
+/// Something that speaks IMC.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct System {
+    /// IMC address.
+    pub address: u16,
+    /// What it calls itself, or what people call it; null while nobody has said.
+    pub name: Option<String>,
+    /// Kind by its Announce, like `USV` or `CCU`.
+    pub kind: Option<String>,
+    /// How long it has been silent, in words.
+    pub liveness: Liveness,
+    /// Its last packet by the server's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub heard_us: i64,
+    /// Doors through which it was heard, the latest first.
+    pub doors: Vec<String>,
+    /// Where it is, when it said so.
+    pub fix: Option<Fix>,
+    /// Entities' labels by number.
+    pub entities: BTreeMap<u8, String>,
+}
+
+/// How long a system has been silent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum Liveness {
+    /// Heard as often as it speaks.
+    Live,
+    /// Expected, but not there yet.
+    Late,
+    /// What is shown of it is old.
+    Stale,
+    /// Gone.
+    Lost,
+}
+
+/// A true position, with what is known of the motion there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Fix {
+    /// When, by the vessel's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// WGS-84 latitude, degrees, north positive.
+    pub lat_deg: f64,
+    /// WGS-84 longitude, degrees, east positive.
+    pub lon_deg: f64,
+    /// True heading, radians clockwise from north.
+    pub heading_rad: Option<f64>,
+    /// Course over ground, radians clockwise from north.
+    pub course_rad: Option<f64>,
+    /// Speed over ground, m/s.
+    pub speed_mps: Option<f64>,
+}
+
+/// A message, decoded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Update {
+    /// IMC address of the source.
+    pub system: u16,
+    /// Number of the message.
+    pub id: u16,
+    /// Its abbreviation, like `EstimatedState`.
+    pub abbrev: String,
+    /// Number of the entity within the source; 255 for none.
+    pub entity: u8,
+    /// What tells several series of one entity apart, like port and starboard; null where nothing has to.
+    pub instance: Option<u8>,
+    /// The source's time, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// Arrival by the server's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub received_us: i64,
+    /// Packets of the series since the server started; 0 for an event.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub count: u64,
+    /// Usual time between two of them, seconds; null while that is unknown.
+    pub period_s: Option<f64>,
+    /// Values by field, in the order of the message.
+    pub fields: Vec<Field>,
+}
+
+/// A value of a message.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Field {
+    /// Name in the message.
+    pub name: String,
+    /// Number, text or nested message; null where it is no number (NaN).
+    #[cfg_attr(test, ts(type = "unknown"))]
+    pub value: serde_json::Value,
+    /// Unit, like `rad`; empty for none.
+    pub unit: String,
+    /// What the number stands for, where it stands for something.
+    pub meaning: Option<String>,
+}

@@ -1,0 +1,202 @@
+//! What the fleet looks like now: the last packet of every series, how old it is and how often it comes, the
+//! names of entities, and the latest events.
+//!
+//! A series is a message of an entity of a system; messages that tell several things of one entity apart by an
+//! `id` (as `SetThrusterActuation` does port and starboard) make a series of each. Packets are kept as they came
+//! and decoded by whoever looks.
+//!
+//! Every change has a revision, so that a reader that comes back asks only for what is new since then and sees
+//! the latest of each series; how many were skipped follows from the counts. Events are kept one by one in a ring
+//! of [`EVENTS_KEPT`]; a reader that was away for longer learns how many it missed.
+
+mod system;
+
+pub use system::{Liveness, Series, SeriesKey, System};
+
+use crate::{Door, Now};
+use bytes::Bytes;
+use imc::messages::{self as m, Payload as _};
+use imc::{Address, PacketView};
+use std::collections::{BTreeMap, VecDeque};
+use units::UtcTime;
+
+/// Systems that are known at once; beyond that the one silent for longest is forgotten.
+const SYSTEMS_KEPT: usize = 512;
+/// Events that are kept.
+const EVENTS_KEPT: usize = 4_096;
+/// Bytes that all kept events may have.
+const EVENT_BYTES_KEPT: usize = 4 << 20;
+
+/// A message that stands for itself and is not replaced by the next of its kind.
+#[derive(Debug, Clone)]
+pub struct Event {
+    /// The revision that it made.
+    pub revision: u64,
+    /// The packet.
+    pub packet: Bytes,
+    /// When it came.
+    pub received: UtcTime,
+}
+
+/// What is new to a reader.
+#[derive(Debug)]
+pub struct Changes<'a> {
+    /// To ask with next time.
+    pub revision: u64,
+    /// Series with a new value, in order of change.
+    pub series: Vec<(&'a System, SeriesKey, &'a Series)>,
+    /// Events, in order.
+    pub events: Vec<Event>,
+    /// Events that were forgotten before the reader came.
+    pub events_missed: u64,
+}
+
+/// All systems.
+#[derive(Debug, Default)]
+pub struct Fleet {
+    systems: BTreeMap<Address, System>,
+    revision: u64,
+    /// What changed at which revision; a series stands here once, at its latest.
+    changed: BTreeMap<u64, (Address, SeriesKey)>,
+    events: VecDeque<Event>,
+    event_bytes: usize,
+    /// The revision of the last event that was forgotten, and how many were.
+    forgotten: VecDeque<u64>,
+}
+
+/// Whether a message is an event: each one counts, and none is dropped for a newer one.
+pub fn is_event(id: u16) -> bool {
+    matches!(
+        id,
+        m::Abort::ID
+            | m::Aborted::ID
+            | m::EntityParameters::ID
+            | m::HistoricEvent::ID
+            | m::LogBookEntry::ID
+            | m::PlanControl::ID
+            | m::PlanDB::ID
+            | m::Sms::ID
+            | m::TBRFishTag::ID
+            | m::Target::ID
+            | m::TeleoperationDone::ID
+            | m::TextMessage::ID
+            | m::VehicleCommand::ID
+    )
+}
+
+impl Fleet {
+    /// A packet that came, checked to be one. Whether it was new to the fleet's state (and not older than what
+    /// is known of its series).
+    pub(crate) fn update(&mut self, now: Now, view: &PacketView<'_>, door: Door) -> bool {
+        let source = view.src();
+        if !self.systems.contains_key(&source) {
+            self.make_room();
+        }
+        let system = self.systems.entry(source).or_insert_with(|| System::new(source, now));
+        system.heard(now, view, door);
+        let key = SeriesKey::of(view);
+        let revision = self.revision + 1;
+        let taken = system.take(now, key, view, revision);
+        if let Some(before) = taken {
+            before.map(|before| self.changed.remove(&before));
+            self.changed.insert(revision, (source, key));
+        }
+        // An event counts even when a later one of its series came first.
+        let event = is_event(view.id());
+        if event {
+            let packet = Bytes::copy_from_slice(view.bytes());
+            self.remember(Event { revision, packet, received: now.utc });
+        }
+        if taken.is_some() || event {
+            self.revision = revision;
+        }
+        taken.is_some()
+    }
+
+    fn remember(&mut self, event: Event) {
+        self.event_bytes += event.packet.len();
+        self.events.push_back(event);
+        while self.events.len() > EVENTS_KEPT || self.event_bytes > EVENT_BYTES_KEPT {
+            let Some(old) = self.events.pop_front() else { break };
+            self.event_bytes -= old.packet.len();
+            self.forgotten.push_back(old.revision);
+            if self.forgotten.len() > EVENTS_KEPT {
+                self.forgotten.pop_front();
+            }
+        }
+    }
+
+    fn make_room(&mut self) {
+        if self.systems.len() < SYSTEMS_KEPT {
+            return;
+        }
+        let oldest = self.systems.values().min_by_key(|system| system.last_heard()).map(System::address);
+        if let Some(address) = oldest {
+            self.systems.remove(&address);
+            self.changed.retain(|_, (of, _)| *of != address);
+        }
+    }
+
+    /// All systems, by address.
+    pub fn systems(&self) -> impl Iterator<Item = &System> {
+        self.systems.values()
+    }
+
+    /// One system.
+    pub fn system(&self, address: Address) -> Option<&System> {
+        self.systems.get(&address)
+    }
+
+    /// The system that announced a name; the one heard last when several did.
+    pub fn named(&self, name: &str) -> Option<&System> {
+        self.systems
+            .values()
+            .filter(|system| system.name() == Some(name))
+            .max_by_key(|system| system.last_heard())
+    }
+
+    /// The revision of the last change.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// What changed after `revision` in series that `wanted` admits, at most `most` series: the oldest changes
+    /// come first, and [`Changes::revision`] tells where to go on. Events are given to every reader that admits
+    /// their series.
+    pub fn changes(
+        &self,
+        revision: u64,
+        most: usize,
+        wanted: impl Fn(Address, SeriesKey) -> bool,
+    ) -> Changes<'_> {
+        let mut series = Vec::new();
+        let mut reached = self.revision;
+        for (changed, (address, key)) in self.changed.range(revision + 1..) {
+            if series.len() == most {
+                reached = changed - 1;
+                break;
+            }
+            if !wanted(*address, *key) {
+                continue;
+            }
+            if let Some(system) = self.systems.get(address)
+                && let Some(value) = system.series(*key)
+            {
+                series.push((system, *key, value));
+            }
+        }
+        let first = self.events.partition_point(|event| event.revision <= revision);
+        let last = self.events.partition_point(|event| event.revision <= reached);
+        let admitted = |event: &&Event| {
+            PacketView::unchecked(&event.packet).is_ok_and(|view| wanted(view.src(), SeriesKey::of(&view)))
+        };
+        let events = self.events.range(first..last).filter(admitted).cloned().collect();
+        let missed = self.forgotten.len() - self.forgotten.partition_point(|at| *at <= revision);
+        // A reader that starts from nothing misses nothing: it asked for the present.
+        let events_missed = if revision == 0 { 0 } else { missed as u64 };
+        Changes { revision: reached, series, events, events_missed }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,34 @@
+//! The heart of the shore: who hears whom, and what the fleet looks like now.
+//!
+//! [`Hub`] is one state machine without sockets, clock or threads. Peers join at a door, packets come in as the
+//! bytes they were sent as, and what must go out is drained as batches: packets for each peer, records for the
+//! archive. Routing reads headers only; a value is decoded when somebody looks at it.
+//!
+//! - [`Hub`] routes, refuses and records ([`hub`](crate::Hub)).
+//! - [`Fleet`] holds the last packet of every series with its age and period, the names of entities and the
+//!   latest events.
+//! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
+//!   nobody else anything.
+
+mod duplicates;
+mod fleet;
+mod hub;
+mod node;
+mod peer;
+mod queue;
+
+pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
+pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};
+pub use peer::{Door, Peer, PeerId, PeerState, Role, Sources};
+pub use queue::{PeerQueue, Pushed};
+
+use units::{MonoTime, UtcTime};
+
+/// The present by both clocks: deadlines run on the one, records carry the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Now {
+    /// The clock that never steps.
+    pub mono: MonoTime,
+    /// The shore's UTC.
+    pub utc: UtcTime,
+}

@@ -1,0 +1,107 @@
+//! Who is connected, by which door, and what they may say and hear.
+
+use imc::Address;
+use std::fmt;
+use units::UtcTime;
+
+/// A connection. Numbers are never used twice in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PeerId(pub u32);
+
+/// The way a peer came in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Door {
+    /// The vessel link: records with sequence numbers, live values, commands that expire.
+    Link,
+    /// The protocol of the IMCProxy: every packet to all others of this door.
+    Proxy,
+    /// A stream to or from an IMC node, such as DUNE's TCP server.
+    Tcp,
+    /// Datagrams to and from an IMC node that announced itself.
+    Udp,
+    /// The shore's own people and programs.
+    Shore,
+    /// A log that is read in.
+    Import,
+}
+
+impl Door {
+    /// A stable word for people and machines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Link => "link",
+            Self::Proxy => "imcproxy",
+            Self::Tcp => "tcp",
+            Self::Udp => "udp",
+            Self::Shore => "shore",
+            Self::Import => "import",
+        }
+    }
+}
+
+impl fmt::Display for Door {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a peer is sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Everything that is for everyone, and what is for the systems behind it.
+    Console,
+    /// What is for the systems behind it, and what consoles say to everyone. The telemetry of other vessels
+    /// would only fill its radio link.
+    Vessel,
+}
+
+/// The sources a peer may speak for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Sources {
+    /// Any. For doors that are bound to loopback or the VPN.
+    Any,
+    /// These alone; a packet of another source is refused and counted.
+    Only(Vec<Address>),
+}
+
+impl Sources {
+    /// Whether the peer may speak for `source`.
+    pub fn allow(&self, source: Address) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Only(list) => list.contains(&source),
+        }
+    }
+}
+
+/// A peer as it introduces itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Peer {
+    /// How it came in.
+    pub door: Door,
+    /// What it is sent.
+    pub role: Role,
+    /// What people call it: an address and port, or the name of a token.
+    pub name: String,
+    /// Whom it may speak for.
+    pub sources: Sources,
+}
+
+/// A connected peer as people see it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeerState {
+    /// Its number.
+    pub id: PeerId,
+    /// What it said of itself.
+    pub peer: Peer,
+    /// When it came.
+    pub since: UtcTime,
+    /// The sources heard there, most recent last.
+    pub systems: Vec<Address>,
+    /// Packets that came from it.
+    pub received: u64,
+    /// Packets that it may not send, or that are none.
+    pub refused: u64,
+    /// Packets handed to its queue.
+    pub delivered: u64,
+}

@@ -1,0 +1,158 @@
+//! Commands at both ends: which wait for an answer ashore, which were seen aboard.
+
+use crate::frame::{Receipt, Verdict};
+use bytes::Bytes;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+use units::MonoTime;
+
+/// Commands that may wait for an answer at once.
+pub(crate) const MOST_WAITING: usize = 256;
+/// Identities that a vessel remembers. More than can wait, so that one that is sent again is always known.
+const MOST_REMEMBERED: usize = 1024;
+/// An answer may come this much after the time to live.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// A command ashore.
+#[derive(Debug, Clone)]
+pub(crate) struct Waiting {
+    pub(crate) packet: Bytes,
+    pub(crate) expires: MonoTime,
+    /// Sent at least once.
+    pub(crate) sent: bool,
+}
+
+/// The shore's commands without an answer, by identity.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Pending {
+    waiting: BTreeMap<u64, Waiting>,
+}
+
+impl Pending {
+    /// Takes a command; answers false when too many wait or the identity is taken.
+    pub(crate) fn put(&mut self, id: u64, waiting: Waiting) -> bool {
+        if self.waiting.len() >= MOST_WAITING || self.waiting.contains_key(&id) {
+            return false;
+        }
+        self.waiting.insert(id, waiting);
+        true
+    }
+
+    pub(crate) fn answered(&mut self, id: u64) -> bool {
+        self.waiting.remove(&id).is_some()
+    }
+
+    /// Marks all that can still be in time as sent, over a connection that just began (`again`) or for the first time.
+    pub(crate) fn sendable(&mut self, now: MonoTime, again: bool) -> Vec<(u64, Waiting)> {
+        let due = self.waiting.iter_mut().filter(|(_, one)| one.expires > now && (again || !one.sent));
+        due.map(|(id, one)| {
+            one.sent = true;
+            (*id, one.clone())
+        })
+        .collect()
+    }
+
+    /// Those that nobody will answer any more, and whether they were ever sent.
+    pub(crate) fn overdue(&mut self, now: MonoTime) -> Vec<(u64, bool)> {
+        let over: Vec<(u64, bool)> =
+            self.waiting.iter().filter(|(_, one)| now >= end(one)).map(|(id, one)| (*id, one.sent)).collect();
+        for (id, _) in &over {
+            self.waiting.remove(id);
+        }
+        over
+    }
+
+    pub(crate) fn next_end(&self) -> Option<MonoTime> {
+        self.waiting.values().map(end).min()
+    }
+}
+
+fn end(one: &Waiting) -> MonoTime {
+    if one.sent { one.expires + GRACE } else { one.expires }
+}
+
+/// What the vessel knows of commands it has seen.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Seen {
+    receipts: BTreeMap<u64, Option<Receipt>>,
+    order: VecDeque<u64>,
+}
+
+/// What to do with a command that came.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum First {
+    /// It was never seen.
+    New,
+    /// It was delivered and its answer is still to come.
+    Unanswered,
+    /// It was answered so.
+    Answered(Receipt),
+}
+
+impl Seen {
+    /// Looks a command up and remembers it.
+    pub(crate) fn look(&mut self, id: u64) -> First {
+        match self.receipts.get(&id) {
+            Some(Some(receipt)) => First::Answered(receipt.clone()),
+            Some(None) => First::Unanswered,
+            None => {
+                if self.order.len() == MOST_REMEMBERED
+                    && let Some(oldest) = self.order.pop_front()
+                {
+                    self.receipts.remove(&oldest);
+                }
+                self.order.push_back(id);
+                self.receipts.insert(id, None);
+                First::New
+            }
+        }
+    }
+
+    /// Keeps the answer to a command that was looked up; `None` when it is unknown or was answered before.
+    pub(crate) fn answer(&mut self, id: u64, verdict: Verdict, text: String) -> Option<Receipt> {
+        let slot = self.receipts.get_mut(&id)?;
+        if slot.is_some() {
+            return None;
+        }
+        let receipt = Receipt { id, verdict, text };
+        *slot = Some(receipt.clone());
+        Some(receipt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_new_once_and_its_answer_is_kept() {
+        let mut seen = Seen::default();
+        assert_eq!(seen.look(9), First::New);
+        assert_eq!(seen.look(9), First::Unanswered);
+        let receipt = seen.answer(9, Verdict::Received, String::new()).unwrap();
+        assert_eq!(seen.answer(9, Verdict::Refused, String::new()), None);
+        assert_eq!(seen.look(9), First::Answered(receipt));
+        for id in 10..10 + MOST_REMEMBERED as u64 {
+            assert_eq!(seen.look(id), First::New);
+        }
+        assert_eq!(seen.receipts.len(), MOST_REMEMBERED);
+    }
+
+    #[test]
+    fn waiting_commands_are_bounded_and_end() {
+        let mut pending = Pending::default();
+        let at = |s| MonoTime::default() + Duration::from_secs(s);
+        let one = Waiting { packet: Bytes::new(), expires: at(1), sent: false };
+        for id in 0..MOST_WAITING as u64 {
+            assert!(pending.put(id, one.clone()));
+        }
+        assert!(!pending.put(999, one));
+        assert_eq!(pending.sendable(at(0), false).len(), MOST_WAITING);
+        assert!(pending.sendable(at(0), false).is_empty());
+        assert_eq!(pending.sendable(at(0), true).len(), MOST_WAITING);
+        assert!(pending.answered(0) && !pending.answered(0));
+        assert!(pending.overdue(at(3)).is_empty());
+        assert_eq!(pending.overdue(at(4)).len(), MOST_WAITING - 1);
+        assert_eq!(pending.next_end(), None);
+    }
+}

@@ -1,0 +1,333 @@
+//! What the bytes of a message mean.
+//!
+//! A message (one of a WebSocket) is a row of frames. All numbers are little-endian.
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 1 | type |
+//! | 4 | length of the body |
+//! | length | body |
+//!
+//! A frame of an unknown type is skipped by its length, and bytes behind the fields that a version knows are
+//! ignored: both is how later versions add things. Bodies:
+//!
+//! | type | frame | from | body |
+//! |---|---|---|---|
+//! | 1 | Hello | vessel | `LLNK`, version u16, oldest version u16, capabilities u32, address u16, incarnation u64, attempt u64, stream u64, first u64, next u64, stamp, name, software |
+//! | 2 | Welcome | shore | version u16, capabilities u32, resume u64, window u32, stamp |
+//! | 3 | Records | vessel | batch |
+//! | 4 | Live | vessel | batch |
+//! | 5 | Gap | vessel | from u64, to u64, since i64, until i64, reason u8 |
+//! | 6 | Ack | shore | received u64, durable u64, bytes u64 |
+//! | 7 | Command | shore | id u64, sent u64, time to live u32 (ms), packet |
+//! | 8 | Receipt | vessel | id u64, outcome u8, text |
+//! | 9 | Heartbeat | both | stamp, bytes u64, next u64, durable u64, waiting u64 (µs), kept u64 (µs) |
+//! | 10 | Bye | both | code u8, text |
+//!
+//! A stamp is: steady time u64, UTC i64, echo u64, echo received u64, all in µs. A batch is: first u64, base time
+//! i64, count u32, raw bytes u32, method u8 (0 plain, 1 zstd), data to the end of the frame. Texts have their
+//! length in a u16.
+
+mod read;
+mod write;
+
+pub use crate::batch::Batch;
+pub use read::{Frames, decode};
+pub use write::{encode, message};
+
+use bytes::Bytes;
+use units::{MonoTime, UtcTime};
+
+/// The version of this description.
+pub const VERSION: u16 = 1;
+/// The oldest version that can still be spoken.
+pub const OLDEST_VERSION: u16 = 1;
+/// Most bytes of a message. A transport should refuse larger ones before they are in memory.
+pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
+/// Most bytes of a text.
+pub const MAX_TEXT_BYTES: usize = 200;
+
+/// What a peer can do beyond the least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Capabilities(pub u32);
+
+impl Capabilities {
+    /// Unpacks zstd.
+    pub const ZSTD: Self = Self(1);
+    /// Knows the live lane.
+    pub const LIVE: Self = Self(2);
+    /// Knows commands.
+    pub const COMMANDS: Self = Self(4);
+    /// Everything that this version can do.
+    pub const ALL: Self = Self(7);
+
+    /// What both can do.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// Whether all of `other` is among them.
+    pub const fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+/// One frame.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Frame {
+    /// The vessel begins.
+    Hello(Hello),
+    /// The shore agrees.
+    Welcome(Welcome),
+    /// Packets of the record lane.
+    Records(Batch),
+    /// Packets of the live lane; numbers mean nothing here.
+    Live(Batch),
+    /// Numbers that will never come.
+    Gap(Gap),
+    /// How far the shore has come.
+    Ack(Ack),
+    /// A packet to deliver in time.
+    Command(Command),
+    /// What became of a command.
+    Receipt(Receipt),
+    /// The sender lives.
+    Heartbeat(Heartbeat),
+    /// The sender closes the connection.
+    Bye(Bye),
+}
+
+/// Clocks for the other side to compare with its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Stamp {
+    /// The sender's steady clock.
+    pub mono: MonoTime,
+    /// The sender's UTC at the same moment.
+    pub utc: UtcTime,
+    /// `mono` of the last stamp that the sender received; zero for none.
+    pub echo: MonoTime,
+    /// The sender's steady clock when it received that.
+    pub echo_received: MonoTime,
+}
+
+/// Who connects and what it has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hello {
+    /// The version wished for, the sender's newest.
+    pub version: u16,
+    /// The oldest version that the sender speaks.
+    pub oldest_version: u16,
+    /// What the sender can do.
+    pub capabilities: Capabilities,
+    /// IMC address of the vessel.
+    pub address: u16,
+    /// Counts the starts of the vessel's program with this stream.
+    pub incarnation: u64,
+    /// Counts connections of this incarnation.
+    pub attempt: u64,
+    /// The stream whose numbers count; another begins when a spool is made anew.
+    pub stream: u64,
+    /// The oldest number that the spool still has.
+    pub first: u64,
+    /// The number that the next packet will get.
+    pub next: u64,
+    /// The vessel's clocks.
+    pub stamp: Stamp,
+    /// The vessel's name.
+    pub name: String,
+    /// Program and version.
+    pub software: String,
+}
+
+/// The shore's side of the greeting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Welcome {
+    /// The version that is spoken from here on.
+    pub version: u16,
+    /// What both can do.
+    pub capabilities: Capabilities,
+    /// The number to go on with: everything below is durable ashore.
+    pub resume: u64,
+    /// Bytes of records that the shore takes before they are durable.
+    pub window_bytes: u32,
+    /// The shore's clocks.
+    pub stamp: Stamp,
+}
+
+/// Numbers of a stream behind which there is, or is no more, a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gap {
+    /// The first.
+    pub from: u64,
+    /// The one after the last.
+    pub to: u64,
+    /// Not before this time by the vessel's clock, as far as it is known.
+    pub since: UtcTime,
+    /// Not after this time by the vessel's clock, as far as it is known.
+    pub until: UtcTime,
+    /// Why.
+    pub reason: GapReason,
+}
+
+/// Why packets are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum GapReason {
+    /// The vessel could not record them: its disk or its queue was full.
+    NotRecorded,
+    /// The spool was full and they were the least important.
+    SpoolFull,
+    /// Power failed before they were on the disk. The numbers are an upper bound: most were never given out.
+    PowerLost,
+    /// The disk did not give them back as they were written.
+    Damaged,
+    /// The shore once acknowledged them; it must have them from then, or was restored from a backup.
+    AcknowledgedBefore,
+    /// A reason of a later version.
+    Other(u8),
+}
+
+impl GapReason {
+    const NAMED: [(Self, u8, &'static str); 5] = [
+        (Self::NotRecorded, 1, "not recorded"),
+        (Self::SpoolFull, 2, "spool full"),
+        (Self::PowerLost, 3, "power lost"),
+        (Self::Damaged, 4, "damaged on disk"),
+        (Self::AcknowledgedBefore, 5, "acknowledged before"),
+    ];
+
+    /// The number that stands for it, here and on disks.
+    pub fn code(self) -> u8 {
+        if let Self::Other(code) = self {
+            return code;
+        }
+        Self::NAMED.iter().find(|(reason, ..)| *reason == self).map_or(0, |(_, code, _)| *code)
+    }
+
+    /// The reason that a number stands for.
+    pub fn from_code(code: u8) -> Self {
+        Self::NAMED.iter().find(|named| named.1 == code).map_or(Self::Other(code), |named| named.0)
+    }
+}
+
+impl std::fmt::Display for GapReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match Self::NAMED.iter().find(|(reason, ..)| reason == self) {
+            Some((.., text)) => f.write_str(text),
+            None => write!(f, "reason {}", self.code()),
+        }
+    }
+}
+
+/// How far the shore has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ack {
+    /// The number after the last that was received without holes.
+    pub received: u64,
+    /// The number after the last that is durable without holes.
+    pub durable: u64,
+    /// Bytes of messages received over this connection.
+    pub bytes: u64,
+}
+
+/// A packet to deliver in time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Command {
+    /// Identity, for the receipt and against delivering twice.
+    pub id: u64,
+    /// The shore's steady clock when this frame was made.
+    pub sent: MonoTime,
+    /// Time left then (ms).
+    pub ttl_ms: u32,
+    /// The packet.
+    pub packet: Bytes,
+}
+
+/// What became of a command.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Receipt {
+    /// The command.
+    pub id: u64,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// Why, where it was refused.
+    pub text: String,
+}
+
+/// What a vessel did with a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It was handed on.
+    Received,
+    /// It came too late.
+    Expired,
+    /// It was refused.
+    Refused,
+}
+
+/// The sender lives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Heartbeat {
+    /// The sender's clocks.
+    pub stamp: Stamp,
+    /// From the shore: bytes of messages received over this connection.
+    pub bytes: u64,
+    /// From the vessel: the number that the next packet will get.
+    pub next: u64,
+    /// From the vessel: everything below is known to be durable ashore.
+    pub durable: u64,
+    /// From the vessel: age of the oldest record that was not sent yet (µs).
+    pub waiting_us: u64,
+    /// From the vessel: the last time from sending a record to knowing it durable (µs).
+    pub kept_us: u64,
+}
+
+/// Why a connection is closed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bye {
+    /// For programs.
+    pub code: ByeCode,
+    /// For people.
+    pub text: String,
+}
+
+/// Why a connection is closed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ByeCode {
+    /// The program ends.
+    Ending,
+    /// No common version.
+    Version,
+    /// This vessel may not, with this token.
+    Refused,
+    /// A newer connection of the same vessel took over.
+    Replaced,
+    /// Bytes that mean nothing, or something at the wrong time.
+    Protocol,
+    /// Nothing was heard for too long.
+    Silent,
+    /// A reason of a later version.
+    Other(u8),
+}
+
+impl ByeCode {
+    const NAMED: [(Self, u8); 6] = [
+        (Self::Ending, 1),
+        (Self::Version, 2),
+        (Self::Refused, 3),
+        (Self::Replaced, 4),
+        (Self::Protocol, 5),
+        (Self::Silent, 6),
+    ];
+
+    fn code(self) -> u8 {
+        if let Self::Other(code) = self {
+            return code;
+        }
+        Self::NAMED.iter().find(|(named, _)| *named == self).map_or(0, |(_, code)| *code)
+    }
+
+    fn from_code(code: u8) -> Self {
+        Self::NAMED.iter().find(|named| named.1 == code).map_or(Self::Other(code), |named| named.0)
+    }
+}

@@ -1,0 +1,187 @@
+//! Bytes to frames.
+
+use super::{
+    Ack, Batch, Bye, ByeCode, Capabilities, Command, Frame, Gap, GapReason, Heartbeat, Hello,
+    MAX_MESSAGE_BYTES, MAX_TEXT_BYTES, Receipt, Stamp, Verdict, Welcome,
+};
+use crate::wire::{DecodeError, Reader};
+use bytes::Bytes;
+use units::{MonoTime, UtcTime};
+
+/// The frames of a message, one after the other. Unknown ones are skipped. Ends after an error.
+#[derive(Debug)]
+pub struct Frames {
+    rest: Option<Reader>,
+}
+
+/// The frames of a message.
+///
+/// # Errors
+/// When the message is longer than [`MAX_MESSAGE_BYTES`].
+pub fn decode(message: Bytes) -> Result<Frames, DecodeError> {
+    let (have, most) = (message.len() as u64, MAX_MESSAGE_BYTES as u64);
+    if have > most {
+        return Err(DecodeError::TooLong { what: "a message", have, most });
+    }
+    Ok(Frames { rest: Some(Reader::new(message)) })
+}
+
+impl Iterator for Frames {
+    type Item = Result<Frame, DecodeError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let rest = self.rest.as_mut().filter(|rest| !rest.is_empty())?;
+            match one(rest) {
+                Ok(None) => {}
+                Ok(Some(frame)) => return Some(Ok(frame)),
+                Err(error) => {
+                    self.rest = None;
+                    return Some(Err(error));
+                }
+            }
+        }
+    }
+}
+
+fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
+    let number = rest.u8("the type of a frame")?;
+    let length = rest.u32("the length of a frame")?;
+    let body = Reader::new(rest.take(length as usize, "a frame")?);
+    Ok(Some(match number {
+        1 => Frame::Hello(hello(body)?),
+        2 => Frame::Welcome(welcome(body)?),
+        3 => Frame::Records(batch(body)?),
+        4 => Frame::Live(batch(body)?),
+        5 => Frame::Gap(gap(body)?),
+        6 => Frame::Ack(ack(body)?),
+        7 => Frame::Command(command(body)?),
+        8 => Frame::Receipt(receipt(body)?),
+        9 => Frame::Heartbeat(heartbeat(body)?),
+        10 => Frame::Bye(bye(body)?),
+        _ => return Ok(None),
+    }))
+}
+
+fn hello(mut body: Reader) -> Result<Hello, DecodeError> {
+    const WHAT: &str = "the greeting";
+    if &body.take(4, WHAT)?[..] != b"LLNK" {
+        return Err(DecodeError::NoLink);
+    }
+    Ok(Hello {
+        version: body.u16(WHAT)?,
+        oldest_version: body.u16(WHAT)?,
+        capabilities: Capabilities(body.u32(WHAT)?),
+        address: body.u16(WHAT)?,
+        incarnation: body.u64(WHAT)?,
+        attempt: body.u64(WHAT)?,
+        stream: body.u64(WHAT)?,
+        first: body.u64(WHAT)?,
+        next: body.u64(WHAT)?,
+        stamp: stamp(&mut body)?,
+        name: body.text(MAX_TEXT_BYTES, "the vessel's name")?,
+        software: body.text(MAX_TEXT_BYTES, "the program's name")?,
+    })
+}
+
+fn welcome(mut body: Reader) -> Result<Welcome, DecodeError> {
+    const WHAT: &str = "the welcome";
+    Ok(Welcome {
+        version: body.u16(WHAT)?,
+        capabilities: Capabilities(body.u32(WHAT)?),
+        resume: body.u64(WHAT)?,
+        window_bytes: body.u32(WHAT)?,
+        stamp: stamp(&mut body)?,
+    })
+}
+
+fn batch(mut body: Reader) -> Result<Batch, DecodeError> {
+    const WHAT: &str = "a batch";
+    Ok(Batch {
+        first: body.u64(WHAT)?,
+        base: UtcTime::from_micros(body.i64(WHAT)?),
+        count: body.u32(WHAT)?,
+        raw_bytes: body.u32(WHAT)?,
+        compressed: match body.u8(WHAT)? {
+            0 => false,
+            1 => true,
+            other => {
+                return Err(DecodeError::BadValue { what: "a batch's method", value: u64::from(other) });
+            }
+        },
+        data: body.rest(),
+    })
+}
+
+fn gap(mut body: Reader) -> Result<Gap, DecodeError> {
+    const WHAT: &str = "a gap";
+    let gap = Gap {
+        from: body.u64(WHAT)?,
+        to: body.u64(WHAT)?,
+        since: UtcTime::from_micros(body.i64(WHAT)?),
+        until: UtcTime::from_micros(body.i64(WHAT)?),
+        reason: GapReason::from_code(body.u8(WHAT)?),
+    };
+    if gap.to <= gap.from {
+        return Err(DecodeError::BadValue { what: "the end of a gap", value: gap.to });
+    }
+    Ok(gap)
+}
+
+fn ack(mut body: Reader) -> Result<Ack, DecodeError> {
+    const WHAT: &str = "an acknowledgement";
+    Ok(Ack { received: body.u64(WHAT)?, durable: body.u64(WHAT)?, bytes: body.u64(WHAT)? })
+}
+
+fn command(mut body: Reader) -> Result<Command, DecodeError> {
+    const WHAT: &str = "a command";
+    let command = Command {
+        id: body.u64(WHAT)?,
+        sent: MonoTime::from_micros(body.u64(WHAT)?),
+        ttl_ms: body.u32(WHAT)?,
+        packet: body.rest(),
+    };
+    let (have, most) = (command.packet.len() as u64, imc::MAX_PACKET_BYTES as u64);
+    if have > most { Err(DecodeError::TooLong { what: WHAT, have, most }) } else { Ok(command) }
+}
+
+fn receipt(mut body: Reader) -> Result<Receipt, DecodeError> {
+    const WHAT: &str = "a receipt";
+    Ok(Receipt {
+        id: body.u64(WHAT)?,
+        verdict: match body.u8(WHAT)? {
+            1 => Verdict::Received,
+            2 => Verdict::Expired,
+            3 => Verdict::Refused,
+            other => return Err(DecodeError::BadValue { what: "a verdict", value: u64::from(other) }),
+        },
+        text: body.text(MAX_TEXT_BYTES, WHAT)?,
+    })
+}
+
+fn heartbeat(mut body: Reader) -> Result<Heartbeat, DecodeError> {
+    const WHAT: &str = "a heartbeat";
+    Ok(Heartbeat {
+        stamp: stamp(&mut body)?,
+        bytes: body.u64(WHAT)?,
+        next: body.u64(WHAT)?,
+        durable: body.u64(WHAT)?,
+        waiting_us: body.u64(WHAT)?,
+        kept_us: body.u64(WHAT)?,
+    })
+}
+
+fn bye(mut body: Reader) -> Result<Bye, DecodeError> {
+    const WHAT: &str = "a farewell";
+    Ok(Bye { code: ByeCode::from_code(body.u8(WHAT)?), text: body.text(MAX_TEXT_BYTES, WHAT)? })
+}
+
+fn stamp(body: &mut Reader) -> Result<Stamp, DecodeError> {
+    const WHAT: &str = "a stamp";
+    Ok(Stamp {
+        mono: MonoTime::from_micros(body.u64(WHAT)?),
+        utc: UtcTime::from_micros(body.i64(WHAT)?),
+        echo: MonoTime::from_micros(body.u64(WHAT)?),
+        echo_received: MonoTime::from_micros(body.u64(WHAT)?),
+    })
+}

@@ -1,0 +1,112 @@
+//! Frames to bytes.
+
+use super::{Batch, Frame, MAX_TEXT_BYTES, Stamp, Verdict};
+use crate::wire::put_text;
+use bytes::Bytes;
+
+/// Appends a frame to a message. Longer texts than [`MAX_TEXT_BYTES`] are cut.
+pub fn encode(frame: &Frame, out: &mut Vec<u8>) {
+    let start = out.len();
+    out.push(number(frame));
+    out.extend_from_slice(&[0; 4]);
+    body(frame, out);
+    // A message has at most 1 MiB.
+    let length = (out.len() - start - 5) as u32;
+    out[start + 1..start + 5].copy_from_slice(&length.to_le_bytes());
+}
+
+/// A message of one frame.
+pub fn message(frame: &Frame) -> Bytes {
+    let mut out = Vec::new();
+    encode(frame, &mut out);
+    out.into()
+}
+
+fn number(frame: &Frame) -> u8 {
+    match frame {
+        Frame::Hello(_) => 1,
+        Frame::Welcome(_) => 2,
+        Frame::Records(_) => 3,
+        Frame::Live(_) => 4,
+        Frame::Gap(_) => 5,
+        Frame::Ack(_) => 6,
+        Frame::Command(_) => 7,
+        Frame::Receipt(_) => 8,
+        Frame::Heartbeat(_) => 9,
+        Frame::Bye(_) => 10,
+    }
+}
+
+fn body(frame: &Frame, out: &mut Vec<u8>) {
+    match frame {
+        Frame::Hello(hello) => {
+            out.extend_from_slice(b"LLNK");
+            out.extend_from_slice(&hello.version.to_le_bytes());
+            out.extend_from_slice(&hello.oldest_version.to_le_bytes());
+            out.extend_from_slice(&hello.capabilities.0.to_le_bytes());
+            out.extend_from_slice(&hello.address.to_le_bytes());
+            put_u64s(out, &[hello.incarnation, hello.attempt, hello.stream, hello.first, hello.next]);
+            put_stamp(out, &hello.stamp);
+            put_text(out, &hello.name, MAX_TEXT_BYTES);
+            put_text(out, &hello.software, MAX_TEXT_BYTES);
+        }
+        Frame::Welcome(welcome) => {
+            out.extend_from_slice(&welcome.version.to_le_bytes());
+            out.extend_from_slice(&welcome.capabilities.0.to_le_bytes());
+            put_u64s(out, &[welcome.resume]);
+            out.extend_from_slice(&welcome.window_bytes.to_le_bytes());
+            put_stamp(out, &welcome.stamp);
+        }
+        Frame::Records(batch) | Frame::Live(batch) => put_batch(out, batch),
+        Frame::Gap(gap) => {
+            put_u64s(out, &[gap.from, gap.to]);
+            out.extend_from_slice(&gap.since.micros().to_le_bytes());
+            out.extend_from_slice(&gap.until.micros().to_le_bytes());
+            out.push(gap.reason.code());
+        }
+        Frame::Ack(ack) => put_u64s(out, &[ack.received, ack.durable, ack.bytes]),
+        Frame::Command(command) => {
+            put_u64s(out, &[command.id, command.sent.micros()]);
+            out.extend_from_slice(&command.ttl_ms.to_le_bytes());
+            out.extend_from_slice(&command.packet);
+        }
+        Frame::Receipt(receipt) => {
+            put_u64s(out, &[receipt.id]);
+            out.push(match receipt.verdict {
+                Verdict::Received => 1,
+                Verdict::Expired => 2,
+                Verdict::Refused => 3,
+            });
+            put_text(out, &receipt.text, MAX_TEXT_BYTES);
+        }
+        Frame::Heartbeat(beat) => {
+            put_stamp(out, &beat.stamp);
+            put_u64s(out, &[beat.bytes, beat.next, beat.durable, beat.waiting_us, beat.kept_us]);
+        }
+        Frame::Bye(bye) => {
+            out.push(bye.code.code());
+            put_text(out, &bye.text, MAX_TEXT_BYTES);
+        }
+    }
+}
+
+fn put_u64s(out: &mut Vec<u8>, numbers: &[u64]) {
+    for number in numbers {
+        out.extend_from_slice(&number.to_le_bytes());
+    }
+}
+
+fn put_stamp(out: &mut Vec<u8>, stamp: &Stamp) {
+    put_u64s(out, &[stamp.mono.micros()]);
+    out.extend_from_slice(&stamp.utc.micros().to_le_bytes());
+    put_u64s(out, &[stamp.echo.micros(), stamp.echo_received.micros()]);
+}
+
+fn put_batch(out: &mut Vec<u8>, batch: &Batch) {
+    put_u64s(out, &[batch.first]);
+    out.extend_from_slice(&batch.base.micros().to_le_bytes());
+    out.extend_from_slice(&batch.count.to_le_bytes());
+    out.extend_from_slice(&batch.raw_bytes.to_le_bytes());
+    out.push(u8::from(batch.compressed));
+    out.extend_from_slice(&batch.data);
+}

@@ -1,0 +1,341 @@
+//! The shore's state machine: which connection counts, what is received, what is sent down.
+
+use super::connected::Connected;
+use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
+use crate::clocks::Clocks;
+use crate::commands::{Pending, Waiting};
+use crate::frame::{
+    Bye, ByeCode, Capabilities, Command, Frame, Hello, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome,
+    decode, message,
+};
+use crate::now::Now;
+use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency, unpack};
+use bytes::Bytes;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+use units::MonoTime;
+
+/// Connections that may greet at once; the oldest is closed for one more.
+const MOST_GREETING: usize = 4;
+const GREATEST_TTL: Duration = Duration::from_hours(24);
+
+/// The shore's end of the link to one vessel, over all its connections. It holds commands that wait for an answer
+/// (256 at most; one more is refused) and no records: those go out as they come.
+#[derive(Debug)]
+pub struct Shore {
+    settings: ShoreSettings,
+    outputs: VecDeque<ShoreOutput>,
+    greeting: BTreeMap<ConnectionId, Greeting>,
+    connected: Option<Connected>,
+    latest: Option<Which>,
+    commands: Pending,
+    transit: Latency,
+    received_bytes: u64,
+    repeated: u64,
+    connections: u64,
+}
+
+/// The connection that counts, or counted last.
+#[derive(Debug, Clone, Copy)]
+struct Which {
+    stream: u64,
+    incarnation: u64,
+    attempt: u64,
+}
+
+impl Which {
+    fn of(hello: &Hello) -> Self {
+        Self { stream: hello.stream, incarnation: hello.incarnation, attempt: hello.attempt }
+    }
+
+    /// Whether this is that one or came before it. A spool that was made anew counts from the beginning.
+    fn is_no_later_than(self, latest: Self) -> bool {
+        self.stream == latest.stream
+            && (self.incarnation, self.attempt) <= (latest.incarnation, latest.attempt)
+    }
+}
+
+/// A connection that does not stand yet.
+#[derive(Debug)]
+struct Greeting {
+    since: MonoTime,
+    clocks: Clocks,
+    bytes: u64,
+    hello: Option<Hello>,
+}
+
+/// Why a connection is closed.
+type End = (ByeCode, String);
+
+fn protocol(reason: impl std::fmt::Display) -> End {
+    (ByeCode::Protocol, reason.to_string())
+}
+
+impl Shore {
+    /// A shore that waits for its vessel.
+    pub fn new(settings: ShoreSettings) -> Self {
+        Self {
+            settings,
+            outputs: VecDeque::new(),
+            greeting: BTreeMap::new(),
+            connected: None,
+            latest: None,
+            commands: Pending::default(),
+            transit: Latency::default(),
+            received_bytes: 0,
+            repeated: 0,
+            connections: 0,
+        }
+    }
+
+    /// Something happened.
+    pub fn handle(&mut self, now: Now, input: ShoreInput) {
+        match input {
+            ShoreInput::Timer => {}
+            ShoreInput::Opened(id) => self.opened(now, id),
+            ShoreInput::Message(id, bytes) => {
+                if let Err(end) = self.message(now, id, bytes) {
+                    self.end(id, end);
+                }
+            }
+            ShoreInput::Closed(id) => self.forget(id),
+            ShoreInput::Resume(id, durable) => self.resume(now, id, durable),
+            ShoreInput::Refuse(id, text) => self.end(id, (ByeCode::Refused, text)),
+            ShoreInput::Durable { stream, seq } => {
+                if let Some(connected) = self.connected.as_mut().filter(|one| one.stream == stream) {
+                    connected.kept(seq.saturating_add(1));
+                }
+            }
+            ShoreInput::Command { id, ttl, packet } => {
+                let expires = now.mono + ttl.min(GREATEST_TTL);
+                if !self.commands.put(id, Waiting { packet, expires, sent: false }) {
+                    let text = "too many commands wait for this vessel, or its identity is taken";
+                    self.outputs.push_back(ShoreOutput::Outcome(id, Outcome::Refused(text.to_owned())));
+                }
+            }
+            ShoreInput::Shutdown => {
+                let all: Vec<ConnectionId> =
+                    self.greeting.keys().copied().chain(self.connected.iter().map(|one| one.id)).collect();
+                for id in all {
+                    self.end(id, (ByeCode::Ending, "the server ends".to_owned()));
+                }
+            }
+        }
+        self.step(now);
+    }
+
+    /// The next thing to do.
+    pub fn poll_output(&mut self) -> Option<ShoreOutput> {
+        self.outputs.pop_front()
+    }
+
+    /// When to come back with [`ShoreInput::Timer`] at the latest; `None` for never.
+    pub fn poll_timeout(&self) -> Option<MonoTime> {
+        let greeting = self.greeting.values().map(|one| one.since + GREETING_WITHIN);
+        let connected = self.connected.iter().map(|one| one.next_heartbeat.min(one.heard + DEAD_AFTER));
+        greeting.chain(connected).chain(self.commands.next_end()).min()
+    }
+
+    /// How the link is. Latencies begin anew.
+    pub fn status(&mut self, now: Now) -> ShoreStatus {
+        let connected = self.connected.as_ref();
+        ShoreStatus {
+            up: connected.is_some(),
+            clocks: connected.and_then(|one| one.clocks.estimate(now)),
+            round_trip: connected.and_then(|one| one.clocks.round_trip()),
+            transit: std::mem::take(&mut self.transit),
+            backlog: connected.map(|one| one.backlog).unwrap_or_default(),
+            received_bytes: self.received_bytes,
+            repeated: self.repeated,
+            connections: self.connections,
+        }
+    }
+
+    fn opened(&mut self, now: Now, id: ConnectionId) {
+        if self.greeting.len() >= MOST_GREETING
+            && let Some(oldest) = self.greeting.keys().next().copied()
+        {
+            self.end(oldest, (ByeCode::Replaced, "too many connections that do not greet".to_owned()));
+        }
+        let greeting = Greeting { since: now.mono, clocks: Clocks::default(), bytes: 0, hello: None };
+        self.greeting.insert(id, greeting);
+    }
+
+    /// Drops what is known of a connection.
+    fn forget(&mut self, id: ConnectionId) {
+        self.greeting.remove(&id);
+        if self.connected.take_if(|one| one.id == id).is_some() {
+            self.outputs.push_back(ShoreOutput::Down);
+        }
+    }
+
+    /// Closes a connection that is known.
+    fn end(&mut self, id: ConnectionId, (code, text): End) {
+        let known =
+            self.greeting.contains_key(&id) || self.connected.as_ref().is_some_and(|one| one.id == id);
+        if !known {
+            return;
+        }
+        if code != ByeCode::Silent {
+            self.send(id, &Frame::Bye(Bye { code, text: text.clone() }));
+        }
+        self.outputs.push_back(ShoreOutput::Close(id, code, text));
+        self.forget(id);
+    }
+
+    fn send(&mut self, id: ConnectionId, frame: &Frame) {
+        self.outputs.push_back(ShoreOutput::Send(id, message(frame)));
+    }
+
+    fn message(&mut self, now: Now, id: ConnectionId, bytes: Bytes) -> Result<(), End> {
+        let length = bytes.len() as u64;
+        if let Some(connected) = self.connected.as_mut().filter(|one| one.id == id) {
+            connected.heard = now.mono;
+            connected.bytes += length;
+        } else if let Some(greeting) = self.greeting.get_mut(&id) {
+            greeting.bytes += length;
+        } else {
+            return Ok(());
+        }
+        self.received_bytes += length;
+        for frame in decode(bytes).map_err(protocol)? {
+            let frame = frame.map_err(protocol)?;
+            if self.greeting.contains_key(&id) {
+                self.greet(now, id, frame)?;
+            } else {
+                self.frame(now, frame)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn greet(&mut self, now: Now, id: ConnectionId, frame: Frame) -> Result<(), End> {
+        let Some(greeting) = self.greeting.get_mut(&id) else { return Ok(()) };
+        let hello = match frame {
+            Frame::Hello(hello) if greeting.hello.is_none() => hello,
+            Frame::Bye(bye) => return Err((ByeCode::Ending, bye.text)),
+            _ => return Err(protocol("something else than one greeting before the welcome")),
+        };
+        if hello.oldest_version > VERSION || hello.version < OLDEST_VERSION {
+            let text = format!(
+                "the vessel speaks versions {} to {}, this server {OLDEST_VERSION} to {VERSION}; update the older",
+                hello.oldest_version, hello.version
+            );
+            return Err((ByeCode::Version, text));
+        }
+        if self.latest.is_some_and(|latest| Which::of(&hello).is_no_later_than(latest)) {
+            return Err((ByeCode::Replaced, "a later connection of this vessel was seen".to_owned()));
+        }
+        greeting.clocks.heard(now, hello.stamp);
+        greeting.hello = Some(hello.clone());
+        self.outputs.push_back(ShoreOutput::Hello(id, Box::new(hello)));
+        Ok(())
+    }
+
+    fn resume(&mut self, now: Now, id: ConnectionId, durable: Option<u64>) {
+        let Some(Greeting { clocks, bytes, hello: Some(hello), .. }) = self.greeting.remove(&id) else {
+            return;
+        };
+        let which = Which::of(&hello);
+        if self.latest.is_some_and(|latest| which.is_no_later_than(latest)) {
+            let text = "a later connection of this vessel was seen".to_owned();
+            self.send(id, &Frame::Bye(Bye { code: ByeCode::Replaced, text: text.clone() }));
+            self.outputs.push_back(ShoreOutput::Close(id, ByeCode::Replaced, text));
+            return;
+        }
+        if let Some(old) = self.connected.as_ref().map(|one| one.id) {
+            self.end(old, (ByeCode::Replaced, "the vessel connected anew".to_owned()));
+        }
+        self.latest = Some(which);
+        self.connections += 1;
+        let resume = durable.map_or(0, |seq| seq.saturating_add(1));
+        let capabilities = hello.capabilities.and(Capabilities::ALL);
+        let welcome = Welcome {
+            version: hello.version.min(VERSION),
+            capabilities,
+            resume,
+            window_bytes: self.settings.window_bytes,
+            stamp: clocks.stamp(now),
+        };
+        self.send(id, &Frame::Welcome(welcome));
+        let rest = (capabilities, clocks, bytes);
+        self.connected = Some(Connected::new(now.mono, id, hello.stream, resume, rest));
+        self.outputs.push_back(ShoreOutput::Up(id));
+        self.commands(now, true);
+    }
+
+    fn frame(&mut self, now: Now, frame: Frame) -> Result<(), End> {
+        let Some(connected) = &mut self.connected else { return Ok(()) };
+        match frame {
+            Frame::Records(batch) => {
+                let records = unpack(&batch).map_err(protocol)?;
+                let counters = (&mut self.transit, &mut self.repeated);
+                self.outputs.extend(connected.records(now, records, counters).map_err(protocol)?);
+            }
+            Frame::Gap(gap) => self.outputs.extend(connected.gap(gap).map_err(protocol)?),
+            Frame::Live(batch) => {
+                connected.live();
+                self.outputs.push_back(ShoreOutput::Live(unpack(&batch).map_err(protocol)?));
+            }
+            Frame::Heartbeat(beat) => connected.heartbeat(now, &beat),
+            Frame::Receipt(Receipt { id, verdict, text }) => {
+                if self.commands.answered(id) {
+                    let outcome = match verdict {
+                        Verdict::Received => Outcome::Received,
+                        Verdict::Expired => Outcome::Expired,
+                        Verdict::Refused => Outcome::Refused(text),
+                    };
+                    self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
+                }
+            }
+            Frame::Bye(bye) => {
+                return Err((ByeCode::Ending, format!("the vessel closes the link: {}", bye.text)));
+            }
+            Frame::Hello(_) | Frame::Welcome(_) | Frame::Ack(_) | Frame::Command(_) => {
+                return Err(protocol("a frame that only a shore sends, or a second greeting"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends the commands that can still be in time: all, or those that were not sent yet.
+    fn commands(&mut self, now: Now, all: bool) {
+        let Some(connected) = &self.connected else { return };
+        if !connected.capabilities.has(Capabilities::COMMANDS) {
+            return;
+        }
+        let id = connected.id;
+        for (command, waiting) in self.commands.sendable(now.mono, all) {
+            // Rounded down: better too early than too late.
+            let ttl_ms = waiting.expires.since(now.mono).as_millis() as u32;
+            let frame = Command { id: command, sent: now.mono, ttl_ms, packet: waiting.packet };
+            self.send(id, &Frame::Command(frame));
+        }
+    }
+
+    fn step(&mut self, now: Now) {
+        let silent: Vec<ConnectionId> = self
+            .greeting
+            .iter()
+            .filter(|(_, one)| now.mono.since(one.since) >= GREETING_WITHIN)
+            .map(|(id, _)| *id)
+            .chain(
+                self.connected.iter().filter(|one| now.mono.since(one.heard) >= DEAD_AFTER).map(|one| one.id),
+            )
+            .collect();
+        for id in silent {
+            self.end(id, (ByeCode::Silent, "nothing heard in time".to_owned()));
+        }
+        self.commands(now, false);
+        if let Some(connected) = &mut self.connected {
+            let id = connected.id;
+            for frame in connected.due(now) {
+                self.send(id, &frame);
+            }
+        }
+        for (id, sent) in self.commands.overdue(now.mono) {
+            let outcome = if sent { Outcome::Unanswered } else { Outcome::Expired };
+            self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The shore's end of the link to one vessel.
+
+mod connected;
+mod machine;
+
+pub use machine::Shore;
+
+use crate::clocks::ClockEstimate;
+use crate::frame::{ByeCode, Gap, Hello};
+use crate::{ConnectionId, Latency, Record};
+use bytes::Bytes;
+use std::time::Duration;
+
+/// What a shore's end is made with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ShoreSettings {
+    /// Bytes of records that the vessel may send before they are durable.
+    pub window_bytes: u32,
+}
+
+impl Default for ShoreSettings {
+    fn default() -> Self {
+        Self { window_bytes: 4 << 20 }
+    }
+}
+
+/// Something that happened ashore.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ShoreInput {
+    /// Nothing but time has passed.
+    Timer,
+    /// A connection was made, by a peer with this vessel's token. The number is the driver's, used once.
+    Opened(ConnectionId),
+    /// A message came.
+    Message(ConnectionId, Bytes),
+    /// The connection broke.
+    Closed(ConnectionId),
+    /// The answer to [`ShoreOutput::Hello`]: the highest number of the stream below which, itself included,
+    /// everything is durable; `None` for nothing.
+    Resume(ConnectionId, Option<u64>),
+    /// The other answer: this vessel may not.
+    Refuse(ConnectionId, String),
+    /// Everything of this stream up to this number, itself included, is durable. A gap counts as durable when
+    /// what is kept of it is.
+    Durable {
+        /// The stream.
+        stream: u64,
+        /// The number.
+        seq: u64,
+    },
+    /// A packet to deliver to the vessel.
+    Command {
+        /// Identity, never used before for this vessel, not even by an earlier start of the program.
+        id: u64,
+        /// Delivered within this time or not at all. More than a day is cut to a day.
+        ttl: Duration,
+        /// The packet.
+        packet: Bytes,
+    },
+    /// The program ends.
+    Shutdown,
+}
+
+/// Something to do ashore, in this order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ShoreOutput {
+    /// Send a message.
+    Send(ConnectionId, Bytes),
+    /// Close the connection after what was sent before. A reason for the log.
+    Close(ConnectionId, ByeCode, String),
+    /// A vessel greets: look up what is durable and answer by [`ShoreInput::Resume`] or
+    /// [`ShoreInput::Refuse`].
+    Hello(ConnectionId, Box<Hello>),
+    /// The link stands, over this connection.
+    Up(ConnectionId),
+    /// The link does not stand any more.
+    Down,
+    /// Packets to keep, with consecutive numbers that follow those before; tell when they are durable.
+    Records {
+        /// Their stream.
+        stream: u64,
+        /// The packets.
+        records: Vec<Record>,
+    },
+    /// Numbers that will never come, following those before; tell when that is durable.
+    Gap {
+        /// Their stream.
+        stream: u64,
+        /// Which, and why.
+        gap: Gap,
+    },
+    /// Packets that are the latest of their kind. They come as records too; they are not to be kept.
+    Live(Vec<Record>),
+    /// What became of a command; given once for each.
+    Outcome(u64, Outcome),
+}
+
+/// What became of a command.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// The vessel's program has it.
+    Received,
+    /// It was not delivered in time and never will be.
+    Expired,
+    /// It was refused, and why: by the vessel, or here because too many wait or its identity is taken.
+    Refused(String),
+    /// It was sent and the vessel did not say what became of it.
+    Unanswered,
+}
+
+/// What the vessel says of its own side, and what is not delivered yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PeerBacklog {
+    /// Records that are spooled aboard and were not received yet.
+    pub records: u64,
+    /// Age of the oldest of them.
+    pub waiting: Duration,
+    /// From sending a record to the vessel knowing it durable, the last time.
+    pub keeping: Duration,
+}
+
+/// How the link is, for people and series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ShoreStatus {
+    /// Whether the link stands.
+    pub up: bool,
+    /// The vessel's clocks against ours.
+    pub clocks: Option<ClockEstimate>,
+    /// The last round trip.
+    pub round_trip: Option<Duration>,
+    /// From recording aboard to receiving here, of the records received, by the clocks compared.
+    pub transit: Latency,
+    /// The vessel's side.
+    pub backlog: PeerBacklog,
+    /// Bytes of messages received over all connections.
+    pub received_bytes: u64,
+    /// Records that came again after they were received.
+    pub repeated: u64,
+    /// Connections that stood so far.
+    pub connections: u64,
+}

@@ -1,0 +1,163 @@
+//! The vessel's end of the link.
+
+mod machine;
+mod records;
+mod up;
+
+pub use machine::Vessel;
+
+use crate::clocks::ClockEstimate;
+use crate::frame::Gap;
+use crate::{ConnectionId, Latency, Record};
+use bytes::Bytes;
+use std::time::Duration;
+use units::MonoTime;
+
+/// What a vessel's end is made with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VesselSettings {
+    /// IMC address of the vessel.
+    pub address: u16,
+    /// The vessel's name.
+    pub name: String,
+    /// Program and version.
+    pub software: String,
+    /// Counts the starts of the program with this spool: of a stream the shore takes the connection of the latest
+    /// start. (Not the time: a Raspberry Pi starts in the past.)
+    pub incarnation: u64,
+    /// Where chance comes from: pauses between attempts differ by it.
+    pub seed: u64,
+    /// Bytes a second that may be sent over time, live values before records; `None` for no bound.
+    pub budget_bytes_per_s: Option<u32>,
+    /// The spool when the program starts.
+    pub spool: SpoolState,
+}
+
+/// What the spool holds. Its driver tells changes by [`VesselInput::Spool`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SpoolState {
+    /// The stream whose numbers count.
+    pub stream: u64,
+    /// The oldest number still there.
+    pub first: u64,
+    /// The number that the next packet will get.
+    pub next: u64,
+}
+
+/// What the spool has under a number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Entry {
+    /// A packet.
+    Record(Record),
+    /// Numbers without packets.
+    Gap(Gap),
+}
+
+impl Entry {
+    /// The number after it.
+    pub fn end(&self) -> u64 {
+        match self {
+            Self::Record(record) => record.seq.saturating_add(1),
+            Self::Gap(gap) => gap.to,
+        }
+    }
+}
+
+/// Why an attempt at a connection failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failure {
+    /// Nobody answered, or the connection broke before it stood. Tried again within a second.
+    Unanswered,
+    /// Somebody said no: wrong token, wrong address. Tried again after longer and longer pauses.
+    Refused,
+}
+
+/// What became of a delivered command.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Answer {
+    /// It was handed on.
+    Received,
+    /// It waited too long before it could be.
+    Expired,
+    /// It was refused, and why.
+    Refused(String),
+}
+
+/// Something that happened aboard.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum VesselInput {
+    /// Nothing but time has passed.
+    Timer,
+    /// The spool grew, lost or forgot something.
+    Spool(SpoolState),
+    /// What the spool has from this number on, as asked for. Empty when it cannot be read: it is asked again
+    /// after a second.
+    Entries(u64, Vec<Entry>),
+    /// A packet for the live lane.
+    Live(Bytes),
+    /// The connection asked for stands.
+    Opened(ConnectionId),
+    /// The connection asked for could not be made.
+    Failed(ConnectionId, Failure),
+    /// A message came.
+    Message(ConnectionId, Bytes),
+    /// The connection broke.
+    Closed(ConnectionId),
+    /// What became of a command.
+    Answer(u64, Answer),
+    /// The program ends: the connection is closed and no other is made.
+    Shutdown,
+}
+
+/// Something to do aboard, in this order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum VesselOutput {
+    /// Connect; answer with `Opened` or `Failed` within this time.
+    Open(ConnectionId, Duration),
+    /// Send a message.
+    Send(ConnectionId, Bytes),
+    /// Close the connection without waiting for anything. A reason for the log.
+    Close(ConnectionId, String),
+    /// Answer with [`VesselInput::Entries`] from this number on: consecutive entries of about so many bytes, at
+    /// least one.
+    Need(u64, usize),
+    /// Everything below this number is durable ashore and may be forgotten.
+    Acknowledged(u64),
+    /// The shore knows more numbers than were given out: the spool lost its end. Begin another stream and tell
+    /// by [`VesselInput::Spool`].
+    Renumber,
+    /// Hand a packet on before this time, then answer.
+    Command {
+        /// Identity.
+        id: u64,
+        /// The packet.
+        packet: Bytes,
+        /// Too late from here on.
+        expires: MonoTime,
+    },
+    /// The shore agreed: the link stands.
+    Up,
+}
+
+/// How the link is, for people and series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct VesselStatus {
+    /// Whether the link stands.
+    pub up: bool,
+    /// Records that are not known to be durable ashore.
+    pub backlog: u64,
+    /// Whether the record lane lags so that the live lane is used.
+    pub lagging: bool,
+    /// Connections that stood so far.
+    pub connections: u64,
+    /// Bytes of messages sent.
+    pub sent_bytes: u64,
+    /// Kinds of packets that found no room in the live lane.
+    pub live_left_out: u64,
+    /// The shore's clocks.
+    pub clocks: Option<ClockEstimate>,
+    /// From sending a message to knowing that it arrived.
+    pub arriving: Latency,
+    /// From sending a record to knowing it durable.
+    pub keeping: Latency,
+}

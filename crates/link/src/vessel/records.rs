@@ -1,0 +1,67 @@
+//! The record lane's place in the stream, and whether it lags.
+
+use crate::now::Now;
+use crate::vessel::SpoolState;
+use std::collections::VecDeque;
+use std::time::Duration;
+use units::MonoTime;
+
+/// A record that is not sent after this time makes the lane lag.
+pub(crate) const LAGS_AFTER: Duration = Duration::from_secs(1);
+const MARK_EVERY: Duration = Duration::from_millis(125);
+
+/// What the spool's end was lately, so that the age of what waits is known without asking it.
+#[derive(Debug, Clone)]
+pub(crate) struct Growth {
+    /// Times and the number that was next then, oldest first; the front is older than the bound, or the first.
+    marks: VecDeque<(MonoTime, u64)>,
+}
+
+impl Growth {
+    pub(crate) fn new(now: Now, spool: SpoolState) -> Self {
+        Self { marks: VecDeque::from([(now.mono, spool.next)]) }
+    }
+
+    pub(crate) fn mark(&mut self, now: MonoTime, next: u64) {
+        if self.marks.back().is_none_or(|(at, _)| now.since(*at) >= MARK_EVERY) {
+            self.marks.push_back((now, next));
+        }
+        while self.marks.get(1).is_some_and(|(at, _)| now.since(*at) >= LAGS_AFTER) {
+            self.marks.pop_front();
+        }
+    }
+
+    /// Whether what is to be sent next was there a second ago already.
+    pub(crate) fn lags(&self, now: MonoTime, cursor: u64) -> bool {
+        self.marks.front().is_some_and(|(at, next)| now.since(*at) >= LAGS_AFTER && cursor < *next)
+    }
+}
+
+/// Bytes of records that were sent and are not durable yet.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Unkept {
+    sent: VecDeque<(u64, usize, MonoTime)>,
+    bytes: usize,
+}
+
+impl Unkept {
+    /// Everything below `to` was sent, the last of it in a message of so many bytes.
+    pub(crate) fn sent(&mut self, now: MonoTime, to: u64, bytes: usize) {
+        self.bytes += bytes;
+        self.sent.push_back((to, bytes, now));
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// Everything below `durable` is; answers how long the last of it took.
+    pub(crate) fn kept(&mut self, now: MonoTime, durable: u64) -> Option<Duration> {
+        let mut took = None;
+        while let Some((_, bytes, at)) = self.sent.pop_front_if(|(to, ..)| *to <= durable) {
+            self.bytes -= bytes;
+            took = Some(now.since(at));
+        }
+        took
+    }
+}

@@ -1,0 +1,183 @@
+//! The vessel in the world: its disk survives, its program does not.
+
+use super::network::Direction;
+use super::{Event, World};
+use bytes::Bytes;
+use link::{
+    Answer, Entry, Gap, GapReason, Record, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
+};
+use std::collections::BTreeMap;
+use units::UtcTime;
+
+const STREAM: u64 = 4711;
+
+#[derive(Debug)]
+pub(crate) struct VesselNode {
+    pub(crate) machine: Option<Vessel>,
+    pub(crate) started_us: u64,
+    budget: Option<u32>,
+    starts: u64,
+    /// On disk: packets with the time they were recorded.
+    spool: BTreeMap<u64, (UtcTime, Bytes)>,
+    next: u64,
+    timer_us: u64,
+    /// When each packet was said (µs).
+    pub(crate) told: Vec<u64>,
+    /// Commands that were delivered: identity and world time.
+    pub(crate) delivered: Vec<(u64, u64)>,
+}
+
+impl VesselNode {
+    pub(crate) fn new(budget: Option<u32>) -> Self {
+        Self {
+            machine: None,
+            started_us: 0,
+            budget,
+            starts: 0,
+            spool: BTreeMap::new(),
+            next: 0,
+            timer_us: u64::MAX,
+            told: Vec::new(),
+            delivered: Vec::new(),
+        }
+    }
+
+    fn state(&self) -> SpoolState {
+        let first = self.spool.first_key_value().map_or(self.next, |(seq, _)| *seq);
+        SpoolState { stream: STREAM, first, next: self.next }
+    }
+
+    fn read(&self, from: u64, most: usize) -> Vec<Entry> {
+        let first = self.state().first;
+        if from < first {
+            let time = UtcTime::default();
+            let reason = GapReason::AcknowledgedBefore;
+            return vec![Entry::Gap(Gap { from, to: first, since: time, until: time, reason })];
+        }
+        let mut bytes = 0;
+        let records = self.spool.range(from..).map(|(seq, (recorded, packet))| Record {
+            seq: *seq,
+            recorded: *recorded,
+            packet: packet.clone(),
+        });
+        records
+            .take_while(|record| {
+                let before = bytes;
+                bytes += record.packet.len();
+                before < most
+            })
+            .map(Entry::Record)
+            .collect()
+    }
+
+    /// Forgets what the shore has, as a disk does that forgets whole files.
+    fn forget(&mut self, below: u64) {
+        self.spool = self.spool.split_off(&(below / 500 * 500));
+    }
+}
+
+impl World {
+    pub(crate) fn vessel_starts(&mut self) {
+        self.vessel.started_us = self.now_us;
+        self.vessel.starts += 1;
+        let settings = VesselSettings {
+            address: 0x2810,
+            name: "ntnu-otter-01".to_owned(),
+            software: "test".to_owned(),
+            incarnation: self.vessel.starts,
+            seed: self.vessel.starts,
+            budget_bytes_per_s: self.vessel.budget,
+            spool: self.vessel.state(),
+        };
+        self.vessel.machine = Some(Vessel::new(self.vessel_now(), settings));
+        self.vessel_handle(VesselInput::Timer);
+    }
+
+    pub(crate) fn vessel_says(&mut self, packet: &Bytes) {
+        let recorded = self.vessel_now().utc;
+        self.vessel.spool.insert(self.vessel.next, (recorded, packet.clone()));
+        self.vessel.next += 1;
+        self.vessel.told.push(self.now_us);
+        let state = self.vessel.state();
+        self.vessel_handle(VesselInput::Live(packet.clone()));
+        self.vessel_handle(VesselInput::Spool(state));
+    }
+
+    pub(crate) fn vessel_timer(&mut self) {
+        if self.now_us >= self.vessel.timer_us {
+            self.vessel.timer_us = u64::MAX;
+            self.vessel_handle(VesselInput::Timer);
+        }
+    }
+
+    pub(crate) fn vessel_handle(&mut self, input: VesselInput) {
+        // Connections of an earlier start have numbers of their own in this world.
+        let Some(input) = self.vessel_number(input) else { return };
+        let now = self.vessel_now();
+        let Some(machine) = &mut self.vessel.machine else { return };
+        machine.handle(now, input);
+        while let Some(output) = self.vessel.machine.as_mut().and_then(Vessel::poll_output) {
+            self.vessel_does(output);
+        }
+        let due = self.vessel.machine.as_mut().and_then(|machine| machine.poll_timeout(now));
+        if let Some(due) = due {
+            let at = self.now_us + super::micros(due.since(now.mono)).max(100);
+            if at < self.vessel.timer_us {
+                self.vessel.timer_us = at;
+                self.at(at - self.now_us, Event::VesselTimer);
+            }
+        }
+    }
+
+    fn vessel_does(&mut self, output: VesselOutput) {
+        match output {
+            VesselOutput::Open(id, patience) => {
+                let id = self.world_number(id.0);
+                self.connect(id, patience);
+            }
+            VesselOutput::Send(id, bytes) => {
+                let id = self.world_number(id.0);
+                self.transmit(id, Direction::Up, bytes);
+            }
+            VesselOutput::Close(id, _) => {
+                let id = self.world_number(id.0);
+                self.close(id, Direction::Down);
+            }
+            VesselOutput::Need(from, most) => {
+                let entries = self.vessel.read(from, most);
+                self.vessel_handle(VesselInput::Entries(from, entries));
+            }
+            VesselOutput::Acknowledged(next) => {
+                assert!(self.shore.durable().is_some_and(|seq| seq + 1 >= next), "only what is on its disk");
+                self.vessel.forget(next);
+                let state = self.vessel.state();
+                self.vessel_handle(VesselInput::Spool(state));
+            }
+            VesselOutput::Renumber => panic!("no number is given out twice when only programs die"),
+            VesselOutput::Command { id, expires, .. } => {
+                assert!(self.vessel_now().mono < expires);
+                self.vessel.delivered.push((id, self.now_us));
+                self.vessel_handle(VesselInput::Answer(id, Answer::Received));
+            }
+            VesselOutput::Up => {}
+        }
+    }
+
+    /// Connections by start and number in one number.
+    fn world_number(&self, id: u64) -> u64 {
+        self.vessel.starts * 1_000_000 + id
+    }
+
+    fn vessel_number(&self, input: VesselInput) -> Option<VesselInput> {
+        let own = |id: link::ConnectionId| {
+            (id.0 / 1_000_000 == self.vessel.starts).then_some(link::ConnectionId(id.0 % 1_000_000))
+        };
+        Some(match input {
+            VesselInput::Opened(id) => VesselInput::Opened(own(id)?),
+            VesselInput::Failed(id, why) => VesselInput::Failed(own(id)?, why),
+            VesselInput::Message(id, bytes) => VesselInput::Message(own(id)?, bytes),
+            VesselInput::Closed(id) => VesselInput::Closed(own(id)?),
+            other => other,
+        })
+    }
+}

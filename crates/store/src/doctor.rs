@@ -1,0 +1,260 @@
+//! Is the store well, and if not, what is to be done?
+
+use crate::archive::{self, ARRIVALS, DATA, DayReader};
+use crate::error::{Named as _, Result, StoreError};
+use crate::history::{self, CATALOGUE, MonthKey, load_progress};
+use crate::lock::FolderLock;
+use crate::packet::Door;
+use crate::range::TimeRange;
+use crate::reader::{Memory, Reader, open};
+use crate::reindex::{GROWING, REPLACED};
+use std::fs;
+use std::path::Path;
+use units::UtcTime;
+
+/// Free bytes below which a disk is nearly full, and as good as full.
+const LOW_BYTES: u64 = 5 << 30;
+const FULL_BYTES: u64 = 200 << 20;
+/// How far a clock may be ahead (µs).
+const AHEAD_US: i64 = 60_000_000;
+
+/// How something is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Health {
+    /// Well.
+    Good,
+    /// To be looked at.
+    Warning,
+    /// To be mended.
+    Problem,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Check {
+    /// What was looked at: a stable word.
+    pub name: &'static str,
+    /// How it is.
+    pub health: Health,
+    /// What was found.
+    pub found: String,
+    /// What to do about it; empty when there is nothing to do.
+    pub remedy: String,
+}
+
+impl Check {
+    fn good(name: &'static str, found: String) -> Self {
+        Self { name, health: Health::Good, found, remedy: String::new() }
+    }
+
+    fn new(name: &'static str, health: Health, found: String, remedy: &str) -> Self {
+        Self { name, health, found, remedy: remedy.to_owned() }
+    }
+}
+
+/// Looks at a data folder. `thorough` reads the whole archive and every page of the history; `progress` is told
+/// what is looked at next and may stop by returning false.
+///
+/// # Errors
+/// When the folder cannot be read at all, and [`StoreError::Cancelled`]. Anything else that is wrong is a check.
+pub fn doctor(
+    data: &Path,
+    now: UtcTime,
+    thorough: bool,
+    progress: &mut dyn FnMut(&str) -> bool,
+) -> Result<Vec<Check>> {
+    fs::metadata(data).named(data)?;
+    let mut checks = vec![writer(data), disk(data)];
+    let mut next = |what: &str| if progress(what) { Ok(()) } else { Err(StoreError::Cancelled) };
+    next("archive")?;
+    checks.extend(arrivals(data)?);
+    if thorough {
+        for key in archive::days(&data.join("archive"))? {
+            next(&key.name())?;
+            checks.extend(day(data, key));
+        }
+    }
+    next("history")?;
+    checks.extend(databases(data, thorough, &mut next)?);
+    checks.push(history_follows(data)?);
+    checks.extend(clocks(data, now));
+    checks.extend(left_over(data));
+    Ok(checks)
+}
+
+fn writer(data: &Path) -> Check {
+    match FolderLock::take(data) {
+        Ok(_) => Check::good("writer", "no process writes to the folder".to_owned()),
+        Err(StoreError::Locked { pid, .. }) => {
+            Check::good("writer", format!("process {pid} writes to the folder"))
+        }
+        Err(error) => Check::new(
+            "writer",
+            Health::Problem,
+            error.to_string(),
+            "let the folder belong to the user that runs the server",
+        ),
+    }
+}
+
+fn disk(data: &Path) -> Check {
+    match rustix::fs::statvfs(data) {
+        Err(error) => Check::new("disk", Health::Problem, error.to_string(), "check the disk and its mount"),
+        Ok(disk) => {
+            let free = disk.f_bavail * disk.f_frsize;
+            let found = format!("{} MiB are free", free >> 20);
+            let remedy = "make room: remove old months (retention), or move the data folder to a larger disk";
+            let health = match free {
+                0..FULL_BYTES => Health::Problem,
+                FULL_BYTES..LOW_BYTES => Health::Warning,
+                _ => return Check::good("disk", found),
+            };
+            Check::new("disk", health, found, remedy)
+        }
+    }
+}
+
+/// Whether every day's two files are there.
+fn arrivals(data: &Path) -> Result<Vec<Check>> {
+    let root = data.join("archive");
+    let days = archive::days(&root)?;
+    let mut checks = Vec::new();
+    let mut bytes = 0;
+    for key in &days {
+        let folder = key.folder(&root);
+        bytes += fs::metadata(folder.join(DATA)).map_or(0, |file| file.len());
+        if !folder.join(ARRIVALS).exists() {
+            checks.push(Check::new(
+                "archive",
+                Health::Warning,
+                format!("archive/{}: {ARRIVALS} is missing", key.name()),
+                "restart the server: it is made again, without the times of arrival",
+            ));
+        }
+    }
+    checks.push(Check::good("archive", format!("{} days of systems, {} MiB", days.len(), bytes >> 20)));
+    Ok(checks)
+}
+
+/// Reads a day to its end.
+fn day(data: &Path, key: archive::DayKey) -> Option<Check> {
+    let read = || -> Result<(u64, u64)> {
+        let mut reader = DayReader::open(&data.join("archive"), key, 0, 0)?;
+        let mut without_record = 0;
+        while let Some(archived) = reader.next_packet()? {
+            without_record += u64::from(archived.arrival.door == Door::Recovered);
+        }
+        Ok((reader.damaged_bytes(), without_record))
+    };
+    let name = key.name();
+    match read() {
+        Ok((0, 0)) => None,
+        Ok((0, without)) => Some(Check::good(
+            "archive",
+            format!("archive/{name}: {without} packets whose arrival was lost in a crash"),
+        )),
+        Ok((damaged, _)) => Some(Check::new(
+            "archive",
+            Health::Problem,
+            format!("archive/{name}: {damaged} bytes are damaged"),
+            "check the disk; copy the day from a backup, or import the vessel's own log of that day",
+        )),
+        Err(error) => {
+            Some(Check::new("archive", Health::Problem, error.to_string(), "check the disk and the rights"))
+        }
+    }
+}
+
+fn databases(data: &Path, thorough: bool, next: &mut impl FnMut(&str) -> Result<()>) -> Result<Vec<Check>> {
+    let folder = data.join("history");
+    let mut names: Vec<String> = history::months(&folder)?.into_iter().map(MonthKey::file_name).collect();
+    names.insert(0, CATALOGUE.to_owned());
+    let mut checks = Vec::new();
+    let mut well = 0;
+    for name in names {
+        let path = folder.join(&name);
+        if !path.exists() {
+            continue;
+        }
+        next(&name)?;
+        let sql = if thorough { "PRAGMA quick_check(1)" } else { "SELECT 'ok' FROM sqlite_master LIMIT 1" };
+        let verdict: rusqlite::Result<String> = open(&path, Memory::EXPORT)
+            .and_then(|connection| connection.query_row(sql, (), |row| row.get(0)));
+        let problem = match verdict {
+            Ok(verdict) if verdict == "ok" => {
+                well += 1;
+                continue;
+            }
+            Ok(verdict) => verdict,
+            Err(error) => error.to_string(),
+        };
+        checks.push(Check::new(
+            "history",
+            Health::Problem,
+            format!("history/{name}: {problem}"),
+            "stop the server and run `lutra-server reindex`: the history is made again from the archive",
+        ));
+    }
+    checks.push(Check::good("history", format!("{well} databases are readable")));
+    Ok(checks)
+}
+
+/// Whether the history has read all of the archive.
+fn history_follows(data: &Path) -> Result<Check> {
+    let root = data.join("archive");
+    let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
+    let mut unread = 0;
+    for key in archive::days(&root)? {
+        let length = fs::metadata(key.folder(&root).join(DATA)).map_or(0, |file| file.len());
+        unread += length.saturating_sub(read.get(&key).map_or(0, |progress| progress.lengths.data));
+    }
+    let found = format!("{} KiB of the archive are not yet marked as read into the history", unread >> 10);
+    // While the server runs, the mark is up to half a minute or some MiB behind.
+    Ok(if unread <= 64 << 20 {
+        Check::good("progress", found)
+    } else {
+        Check::new("progress", Health::Warning, found, "restart the server: it reads the rest when it starts")
+    })
+}
+
+fn clocks(data: &Path, now: UtcTime) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let Ok(mut reader) = Reader::open(data) else { return checks };
+    let Ok(systems) = reader.systems() else { return checks };
+    for system in systems {
+        let ahead_us = system.extent.last_us.saturating_sub(now.micros());
+        if ahead_us > AHEAD_US {
+            checks.push(Check::new(
+                "clocks",
+                Health::Warning,
+                format!("{} sent samples {} s ahead of this clock", system.name, ahead_us / 1_000_000),
+                "check the clocks of both; the history keeps the times as they were sent",
+            ));
+        }
+    }
+    let undated = reader.parts(TimeRange::ALL).ok().and_then(|_| {
+        let connection = reader.month(MonthKey::Undated).ok()?;
+        connection.query_row("SELECT coalesce(sum(count),0) FROM _group", (), |row| row.get::<_, i64>(0)).ok()
+    });
+    if let Some(undated) = undated.filter(|count| *count > 0) {
+        checks.push(Check::new(
+            "clocks",
+            Health::Warning,
+            format!("{undated} samples have no believable time and lie in history/undated.sqlite"),
+            "let the vessel set its clock (NTP or GNSS) before it sends",
+        ));
+    }
+    checks
+}
+
+fn left_over(data: &Path) -> Option<Check> {
+    let names: Vec<&str> = [GROWING, REPLACED].into_iter().filter(|name| data.join(name).exists()).collect();
+    (!names.is_empty()).then(|| {
+        Check::new(
+            "reindex",
+            Health::Warning,
+            format!("{} is left of a rebuild that was broken off", names.join(" and ")),
+            "run `lutra-server reindex` again, which goes on there, or remove it",
+        )
+    })
+}

@@ -1,0 +1,101 @@
+//! What can go wrong with a store, by what its caller can do about it.
+
+use imc::FrameError;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why the store could not do something.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// A file or folder could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A database of the history could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Sqlite {
+        /// The database's file.
+        path: PathBuf,
+        /// What SQLite says.
+        source: rusqlite::Error,
+    },
+    /// A database was written by a later version of this program.
+    #[error("{} was written by a later version of Lutra; use that one, or rebuild the history by `reindex`", path.display())]
+    Newer {
+        /// The database's file.
+        path: PathBuf,
+    },
+    /// Another process writes to the folder.
+    #[error("{} is in use by another process{}; stop it first, or choose another folder", path.display(), holder(.pid))]
+    Locked {
+        /// The folder.
+        path: PathBuf,
+        /// The process that holds it, as it said itself; empty when it did not.
+        pid: String,
+    },
+    /// The bytes are no packet.
+    #[error("no IMC packet: {0}")]
+    Packet(#[from] FrameError),
+    /// More bytes came than the packet has.
+    #[error("{extra} bytes follow the packet; give one packet at a time")]
+    Trailing {
+        /// How many.
+        extra: usize,
+    },
+    /// As much waits to be written as may.
+    #[error("{waiting} bytes wait for the disk, which is as much as may; commit before accepting more")]
+    Full {
+        /// Bytes that wait.
+        waiting: usize,
+    },
+    /// A question that has no answer as it was asked.
+    #[error("{0}")]
+    Query(String),
+    /// The caller asked to stop.
+    #[error("stopped on request")]
+    Cancelled,
+}
+
+/// What the functions of this crate return.
+pub type Result<T, E = StoreError> = std::result::Result<T, E>;
+
+fn holder(pid: &str) -> String {
+    if pid.is_empty() { String::new() } else { format!(" (process {pid})") }
+}
+
+impl StoreError {
+    /// Whether the disk is full or a limit on a file's size was reached: what was accepted still waits, and a
+    /// later commit can succeed.
+    pub fn is_disk_full(&self) -> bool {
+        match self {
+            Self::Io { source, .. } => matches!(
+                source.kind(),
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge
+            ),
+            Self::Sqlite { source, .. } => source.sqlite_error_code() == Some(rusqlite::ErrorCode::DiskFull),
+            _ => false,
+        }
+    }
+}
+
+/// Puts the name of a file to an error.
+pub(crate) trait Named<T> {
+    /// The same with the name.
+    fn named(self, path: &Path) -> Result<T>;
+}
+
+impl<T> Named<T> for io::Result<T> {
+    fn named(self, path: &Path) -> Result<T> {
+        self.map_err(|source| StoreError::Io { path: path.to_owned(), source })
+    }
+}
+
+impl<T> Named<T> for rusqlite::Result<T> {
+    fn named(self, path: &Path) -> Result<T> {
+        self.map_err(|source| StoreError::Sqlite { path: path.to_owned(), source })
+    }
+}

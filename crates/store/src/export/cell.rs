@@ -1,0 +1,68 @@
+//! Text in a cell of a CSV file: quoted by RFC 4180 and harmless in spreadsheets.
+//!
+//! A spreadsheet takes a cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return for a formula,
+//! which can read files or call programs. Such *text* gets an apostrophe before it, as does text that begins
+//! with an apostrophe; to get the text back, take one apostrophe from cells of text that begin with one.
+//! Numbers are never changed.
+
+/// Appends text as one cell.
+pub(crate) fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
+    let risky = guard && matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@' | b'\t' | b'\r' | b'\''));
+    let quoted = text.iter().any(|byte| matches!(byte, b'"' | b',' | b'\n' | b'\r'));
+    if quoted {
+        out.push(b'"');
+    }
+    if risky {
+        out.push(b'\'');
+    }
+    if quoted {
+        for byte in text {
+            if *byte == b'"' {
+                out.push(b'"');
+            }
+            out.push(*byte);
+        }
+        out.push(b'"');
+    } else {
+        out.extend_from_slice(text);
+    }
+}
+
+/// Appends bytes in hexadecimal.
+pub(crate) fn hex(out: &mut Vec<u8>, bytes: &[u8]) {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    for byte in bytes {
+        out.push(DIGITS[usize::from(byte >> 4)]);
+        out.push(DIGITS[usize::from(byte & 15)]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(value: &str) -> String {
+        let mut out = Vec::new();
+        text(&mut out, value.as_bytes(), true);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn formulas_become_text_and_come_back() {
+        for value in ["=cmd|' /C calc'!A0", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "'x", "''=1"] {
+            let written = cell(value);
+            let read = written.trim_matches('"').replace("\"\"", "\"");
+            assert!(read.starts_with('\''), "{written}");
+            assert_eq!(&read[1..], value);
+        }
+        assert_eq!(cell("a=1"), "a=1");
+    }
+
+    #[test]
+    fn quotes_by_rfc_4180() {
+        assert_eq!(cell("a,b"), "\"a,b\"");
+        assert_eq!(cell("say \"hi\"\n"), "\"say \"\"hi\"\"\n\"");
+        assert_eq!(cell("=\"a\""), "\"'=\"\"a\"\"\"");
+        assert_eq!(cell(""), "");
+    }
+}

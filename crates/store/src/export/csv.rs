@@ -1,0 +1,413 @@
+//! Tables as CSV, in order of time, in constant memory.
+//!
+//! A single series is written as it is read. Several are read in slices of time that hold about a megabyte of
+//! text; the rows of a slice are sorted and written. Rows of one time stand in the order of message, system and
+//! entity. The same question to the same history gives the same bytes.
+
+use super::cell;
+use super::number::{self, IsoTime};
+use super::plan::{CsvOptions, Field, Message, Plan, Selection, Shape};
+use crate::error::{Result, StoreError};
+use crate::history::{ColumnKind, GroupKey, Table};
+use crate::range::TimeRange;
+use crate::reader::{Memory, Reader, has_group, select_list};
+use imc::Address;
+use rusqlite::types::ValueRef;
+use rusqlite::{Connection, Row};
+use std::io::Write;
+use std::path::Path;
+
+/// Bytes that are handed on at once.
+const CHUNK_BYTES: usize = 1 << 16;
+/// Most bytes of a slice, unless all of it is of one microsecond.
+const SLICE_BYTES: usize = 1 << 20;
+/// The first slice, and the longest (µs).
+const FIRST_SLICE_US: i64 = 60_000_000;
+const LONGEST_SLICE_US: i64 = 86_400_000_000;
+
+/// What an export wrote.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Exported {
+    /// Rows of a table, or packets of a log.
+    pub rows: u64,
+    /// Bytes.
+    pub bytes: u64,
+}
+
+/// Writes a table: a header, and a row for each message or value, ended by line feeds. A value that is absent or
+/// no number is an empty cell.
+///
+/// # Errors
+/// When the selection names what does not exist, the history cannot be read or `out` not be written. A table
+/// that was begun then ends with a line that begins with `#ERROR`, as far as it can be written, and is not whole.
+pub fn export_csv(
+    data: &Path,
+    selection: &Selection,
+    options: &CsvOptions,
+    out: &mut dyn Write,
+) -> Result<Exported> {
+    let mut reader = Reader::open_with(data, Memory::EXPORT)?;
+    let plan = Plan::new(&mut reader, selection, *options)?;
+    let mut writer =
+        Writer { out, buffer: Vec::with_capacity(2 * CHUNK_BYTES), exported: Exported::default() };
+    header(&mut writer.buffer, &plan, *options);
+    // Whoever waits for the first byte gets it before the first question to the database.
+    let mut written = writer.flush();
+    if written.is_ok() {
+        written =
+            rows(&mut reader, &plan, *options, selection.range, &mut writer).and_then(|()| writer.flush());
+    }
+    if let Err(error) = written {
+        writer.buffer.clear();
+        let line = format!("#ERROR the export is cut here: {error}\n").replace('\r', " ");
+        writer.out.write_all(line.as_bytes()).ok();
+        return Err(error);
+    }
+    Ok(writer.exported)
+}
+
+struct Writer<'o> {
+    out: &'o mut dyn Write,
+    buffer: Vec<u8>,
+    exported: Exported,
+}
+
+impl Writer<'_> {
+    fn flush(&mut self) -> Result<()> {
+        self.out.write_all(&self.buffer).and_then(|()| self.out.flush()).map_err(unwritable)?;
+        self.exported.bytes += self.buffer.len() as u64;
+        self.buffer.clear();
+        Ok(())
+    }
+
+    fn flush_full(&mut self) -> Result<()> {
+        if self.buffer.len() >= CHUNK_BYTES { self.flush() } else { Ok(()) }
+    }
+}
+
+pub(super) fn unwritable(source: std::io::Error) -> StoreError {
+    StoreError::Io { path: "the export".into(), source }
+}
+
+fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
+    out.extend_from_slice(b"time,unix_s,system,system_id,entity,entity_id");
+    match options.shape {
+        Shape::Long => out.extend_from_slice(b",message,field,value,unit"),
+        Shape::Wide => {
+            if plan.messages.len() > 1 {
+                out.extend_from_slice(b",message");
+            }
+            for message in &plan.messages {
+                for field in &message.fields {
+                    out.push(b',');
+                    // Names and units of the catalogue hold nothing that would need quotes.
+                    if plan.messages.len() > 1 {
+                        write!(out, "{}.", message.name).ok();
+                    }
+                    out.extend_from_slice(field.name.as_bytes());
+                    if let Some(unit) = field.unit.filter(|_| options.units) {
+                        write!(out, " [{unit}]").ok();
+                    }
+                }
+            }
+        }
+    }
+    out.push(b'\n');
+}
+
+/// One series of a month.
+struct Series<'p> {
+    group: GroupKey,
+    message: &'p Message,
+    sql: String,
+    system: Vec<u8>,
+    /// The label, when it never changed.
+    label: Option<Vec<u8>>,
+    /// Time of the next row to be read; `None` after the last.
+    next_us: Option<i64>,
+}
+
+fn rows(
+    reader: &mut Reader,
+    plan: &Plan,
+    options: CsvOptions,
+    range: TimeRange,
+    writer: &mut Writer<'_>,
+) -> Result<()> {
+    for (key, part) in reader.parts(range)? {
+        let connection = reader.month(key)?;
+        connection.set_prepared_statement_cache_capacity(512);
+        // All of a month is of one moment, however long the export takes.
+        let snapshot = reader.named(key, connection.unchecked_transaction())?;
+        let mut there = Vec::new();
+        for (group, message) in &plan.groups {
+            let message = &plan.messages[*message];
+            if let Some(table) = reader.schema.table(group.id) {
+                let series = series(connection, plan, options, *group, message, table, part);
+                there.extend(reader.named(key, series)?);
+            }
+        }
+        let mut lines = Lines { plan, options, iso: IsoTime::new() };
+        if let [one] = there.as_slice() {
+            stream(reader, key, connection, one, part, &mut lines, writer)?;
+        } else {
+            slices(reader, key, connection, &mut there, part, &mut lines, writer)?;
+        }
+        reader.named(key, snapshot.finish())?;
+    }
+    Ok(())
+}
+
+fn series<'p>(
+    connection: &Connection,
+    plan: &Plan,
+    options: CsvOptions,
+    group: GroupKey,
+    message: &'p Message,
+    table: &Table,
+    part: TimeRange,
+) -> rusqlite::Result<Option<Series<'p>>> {
+    if !has_group(connection, group)? {
+        return Ok(None);
+    }
+    let names: Vec<&str> = message.fields.iter().map(|field| field.name).collect();
+    let sql = format!(
+        "SELECT time_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
+         ORDER BY time_us,hash",
+        select_list(connection, table, &names)?,
+        table.desc.abbrev
+    );
+    let address = Address(group.src);
+    let mut system = Vec::new();
+    cell::text(&mut system, plan.names.system(address).as_bytes(), options.guard);
+    system.extend_from_slice(format!(",{:#06x},", group.src).as_bytes());
+    let runs = plan.names.entities.get(&(group.src, group.src_ent));
+    let label = if runs.is_some_and(|runs| runs.runs.len() > 1) {
+        None
+    } else {
+        let mut label = Vec::new();
+        let name = runs.and_then(|runs| runs.latest()).map_or("", String::as_str);
+        cell::text(&mut label, name.as_bytes(), options.guard);
+        Some(label)
+    };
+    let mut series = Series { group, message, sql, system, label, next_us: None };
+    let mut statement = connection.prepare_cached(&series.sql)?;
+    let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
+    series.next_us = rows.next()?.map(|row| row.get(0)).transpose()?;
+    Ok(series.next_us.is_some().then_some(series))
+}
+
+/// One series: as it is read.
+fn stream(
+    reader: &Reader,
+    key: crate::MonthKey,
+    connection: &Connection,
+    series: &Series<'_>,
+    part: TimeRange,
+    lines: &mut Lines<'_>,
+    writer: &mut Writer<'_>,
+) -> Result<()> {
+    let mut statement = reader.named(key, connection.prepare_cached(&series.sql))?;
+    let span = (series.group.src, series.group.src_ent, part.from_us, part.to_us);
+    let mut rows = reader.named(key, statement.query(span))?;
+    while let Some(row) = reader.named(key, rows.next())? {
+        let time_us = reader.named(key, row.get(0))?;
+        writer.exported.rows += reader.named(key, lines.write(&mut writer.buffer, series, time_us, row))?;
+        writer.flush_full()?;
+    }
+    Ok(())
+}
+
+/// Several series: a slice of time after the other.
+fn slices(
+    reader: &Reader,
+    key: crate::MonthKey,
+    connection: &Connection,
+    there: &mut [Series<'_>],
+    part: TimeRange,
+    lines: &mut Lines<'_>,
+    writer: &mut Writer<'_>,
+) -> Result<()> {
+    let mut slice = Slice::default();
+    let mut width_us = FIRST_SLICE_US;
+    while let Some(start_us) = there.iter().filter_map(|series| series.next_us).min() {
+        let end_us = start_us.saturating_add(width_us).min(part.to_us);
+        let whole = reader.named(key, slice.read(connection, there, part, end_us, width_us > 1, lines))?;
+        if !whole {
+            // Too much: the same again, shorter.
+            width_us = (width_us / 4).max(1);
+            continue;
+        }
+        slice.order.sort_unstable_by_key(|line| (line.time_us, line.series, line.start));
+        for line in &slice.order {
+            writer.buffer.extend_from_slice(&slice.text[line.start..line.end]);
+            writer.flush_full()?;
+        }
+        writer.exported.rows += slice.rows;
+        for (series, next_us) in there.iter_mut().zip(&slice.next_us) {
+            series.next_us = *next_us;
+        }
+        if slice.text.len() < SLICE_BYTES / 4 {
+            width_us = (width_us * 2).min(LONGEST_SLICE_US);
+        }
+    }
+    Ok(())
+}
+
+#[derive(Default)]
+struct Slice {
+    text: Vec<u8>,
+    order: Vec<Line>,
+    next_us: Vec<Option<i64>>,
+    rows: u64,
+}
+
+struct Line {
+    time_us: i64,
+    series: usize,
+    start: usize,
+    end: usize,
+}
+
+impl Slice {
+    /// Reads all series up to a time; false when that is too much for one slice.
+    fn read(
+        &mut self,
+        connection: &Connection,
+        there: &[Series<'_>],
+        part: TimeRange,
+        end_us: i64,
+        bounded: bool,
+        lines: &mut Lines<'_>,
+    ) -> rusqlite::Result<bool> {
+        self.text.clear();
+        self.order.clear();
+        self.rows = 0;
+        self.next_us.clear();
+        self.next_us.extend(there.iter().map(|series| series.next_us));
+        for (at, series) in there.iter().enumerate() {
+            let Some(next_us) = series.next_us.filter(|next_us| *next_us < end_us) else { continue };
+            let mut statement = connection.prepare_cached(&series.sql)?;
+            let mut rows = statement.query((series.group.src, series.group.src_ent, next_us, part.to_us))?;
+            self.next_us[at] = None;
+            while let Some(row) = rows.next()? {
+                let time_us = row.get(0)?;
+                if time_us >= end_us {
+                    self.next_us[at] = Some(time_us);
+                    break;
+                }
+                let start = self.text.len();
+                self.rows += lines.write(&mut self.text, series, time_us, row)?;
+                self.order.push(Line { time_us, series: at, start, end: self.text.len() });
+                if bounded && self.text.len() > SLICE_BYTES {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// Rows of the database as lines of the table.
+struct Lines<'p> {
+    plan: &'p Plan,
+    options: CsvOptions,
+    iso: IsoTime,
+}
+
+impl Lines<'_> {
+    /// Writes a message; how many lines that made.
+    fn write(
+        &mut self,
+        out: &mut Vec<u8>,
+        series: &Series<'_>,
+        time_us: i64,
+        row: &Row<'_>,
+    ) -> rusqlite::Result<u64> {
+        if self.options.shape == Shape::Long {
+            return self.write_long(out, series, time_us, row);
+        }
+        self.start(out, series, time_us);
+        let message = series.message;
+        if self.plan.messages.len() > 1 {
+            out.push(b',');
+            out.extend_from_slice(message.name.as_bytes());
+        }
+        out.extend(std::iter::repeat_n(b',', message.first_column));
+        for (at, field) in message.fields.iter().enumerate() {
+            out.push(b',');
+            self.value(out, field, row.get_ref(at + 1)?);
+        }
+        let after = self.plan.columns - message.first_column - message.fields.len();
+        out.extend(std::iter::repeat_n(b',', after));
+        out.push(b'\n');
+        Ok(1)
+    }
+
+    fn write_long(
+        &mut self,
+        out: &mut Vec<u8>,
+        series: &Series<'_>,
+        time_us: i64,
+        row: &Row<'_>,
+    ) -> rusqlite::Result<u64> {
+        let mut written = 0;
+        for (at, field) in series.message.fields.iter().enumerate() {
+            let value = row.get_ref(at + 1)?;
+            if value == ValueRef::Null {
+                continue;
+            }
+            self.start(out, series, time_us);
+            for name in [series.message.name, field.name] {
+                out.push(b',');
+                out.extend_from_slice(name.as_bytes());
+            }
+            out.push(b',');
+            self.value(out, field, value);
+            out.push(b',');
+            out.extend_from_slice(field.unit.unwrap_or_default().as_bytes());
+            out.push(b'\n');
+            written += 1;
+        }
+        Ok(written)
+    }
+
+    /// What every line begins with.
+    fn start(&mut self, out: &mut Vec<u8>, series: &Series<'_>, time_us: i64) {
+        self.iso.write(out, time_us);
+        out.push(b',');
+        number::epoch(out, time_us);
+        out.push(b',');
+        out.extend_from_slice(&series.system);
+        if let Some(label) = &series.label {
+            out.extend_from_slice(label);
+        } else {
+            let (address, entity) = (Address(series.group.src), series.group.src_ent);
+            let label = self.plan.names.entity(address, entity, time_us).unwrap_or_default();
+            cell::text(out, label.as_bytes(), self.options.guard);
+        }
+        out.push(b',');
+        number::integer(out, series.group.src_ent.into());
+    }
+
+    fn value(&self, out: &mut Vec<u8>, field: &Field, value: ValueRef<'_>) {
+        match value {
+            ValueRef::Null => {}
+            ValueRef::Integer(value) => match field.names.and_then(|names| names.label(value)) {
+                Some(label) => cell::text(out, label.as_bytes(), self.options.guard),
+                // A column of reals gives whole numbers as integers.
+                None => match field.factor {
+                    Some(factor) => number::double(out, value as f64 * factor),
+                    None => number::integer(out, value),
+                },
+            },
+            ValueRef::Real(value) => match (field.factor, field.kind) {
+                (Some(factor), _) => number::double(out, value * factor),
+                (None, ColumnKind::Single) => number::single(out, value as f32),
+                (None, _) => number::double(out, value),
+            },
+            ValueRef::Text(text) => cell::text(out, text, self.options.guard),
+            ValueRef::Blob(bytes) => cell::hex(out, bytes),
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Out of the store: tables as CSV from the history, packets as LSF from the archive.
+
+mod cell;
+mod csv;
+mod lsf;
+mod number;
+mod plan;
+
+pub use csv::{Exported, export_csv};
+pub use lsf::export_lsf;
+pub use plan::{Angles, CsvOptions, Selection, Shape, describe_csv};

@@ -1,0 +1,278 @@
+//! What an export holds: which series, which columns, in which units.
+
+use crate::error::{Result, StoreError};
+use crate::history::{Column, ColumnKind, GroupKey, Names, Table};
+use crate::range::TimeRange;
+use crate::reader::Reader;
+use imc::Address;
+use imc::catalogue::{FieldDesc, MESSAGES};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+
+/// What is asked for. An empty list means all.
+#[derive(Debug, Clone)]
+pub struct Selection {
+    /// Messages by name.
+    pub messages: Vec<String>,
+    /// Systems.
+    pub systems: Vec<Address>,
+    /// Entities by label or number.
+    pub entities: Vec<String>,
+    /// Fields by name, for all messages that have them (`psi`) or for one (`EulerAngles.psi`).
+    pub fields: Vec<String>,
+    /// By the senders' clocks.
+    pub range: TimeRange,
+}
+
+impl Default for Selection {
+    /// Everything.
+    fn default() -> Self {
+        Self {
+            messages: Vec::new(),
+            systems: Vec::new(),
+            entities: Vec::new(),
+            fields: Vec::new(),
+            range: TimeRange::ALL,
+        }
+    }
+}
+
+/// How a table is laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shape {
+    /// A row for each message and a column for each field.
+    #[default]
+    Wide,
+    /// A row for each value, with the names of message and field and the unit.
+    Long,
+}
+
+/// In which unit angles are written. The history keeps radians.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Angles {
+    /// As IMC has them.
+    #[default]
+    Radians,
+    /// `rad` becomes `deg` and `rad/s` becomes `deg/s`.
+    Degrees,
+}
+
+/// How values are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CsvOptions {
+    /// How the table is laid out.
+    pub shape: Shape,
+    /// In which unit angles are written.
+    pub angles: Angles,
+    /// Whether a wide table's header gives units, as in `psi [rad]`; else they are in [`describe_csv`] only.
+    pub units: bool,
+    /// Whether numbers that have names are written as those: `R64K` for 4. Numbers without a name stay.
+    pub labels: bool,
+    /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it. To get the text
+    /// back, take one apostrophe from text that begins with one.
+    pub guard: bool,
+}
+
+impl Default for CsvOptions {
+    fn default() -> Self {
+        Self { shape: Shape::Wide, angles: Angles::Radians, units: true, labels: false, guard: true }
+    }
+}
+
+/// One field on its way into a column.
+#[derive(Debug, Clone)]
+pub(crate) struct Field {
+    pub(crate) name: &'static str,
+    pub(crate) kind: ColumnKind,
+    pub(crate) unit: Option<&'static str>,
+    /// To multiply numbers by.
+    pub(crate) factor: Option<f64>,
+    /// To name numbers by.
+    pub(crate) names: Option<&'static FieldDesc>,
+    desc: Option<&'static FieldDesc>,
+}
+
+/// One message's fields, with the first column that they fill in a wide table.
+#[derive(Debug)]
+pub(crate) struct Message {
+    pub(crate) id: u16,
+    pub(crate) name: &'static str,
+    pub(crate) fields: Vec<Field>,
+    pub(crate) first_column: usize,
+}
+
+/// Everything to be exported.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(crate) messages: Vec<Message>,
+    /// The series, each with its message's place in `messages`.
+    pub(crate) groups: Vec<(GroupKey, usize)>,
+    pub(crate) names: Names,
+    pub(crate) columns: usize,
+}
+
+impl Plan {
+    pub(crate) fn new(reader: &mut Reader, selection: &Selection, options: CsvOptions) -> Result<Self> {
+        for message in &selection.messages {
+            reader.table(message)?;
+        }
+        let names = reader.names()?;
+        let extents = reader.extents()?;
+        let groups = choose(&names, selection, extents.keys().copied())?;
+        let mut asked: BTreeSet<u16> = groups.iter().map(|group| group.id).collect();
+        // What was asked for by name has its columns even when there is nothing to put there.
+        asked.extend(
+            selection.messages.iter().filter_map(|name| imc::catalogue::by_abbrev(name)).map(|desc| desc.id),
+        );
+        let mut messages = Vec::new();
+        let mut columns = 0;
+        for id in asked {
+            let Some(table) = reader.schema.table(id) else { continue };
+            let fields: Vec<Field> = table
+                .columns
+                .iter()
+                .filter(|column| wants(selection, table, column))
+                .map(|c| field(c, options))
+                .collect();
+            if fields.is_empty() && !table.columns.is_empty() {
+                continue;
+            }
+            let first_column = columns;
+            columns += fields.len();
+            messages.push(Message { id, name: table.desc.abbrev, fields, first_column });
+        }
+        check_fields(selection, &messages)?;
+        let place =
+            |group: GroupKey| Some((group, messages.iter().position(|message| message.id == group.id)?));
+        let groups = groups.into_iter().filter_map(place).collect();
+        Ok(Self { messages, groups, names, columns })
+    }
+}
+
+/// The series that are asked for.
+pub(crate) fn choose(
+    names: &Names,
+    selection: &Selection,
+    groups: impl Iterator<Item = GroupKey>,
+) -> Result<Vec<GroupKey>> {
+    if let Some(unknown) = selection.messages.iter().find(|name| imc::catalogue::by_abbrev(name).is_none()) {
+        return Err(StoreError::Query(format!("IMC has no message `{unknown}`")));
+    }
+    let entity = |group: &GroupKey| {
+        selection.entities.iter().any(|wanted| {
+            wanted.parse() == Ok(group.src_ent)
+                || names
+                    .entities
+                    .get(&(group.src, group.src_ent))
+                    .is_some_and(|runs| runs.runs.values().any(|run| run.name == *wanted))
+        })
+    };
+    let message = |group: &GroupKey| {
+        selection
+            .messages
+            .iter()
+            .any(|name| imc::catalogue::by_abbrev(name).is_some_and(|desc| desc.id == group.id))
+    };
+    Ok(groups
+        .filter(|group| selection.systems.is_empty() || selection.systems.contains(&Address(group.src)))
+        .filter(|group| selection.entities.is_empty() || entity(group))
+        .filter(|group| selection.messages.is_empty() || message(group))
+        .collect())
+}
+
+fn wants(selection: &Selection, table: &Table, column: &Column) -> bool {
+    selection.fields.is_empty()
+        || selection.fields.iter().any(|wanted| match wanted.split_once('.') {
+            Some((message, field)) => message == table.desc.abbrev && field == column.name,
+            None => wanted == column.name,
+        })
+}
+
+fn check_fields(selection: &Selection, messages: &[Message]) -> Result<()> {
+    let found = |wanted: &String| {
+        let (message, field) = wanted.split_once('.').map_or((None, wanted.as_str()), |(m, f)| (Some(m), f));
+        messages
+            .iter()
+            .filter(|one| message.is_none_or(|message| one.name == message))
+            .any(|one| one.fields.iter().any(|have| have.name == field))
+    };
+    // Without any message there is nothing to compare with but the catalogue.
+    let in_catalogue = |wanted: &String| {
+        let field = wanted.rsplit_once('.').map_or(wanted.as_str(), |(_, field)| field);
+        messages.is_empty() && MESSAGES.iter().any(|desc| desc.field(field).is_some())
+    };
+    match selection.fields.iter().find(|wanted| !found(wanted) && !in_catalogue(wanted)) {
+        None => Ok(()),
+        Some(unknown) => {
+            Err(StoreError::Query(format!("none of the messages asked for has a field `{unknown}`")))
+        }
+    }
+}
+
+fn field(column: &Column, options: CsvOptions) -> Field {
+    let degrees = options.angles == Angles::Degrees;
+    let (unit, factor) = match column.unit {
+        Some("rad") if degrees => (Some("deg"), Some(180.0 / std::f64::consts::PI)),
+        Some("rad/s") if degrees => (Some("deg/s"), Some(180.0 / std::f64::consts::PI)),
+        Some("°") => (Some("deg"), None),
+        unit => (unit, None),
+    };
+    let named =
+        column.desc.filter(|desc| options.labels && !matches!(desc.meaning, imc::catalogue::Meaning::Plain));
+    Field { name: column.name, kind: column.kind, unit, factor, names: named, desc: column.desc }
+}
+
+/// What stands in each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
+/// was asked for.
+///
+/// # Errors
+/// As the export itself.
+pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Value> {
+    let plan = Plan::new(reader, selection, *options)?;
+    let several = plan.messages.len() > 1;
+    let fixed = [
+        ("time", "when it was said, by the sender's clock; ISO 8601, UTC", None),
+        ("unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
+        ("system", "name of the system", None),
+        ("system_id", "its IMC address", None),
+        ("entity", "label of the entity", None),
+        ("entity_id", "its number", None),
+    ];
+    let mut columns: Vec<Value> = fixed
+        .iter()
+        .map(|(name, meaning, unit)| json!({"name": name, "description": meaning, "unit": unit}))
+        .collect();
+    for message in &plan.messages {
+        for field in &message.fields {
+            let name =
+                if several { format!("{}.{}", message.name, field.name) } else { field.name.to_owned() };
+            let kind = match field.kind {
+                ColumnKind::Integer if field.names.is_some() => "text",
+                ColumnKind::Integer => "integer",
+                ColumnKind::Single | ColumnKind::Double => "number",
+                ColumnKind::Text => "text",
+                ColumnKind::Raw => "hexadecimal",
+                ColumnKind::Nested => "json",
+            };
+            let meaning = field.desc.map_or("computed from the message", |desc| desc.name);
+            columns.push(json!({
+                "name": name, "message": message.name, "field": field.name, "unit": field.unit, "type": kind,
+                "description": meaning,
+            }));
+        }
+    }
+    let text = |us: i64| {
+        let open = us == i64::MIN || us == i64::MAX;
+        (!open).then(|| units::UtcTime::from_micros(us).to_string())
+    };
+    Ok(json!({
+        "columns": columns,
+        "shape": if options.shape == Shape::Wide { "wide" } else { "long" },
+        "time_zone": "UTC",
+        "datum": "WGS 84 (EPSG:4326)",
+        "missing_value": "",
+        "text_guard": if options.guard { "one apostrophe before text that begins with one of = + - @ tab CR '" } else { "none" },
+        "from": text(selection.range.from_us),
+        "to": text(selection.range.to_us),
+    }))
+}

@@ -1,0 +1,259 @@
+//! The history: what was said, in tables that answer questions quickly.
+//!
+//! A file of SQLite per month of the samples' own time, and a catalogue. Everything here can be made again from
+//! the archive; a row that is there already is left alone, so nothing is ever there twice.
+
+mod catalogue;
+mod month;
+mod month_key;
+mod nested;
+pub(crate) mod rollup;
+mod row;
+mod runs;
+pub(crate) mod schema;
+
+pub(crate) use catalogue::{FILE as CATALOGUE, Names, Progress, load_names, load_progress};
+pub(crate) use month::columns;
+pub use month::{Extent, GroupKey};
+pub use month_key::MonthKey;
+pub use schema::{Column, ColumnKind, Table};
+
+use crate::archive::DayKey;
+use crate::error::{Named as _, Result};
+use crate::fingerprint;
+use crate::packet::LinkSeq;
+use catalogue::{Catalogue, SystemName};
+use imc::PacketView;
+use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _};
+use month::{Entry, Month};
+use row::Sample;
+use schema::Schema;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+/// Most months that stay open for writing.
+const MAX_OPEN_MONTHS: usize = 6;
+/// Samples that are rolled up at least, when any wait, by one commit.
+const MIN_ROLL_UP: u64 = 20_000;
+
+/// A packet on its way into the history.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Arrived<'a> {
+    pub(crate) view: PacketView<'a>,
+    pub(crate) received_us: i64,
+}
+
+/// The history, open for writing.
+#[derive(Debug)]
+pub(crate) struct History {
+    folder: PathBuf,
+    schema: Schema,
+    months: BTreeMap<MonthKey, (u64, Month)>,
+    catalogue: Catalogue,
+    commit: u64,
+    /// Databases that were written to since the progress was saved.
+    unsynced: BTreeSet<PathBuf>,
+}
+
+impl History {
+    pub(crate) fn open(folder: PathBuf) -> Result<Self> {
+        fs::create_dir_all(&folder).named(&folder)?;
+        Ok(Self {
+            schema: Schema::new(),
+            months: BTreeMap::new(),
+            catalogue: Catalogue::open(&folder)?,
+            folder,
+            commit: 0,
+            unsynced: BTreeSet::new(),
+        })
+    }
+
+    /// Adds the packets that are not there yet; how many those were, and what times they state.
+    pub(crate) fn write<'a>(&mut self, packets: impl Iterator<Item = Arrived<'a>>) -> Result<(u64, Extent)> {
+        self.commit += 1;
+        let mut extent = Extent::NONE;
+        let mut heard = false;
+        let mut entries: Vec<Entry<'a>> = Vec::with_capacity(packets.size_hint().0);
+        for packet in packets {
+            let entry = entry(packet);
+            extent.add(entry.sample.time_us);
+            heard |= self.hear(&entry);
+            entries.push(entry);
+        }
+        // A series' rows lie together, and so should the work on them. What came first stays first.
+        entries.sort_by_key(|entry| (entry.month, entry.group, entry.sample.time_us));
+        let mut rows = 0;
+        for run in entries.chunk_by(|a, b| a.month == b.month) {
+            let commit = self.commit;
+            self.open_month(run[0].month)?;
+            if let Some((_, month)) = self.months.get_mut(&run[0].month) {
+                rows += month.write(&self.schema, run, commit)?;
+                self.unsynced.insert(month.path().to_owned());
+            }
+        }
+        if heard {
+            self.catalogue.save(None)?;
+        }
+        Ok((rows, extent))
+    }
+
+    /// Rolls up what nothing more comes to: in proportion to what was written, so that it keeps pace.
+    pub(crate) fn tend(&mut self, rows_written: u64) -> Result<()> {
+        let mut budget = MIN_ROLL_UP.max(rows_written + rows_written / 4);
+        let commit = self.commit;
+        for (_, month) in self.months.values_mut() {
+            let read = month.roll_up(&self.schema, commit, Some(budget))?;
+            if read > 0 {
+                self.unsynced.insert(month.path().to_owned());
+            }
+            budget = budget.saturating_sub(read);
+            if budget == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts a commit that brought nothing, so that windows of entities that fell silent have their turn.
+    pub(crate) fn tick(&mut self) -> Result<()> {
+        self.commit += 1;
+        self.tend(0)
+    }
+
+    /// Rolls up everything in all months.
+    pub(crate) fn roll_up_all(&mut self) -> Result<()> {
+        for key in months(&self.folder)? {
+            self.open_month(key)?;
+            if let Some((_, month)) = self.months.get_mut(&key).filter(|(_, month)| month.stale() > 0) {
+                month.roll_up(&self.schema, self.commit, None)?;
+                self.unsynced.insert(month.path().to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the very message is there already, and since when: its first arrival (µs).
+    pub(crate) fn arrival_of(&mut self, view: &PacketView<'_>) -> Result<Option<i64>> {
+        let entry = entry(Arrived { view: *view, received_us: 0 });
+        if !self.months.contains_key(&entry.month) {
+            let file = self.folder.join(entry.month.file_name());
+            if !file.exists() {
+                return Ok(None);
+            }
+            self.open_month(entry.month)?;
+        }
+        match self.months.get_mut(&entry.month) {
+            Some((_, month)) => month.arrival_of(&self.schema, &entry),
+            None => Ok(None),
+        }
+    }
+
+    pub(crate) fn progress(&self, key: DayKey) -> Progress {
+        self.catalogue.progress(key)
+    }
+
+    pub(crate) fn set_progress(&mut self, key: DayKey, progress: Progress) {
+        self.catalogue.set_progress(key, progress);
+    }
+
+    /// The first of `count` times of arrival, from `now_us` on, that no import had before.
+    pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
+        self.catalogue.reserve_arrivals(now_us, count)
+    }
+
+    pub(crate) fn streams(&self) -> Result<Vec<LinkSeq>> {
+        self.catalogue.streams()
+    }
+
+    /// Makes sure that everything written is on the disk, then says so in the catalogue.
+    pub(crate) fn save_progress(&mut self, streams: &[LinkSeq]) -> Result<()> {
+        for path in std::mem::take(&mut self.unsynced) {
+            let mut log = path.clone().into_os_string();
+            log.push("-wal");
+            let log = PathBuf::from(log);
+            let synced = match File::open(&log) {
+                Ok(file) => file.sync_data(),
+                // Closing a month writes it back and takes its log away.
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+                Err(error) => Err(error),
+            };
+            if synced.is_err() {
+                self.unsynced.insert(path);
+            }
+            synced.named(&log)?;
+        }
+        self.catalogue.save(Some(streams))
+    }
+
+    pub(crate) fn close_months(&mut self) {
+        self.months.clear();
+    }
+
+    fn open_month(&mut self, key: MonthKey) -> Result<()> {
+        if !self.months.contains_key(&key) {
+            if self.months.len() >= MAX_OPEN_MONTHS
+                && let Some(oldest) =
+                    self.months.iter().min_by_key(|(_, (used, _))| *used).map(|(key, _)| *key)
+            {
+                self.months.remove(&oldest);
+            }
+            self.months.insert(key, (0, Month::open(&self.folder, key)?));
+        }
+        if let Some((used, _)) = self.months.get_mut(&key) {
+            *used = self.commit;
+        }
+        Ok(())
+    }
+
+    /// Hears names in what passes; whether one is new.
+    fn hear(&mut self, entry: &Entry<'_>) -> bool {
+        let (view, time_us) = (&entry.sample.view, entry.sample.time_us);
+        match view.id() {
+            Announce::ID => imc::decode::<Announce>(view).ok().flatten().is_some_and(|announce| {
+                let name = announce.sys_name.to_str_lossy().into_owned();
+                let name = SystemName { name, kind: announce.sys_type.value() };
+                self.catalogue.hear_system(view.src(), time_us, &name)
+            }),
+            EntityInfo::ID => imc::decode::<EntityInfo>(view).ok().flatten().is_some_and(|info| {
+                self.catalogue.hear_entity(view.src(), info.id, time_us, &info.label.to_str_lossy())
+            }),
+            EntityList::ID => imc::decode::<EntityList>(view).ok().flatten().is_some_and(|list| {
+                let mut new = false;
+                if list.op == EntityListOp::Report {
+                    for (label, entity) in imc::entities::parse(&list.list.to_str_lossy()) {
+                        new |= self.catalogue.hear_entity(view.src(), entity, time_us, label);
+                    }
+                }
+                new
+            }),
+            _ => false,
+        }
+    }
+}
+
+fn entry(packet: Arrived<'_>) -> Entry<'_> {
+    let view = packet.view;
+    let time_us = view.header().time().map_or(0, units::UtcTime::micros);
+    let hash = fingerprint::of_payload(view.payload());
+    Entry {
+        month: MonthKey::of(time_us),
+        group: GroupKey { id: view.id(), src: view.src().0, src_ent: view.src_ent() },
+        sample: Sample { view, received_us: packet.received_us, time_us, hash },
+    }
+}
+
+/// The months that there are, the undated first.
+pub(crate) fn months(folder: &Path) -> Result<Vec<MonthKey>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        other => other.named(folder)?,
+    };
+    let mut found = Vec::new();
+    for entry in entries {
+        let name = entry.named(folder)?.file_name();
+        found.extend(MonthKey::from_file_name(&name.to_string_lossy()));
+    }
+    found.sort();
+    Ok(found)
+}

@@ -1,0 +1,158 @@
+//! Least, greatest, mean, first and last of every number per 10 s, minute and 10 min.
+//!
+//! A window of 10 minutes is rolled up as a whole from its samples when nothing more comes to it, so its
+//! roll-ups are a function of the samples alone: in whatever order they came, late or twice, the same numbers
+//! come out to the last bit. A window that gains samples later is marked stale in the same transaction;
+//! readers look at the samples themselves there until it is rolled up again. Values that are not finite count
+//! for nothing.
+
+use super::month::GroupKey;
+use super::schema::Table;
+use rusqlite::Connection;
+use rusqlite::types::ValueRef;
+
+/// Seconds of each level, finest first; each divides the next.
+pub(crate) const LEVELS_S: [i64; 3] = [10, 60, 600];
+/// Microseconds of a window: the coarsest level.
+pub(crate) const WINDOW_US: i64 = LEVELS_S[2] * 1_000_000;
+
+/// The window of a time.
+pub(crate) fn window(time_us: i64) -> i64 {
+    time_us.div_euclid(WINDOW_US)
+}
+
+/// What is kept of the values in a stretch of time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cell {
+    pub(crate) first_us: i64,
+    pub(crate) count: u64,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    pub(crate) sum: f64,
+    pub(crate) first: f64,
+    pub(crate) last: f64,
+}
+
+impl Cell {
+    pub(crate) fn of(time_us: i64, value: f64) -> Self {
+        Self { first_us: time_us, count: 1, min: value, max: value, sum: value, first: value, last: value }
+    }
+
+    /// Adds what comes later.
+    pub(crate) fn merge(&mut self, later: &Self) {
+        self.count += later.count;
+        self.min = self.min.min(later.min);
+        self.max = self.max.max(later.max);
+        self.sum += later.sum;
+        self.last = later.last;
+    }
+}
+
+/// Adds what comes later to what may be nothing yet.
+pub(crate) fn merge_into(cell: &mut Option<Cell>, later: &Cell) {
+    match cell {
+        Some(cell) => cell.merge(later),
+        None => *cell = Some(*later),
+    }
+}
+
+/// The finite number in a column.
+pub(crate) fn number(value: ValueRef<'_>) -> Option<f64> {
+    match value {
+        ValueRef::Integer(value) => Some(value as f64),
+        ValueRef::Real(value) => Some(value).filter(|value| value.is_finite()),
+        ValueRef::Null | ValueRef::Text(_) | ValueRef::Blob(_) => None,
+    }
+}
+
+/// Rolls up one window of a group; how many samples it has.
+pub(crate) fn roll_up(
+    connection: &Connection,
+    table: &Table,
+    group: GroupKey,
+    window: i64,
+) -> rusqlite::Result<u64> {
+    if table.numbers.is_empty() {
+        return Ok(0);
+    }
+    let fields = table.numbers.len();
+    // Per field the finished cells of the finest level, and the one being filled.
+    let mut finished: Vec<Vec<(i64, Cell)>> = vec![Vec::new(); fields];
+    let mut filling: Vec<Option<Cell>> = vec![None; fields];
+    let (mut at, mut samples) = (i64::MIN, 0);
+    let finest_us = LEVELS_S[0] * 1_000_000;
+    let mut statement = connection.prepare_cached(&table.roll_up)?;
+    let span = (group.src, group.src_ent, window * WINDOW_US, (window + 1) * WINDOW_US);
+    let mut rows = statement.query(span)?;
+    while let Some(row) = rows.next()? {
+        let time_us: i64 = row.get(0)?;
+        let cell_at = time_us.div_euclid(finest_us);
+        if cell_at != at {
+            finish(&mut filling, &mut finished, at);
+            at = cell_at;
+        }
+        samples += 1;
+        for (field, cell) in filling.iter_mut().enumerate() {
+            if let Some(value) = number(row.get_ref(field + 1)?) {
+                match cell {
+                    Some(cell) => cell.merge(&Cell::of(time_us, value)),
+                    None => *cell = Some(Cell::of(time_us, value)),
+                }
+            }
+        }
+    }
+    finish(&mut filling, &mut finished, at);
+    drop(rows);
+    let mut insert = connection
+        .prepare_cached("INSERT OR REPLACE INTO _rollup VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)")?;
+    for (field, cells) in finished.into_iter().enumerate() {
+        if cells.is_empty() {
+            continue;
+        }
+        let series = series(connection, group, table.columns[table.numbers[field]].name)?;
+        let mut cells = cells;
+        for (level, level_s) in LEVELS_S.iter().enumerate() {
+            for (at, cell) in &cells {
+                let Cell { first_us, count, min, max, sum, first, last } = *cell;
+                insert.execute((series, level_s, at, first_us, count as i64, min, max, sum, first, last))?;
+            }
+            if let Some(next) = LEVELS_S.get(level + 1) {
+                cells = coarser(&cells, next / level_s);
+            }
+        }
+    }
+    Ok(samples)
+}
+
+fn finish(filling: &mut [Option<Cell>], finished: &mut [Vec<(i64, Cell)>], at: i64) {
+    for (cell, finished) in filling.iter_mut().zip(finished) {
+        finished.extend(cell.take().map(|cell| (at, cell)));
+    }
+}
+
+fn coarser(cells: &[(i64, Cell)], factor: i64) -> Vec<(i64, Cell)> {
+    let mut out: Vec<(i64, Cell)> = Vec::new();
+    for (at, cell) in cells {
+        let at = at.div_euclid(factor);
+        match out.last_mut() {
+            Some((last, sum)) if *last == at => sum.merge(cell),
+            _ => out.push((at, *cell)),
+        }
+    }
+    out
+}
+
+/// The number that stands for a field of a group, made when it is first needed.
+fn series(connection: &Connection, group: GroupKey, field: &str) -> rusqlite::Result<i64> {
+    let key = (group.id, group.src, group.src_ent, field);
+    let mut find = connection
+        .prepare_cached("SELECT series FROM _field WHERE id=?1 AND src=?2 AND src_ent=?3 AND field=?4")?;
+    match find.query_row(key, |row| row.get(0)) {
+        Err(rusqlite::Error::QueryReturnedNoRows) => {
+            let mut add = connection
+                .prepare_cached("INSERT INTO _field (id,src,src_ent,field) VALUES (?1,?2,?3,?4)")?;
+            add.insert(key)
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,283 @@
+//! The tables of the history, made from IMC's catalogue when the program runs.
+//!
+//! One wide table per message, named as the message, a column per field, named as the field:
+//!
+//! | column | content |
+//! |---|---|
+//! | `src`, `src_ent` | address of the system and number of the entity that said it |
+//! | `time_us` | when it was said, by the sender's clock (µs since 1970-01-01 UTC) |
+//! | `hash` | fingerprint of the payload: tells apart what is said in one microsecond |
+//! | `received_us` | when it first came ashore, by the shore's clock |
+//! | `dst`, `dst_ent` | whom it was said to |
+//! | fields | numbers as they are (enumerations and bit fields too), text as text, raw data as a blob, nested messages and lists as JSON in the form of `imc::json` |
+//! | `…_deg` | latitudes and longitudes once more in degrees |
+//! | `true_lat_deg`, `true_lon_deg` | of `EstimatedState`: the reference point displaced by x, y and z |
+//!
+//! The first four are the key, in this order: one series lies together on disk, which makes reading it 50 to
+//! 180 times faster than with the time first. SQLite has no NaN: it is kept as NULL, as is a field that an older
+//! sender left out. Text that is no UTF-8 is kept as a blob.
+
+use imc::catalogue::{FieldDesc, FieldKind, MESSAGES, MessageDesc};
+use std::cell::OnceCell;
+use std::fmt::Write as _;
+
+/// Columns before the fields.
+pub(crate) const KEY_COLUMNS: [&str; 7] =
+    ["src", "src_ent", "time_us", "hash", "received_us", "dst", "dst_ent"];
+/// Columns of `EstimatedState` that are computed when it is written.
+pub(crate) const TRUE_POSITION: [&str; 2] = ["true_lat_deg", "true_lon_deg"];
+/// The message that they belong to.
+pub(crate) const ESTIMATED_STATE: u16 = 350;
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// An integer.
+    Integer,
+    /// A single: nine digits tell it.
+    Single,
+    /// A double.
+    Double,
+    /// Text.
+    Text,
+    /// Bytes.
+    Raw,
+    /// A message or list of messages as JSON.
+    Nested,
+}
+
+/// A column of a message's table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name.
+    pub name: &'static str,
+    /// What it holds.
+    pub kind: ColumnKind,
+    /// The unit, where there is one.
+    pub unit: Option<&'static str>,
+    /// What the catalogue says of it; `None` for what is computed.
+    pub desc: Option<&'static FieldDesc>,
+}
+
+impl Column {
+    /// Whether its values can be drawn and rolled up.
+    pub fn is_number(&self) -> bool {
+        matches!(self.kind, ColumnKind::Integer | ColumnKind::Single | ColumnKind::Double)
+    }
+}
+
+/// The table of one message.
+#[derive(Debug)]
+pub struct Table {
+    /// The message.
+    pub desc: &'static MessageDesc,
+    /// What stands behind the key: first the message's fields, then what is computed.
+    pub columns: Vec<Column>,
+    pub(crate) insert: String,
+    /// Positions in `columns` of the numbers.
+    pub(crate) numbers: Vec<usize>,
+    pub(crate) roll_up: String,
+    pub(crate) find: String,
+}
+
+impl Table {
+    fn new(desc: &'static MessageDesc) -> Self {
+        let mut columns: Vec<Column> = desc.fields.iter().map(column).collect();
+        if desc.id == ESTIMATED_STATE {
+            columns.extend(TRUE_POSITION.map(|name| Column {
+                name,
+                kind: ColumnKind::Double,
+                unit: Some("°"),
+                desc: None,
+            }));
+        }
+        let numbers: Vec<usize> = (0..columns.len()).filter(|at| columns[*at].is_number()).collect();
+        let mut insert = format!("INSERT OR IGNORE INTO \"{}\" ({}", desc.abbrev, KEY_COLUMNS.join(","));
+        for column in &columns {
+            write!(insert, ",\"{}\"", column.name).ok();
+        }
+        insert.push_str(") VALUES (?1");
+        for at in 2..=KEY_COLUMNS.len() + columns.len() {
+            write!(insert, ",?{at}").ok();
+        }
+        insert.push(')');
+        let mut roll_up = "SELECT time_us".to_owned();
+        for at in &numbers {
+            write!(roll_up, ",\"{}\"", columns[*at].name).ok();
+        }
+        write!(
+            roll_up,
+            " FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 ORDER BY time_us,hash",
+            desc.abbrev
+        )
+        .ok();
+        let find = format!(
+            "SELECT received_us FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4",
+            desc.abbrev
+        );
+        Self { desc, columns, insert, numbers, roll_up, find }
+    }
+
+    /// The column with this name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// The statement that makes the table.
+    pub(crate) fn create(&self) -> String {
+        let mut sql = format!(
+            "CREATE TABLE IF NOT EXISTS \"{}\" (src INTEGER NOT NULL, src_ent INTEGER NOT NULL, \
+             time_us INTEGER NOT NULL, hash INTEGER NOT NULL, received_us INTEGER, dst INTEGER, dst_ent INTEGER",
+            self.desc.abbrev
+        );
+        for column in &self.columns {
+            write!(sql, ", {}", declaration(column)).ok();
+        }
+        for column in &self.columns {
+            if let Some(degrees) = degrees_column(column) {
+                write!(sql, ", {degrees}").ok();
+            }
+        }
+        sql.push_str(", PRIMARY KEY (src, src_ent, time_us, hash)) WITHOUT ROWID");
+        sql
+    }
+
+    /// The statements that add the columns which a table of an older catalogue lacks.
+    pub(crate) fn add_missing(&self, present: &[String]) -> Vec<String> {
+        let lacks = |name: &str| !present.iter().any(|one| one.eq_ignore_ascii_case(name));
+        let mut statements = Vec::new();
+        let mut add = |declaration: &str| {
+            statements.push(format!("ALTER TABLE \"{}\" ADD COLUMN {declaration}", self.desc.abbrev));
+        };
+        for column in &self.columns {
+            if lacks(column.name) {
+                add(&declaration(column));
+            }
+            if let Some(degrees) = degrees_column(column).filter(|_| lacks(&format!("{}_deg", column.name))) {
+                add(&degrees);
+            }
+        }
+        statements
+    }
+}
+
+/// All tables, each made when first asked for.
+#[derive(Debug)]
+pub(crate) struct Schema {
+    tables: Vec<OnceCell<Table>>,
+}
+
+impl Schema {
+    pub(crate) fn new() -> Self {
+        Self { tables: MESSAGES.iter().map(|_| OnceCell::new()).collect() }
+    }
+
+    /// The table of a message of the catalogue.
+    pub(crate) fn table(&self, id: u16) -> Option<&Table> {
+        let at = MESSAGES.binary_search_by_key(&id, |message| message.id).ok()?;
+        Some(self.tables[at].get_or_init(|| Table::new(MESSAGES[at])))
+    }
+
+    /// The table of a message by its name.
+    pub(crate) fn named(&self, abbrev: &str) -> Option<&Table> {
+        self.table(imc::catalogue::by_abbrev(abbrev)?.id)
+    }
+}
+
+fn column(field: &'static FieldDesc) -> Column {
+    let kind = match field.kind {
+        FieldKind::I8
+        | FieldKind::U8
+        | FieldKind::I16
+        | FieldKind::U16
+        | FieldKind::I32
+        | FieldKind::U32
+        | FieldKind::I64 => ColumnKind::Integer,
+        FieldKind::F32 => ColumnKind::Single,
+        FieldKind::F64 => ColumnKind::Double,
+        FieldKind::Text => ColumnKind::Text,
+        FieldKind::Raw => ColumnKind::Raw,
+        FieldKind::Message | FieldKind::List => ColumnKind::Nested,
+    };
+    // These are kinds of number, not units.
+    let unit = field.unit.filter(|unit| !matches!(*unit, "Enumerated" | "Bitfield" | "TupleList" | "List"));
+    Column { name: field.abbrev, kind, unit, desc: Some(field) }
+}
+
+fn declaration(column: &Column) -> String {
+    let kind = match column.kind {
+        ColumnKind::Integer => "INTEGER",
+        ColumnKind::Single | ColumnKind::Double => "REAL",
+        ColumnKind::Text | ColumnKind::Nested => "TEXT",
+        ColumnKind::Raw => "BLOB",
+    };
+    format!("\"{}\" {kind}", column.name)
+}
+
+/// A latitude or longitude once more in degrees; computed when read, it takes no room.
+fn degrees_column(column: &Column) -> Option<String> {
+    let name = column.name;
+    let place = ["lat", "lon"].contains(&name) || name.ends_with("_lat") || name.ends_with("_lon");
+    (place && column.unit == Some("rad"))
+        .then(|| format!("\"{name}_deg\" REAL GENERATED ALWAYS AS (\"{name}\" * 57.29577951308232) VIRTUAL"))
+}
+
+/// What every month has beside the messages' tables.
+pub(crate) const MONTH: &str = "
+CREATE TABLE IF NOT EXISTS _group (
+  id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL,
+  first_us INTEGER NOT NULL, last_us INTEGER NOT NULL, count INTEGER NOT NULL,
+  PRIMARY KEY (id, src, src_ent)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS _field (
+  series INTEGER PRIMARY KEY, id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL,
+  field TEXT NOT NULL, UNIQUE (id, src, src_ent, field));
+CREATE TABLE IF NOT EXISTS _rollup (
+  series INTEGER NOT NULL, level_s INTEGER NOT NULL, cell INTEGER NOT NULL,
+  first_us INTEGER NOT NULL, count INTEGER NOT NULL, min REAL NOT NULL, max REAL NOT NULL, sum REAL NOT NULL,
+  first REAL NOT NULL, last REAL NOT NULL,
+  PRIMARY KEY (series, level_s, cell)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS _stale (
+  id INTEGER NOT NULL, src INTEGER NOT NULL, src_ent INTEGER NOT NULL, window INTEGER NOT NULL,
+  PRIMARY KEY (id, src, src_ent, window)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS _raw (
+  src INTEGER NOT NULL, src_ent INTEGER NOT NULL, id INTEGER NOT NULL, time_us INTEGER NOT NULL,
+  hash INTEGER NOT NULL, received_us INTEGER, dst INTEGER, dst_ent INTEGER, payload BLOB, problem TEXT,
+  PRIMARY KEY (src, src_ent, id, time_us, hash)) WITHOUT ROWID;
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_message_of_the_catalogue_gets_a_table() {
+        let connection = rusqlite::Connection::open_in_memory().unwrap();
+        connection.execute_batch(MONTH).unwrap();
+        let schema = Schema::new();
+        for message in MESSAGES {
+            let table = schema.table(message.id).unwrap();
+            connection.execute_batch(&table.create()).unwrap();
+            connection.prepare(&table.insert).unwrap();
+            connection.prepare(&table.roll_up).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_table_of_an_older_catalogue_gains_the_columns_it_lacks() {
+        let connection = rusqlite::Connection::open_in_memory().unwrap();
+        let schema = Schema::new();
+        let table = schema.named("TBRFishTag").unwrap();
+        connection
+            .execute_batch(
+                "CREATE TABLE TBRFishTag (src INTEGER NOT NULL, src_ent INTEGER NOT NULL, time_us INTEGER NOT NULL, \
+                 hash INTEGER NOT NULL, received_us INTEGER, dst INTEGER, dst_ent INTEGER, serial_no INTEGER, \
+                 PRIMARY KEY (src, src_ent, time_us, hash)) WITHOUT ROWID",
+            )
+            .unwrap();
+        for statement in table.add_missing(&["serial_no".to_owned()]) {
+            connection.execute_batch(&statement).unwrap();
+        }
+        connection.prepare(&table.insert).unwrap();
+        connection.prepare("SELECT lat_deg, lon_deg FROM TBRFishTag").unwrap();
+    }
+}

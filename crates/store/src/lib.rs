@@ -1,0 +1,85 @@
+//! Every packet on disk, and everything that is asked of them.
+//!
+//! - [`Store`] is the one writer of a data folder. It [accepts](Store::accept) packets, and a
+//!   [commit](Store::commit) puts them into the *archive*: a log per system and UTC day of arrival, byte for byte,
+//!   synced before anything is acknowledged. The *history* follows: SQLite, a file per month of the samples' own
+//!   time, one wide table per message, with roll-ups. It can be made again from the archive at any time.
+//! - [`Reader`] answers questions to the history, with or without a writer beside it: systems, series, samples,
+//!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
+//! - [`export_csv`] and [`export_lsf`] take things out; [`Store::import`] brings logs in.
+//! - [`reindex`], [`Store::retain`], [`backup()`] and [`doctor()`] keep it well.
+//!
+//! ```
+//! use store::{Accepted, Door, Reader, Source, Store, TimeRange};
+//! use units::UtcTime;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let mut store = Store::open(folder.path())?;
+//! let header = imc::Header { timestamp: 1.8e9, src: imc::Address(0x2810), src_ent: 5, ..imc::Header::default() };
+//! let mut packet = Vec::new();
+//! imc::encode_into(&mut packet, &header, &imc::messages::Temperature { value: 8.5 })?;
+//! let received = UtcTime::from_micros(1_800_000_000_500_000);
+//! store.accept(&Accepted { packet: &packet, received, door: Door::Tcp, link: None })?;
+//! store.commit()?;
+//!
+//! let source = Source { system: header.src, entity: 5, message: "Temperature".to_owned() };
+//! let samples = Reader::open(folder.path())?.samples(&source, &["value"], TimeRange::ALL, 100)?;
+//! assert_eq!((samples.time_us[0], samples.values[0][0]), (1_800_000_000_000_000, 8.5));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # On disk
+//! ```text
+//! DATA/lock                               held by the writer
+//! DATA/archive/0x2810/20261121/Data.lsf   packets as they came; opens in Neptus MRA
+//!                              IMC.xml.gz by which definitions
+//!                              Arrivals.idx when and how each came, and its number in a record lane
+//! DATA/archive/gaps.jsonl                 what vessels say is missing
+//! DATA/history/2026-11.sqlite             samples of that month, roll-ups, series
+//!              undated.sqlite             samples whose stated time is before 2000 or after 2099, or none
+//!              catalogue.sqlite           systems, entities, what fields and numbers mean, progress
+//! ```
+//!
+//! # Invariants
+//! 1. What a commit has told to be durable survives `kill -9` and power loss.
+//! 2. A message is in the history once, however often and through whichever doors it came: the key is message,
+//!    system, entity, stated time and a fingerprint of the payload. The first arrival counts.
+//! 3. Everything in the history is a function of the archive.
+//! 4. Nothing is lost silently: what cannot be read as its id says, and ids that are not known, are kept raw.
+
+mod archive;
+mod backup;
+mod doctor;
+mod error;
+mod export;
+#[cfg(test)]
+mod faults;
+mod fingerprint;
+mod gaps;
+mod history;
+mod import;
+mod lock;
+mod packet;
+mod range;
+mod reader;
+mod reindex;
+mod retention;
+mod store;
+
+pub use archive::{Archived, Arrival, DayKey, DayReader};
+pub use backup::{BackedUp, backup};
+pub use doctor::{Check, Health, doctor};
+pub use error::{Result, StoreError};
+pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, export_csv, export_lsf};
+pub use gaps::{Gap, GapKind};
+pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
+pub use import::{ImportProgress, Imported};
+pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
+pub use range::TimeRange;
+pub use reader::{
+    Bucket, Buckets, Cell, Detection, EntityName, LogEntry, Reader, Row, Samples, Series, Source, System,
+    Track, TrackPoint,
+};
+pub use reindex::{Reindexed, reindex};
+pub use retention::{Removal, Retention, plan_retention};
+pub use store::Store;

@@ -1,0 +1,162 @@
+//! What there is: systems, their entities, and series of samples.
+
+use super::Reader;
+use crate::error::Result;
+use crate::history::{Extent, GroupKey, Names, Table};
+use crate::range::TimeRange;
+use imc::Address;
+use std::collections::BTreeMap;
+use units::UtcTime;
+
+/// A system that said something.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct System {
+    /// Its address.
+    pub address: Address,
+    /// The name it announced last, or else the registered one, or else the address.
+    pub name: String,
+    /// What it announced to be, by IMC's enumeration `SystemType`.
+    pub kind: Option<u8>,
+    /// First and last sample, and how many.
+    pub extent: Extent,
+}
+
+/// A label of an entity, and from when to when it was heard.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EntityName {
+    /// The system.
+    pub system: Address,
+    /// The entity's number.
+    pub entity: u8,
+    /// The label.
+    pub label: String,
+    /// When it was first heard.
+    pub from: UtcTime,
+    /// When it was last heard.
+    pub last: UtcTime,
+}
+
+/// The samples of one message of one entity.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Series {
+    /// What it is known by.
+    pub group: GroupKey,
+    /// The message's name; `None` when the catalogue has no message with its id.
+    pub message: Option<&'static str>,
+    /// The entity's last label.
+    pub label: Option<String>,
+    /// First and last sample, and how many.
+    pub extent: Extent,
+}
+
+impl Series {
+    /// Mean time between samples (s); `None` for fewer than two.
+    pub fn period_s(&self) -> Option<f64> {
+        let Extent { first_us, last_us, count } = self.extent;
+        (count > 1).then(|| (last_us - first_us) as f64 / 1e6 / (count - 1) as f64)
+    }
+}
+
+impl Reader {
+    /// Every system, by address.
+    ///
+    /// # Errors
+    /// When a file of the history cannot be read.
+    pub fn systems(&mut self) -> Result<Vec<System>> {
+        let names = self.names()?;
+        let mut extents: BTreeMap<u16, Extent> = BTreeMap::new();
+        for (group, extent) in self.extents()? {
+            extents.entry(group.src).or_insert(Extent::NONE).merge(extent);
+        }
+        let system = |(address, extent): (u16, Extent)| System {
+            address: Address(address),
+            name: names.system(Address(address)),
+            kind: names.systems.get(&address).and_then(|runs| runs.latest()).map(|name| name.kind),
+            extent,
+        };
+        Ok(extents.into_iter().map(system).collect())
+    }
+
+    /// Every label that the entities of a system had.
+    ///
+    /// # Errors
+    /// When the catalogue cannot be read.
+    pub fn entities(&self, system: Address) -> Result<Vec<EntityName>> {
+        let names = self.names()?;
+        let mut found = Vec::new();
+        for ((_, entity), runs) in names.entities.range((system.0, 0)..=(system.0, u8::MAX)) {
+            found.extend(runs.runs.iter().map(|(from_us, run)| EntityName {
+                system,
+                entity: *entity,
+                label: run.name.clone(),
+                from: UtcTime::from_micros(*from_us),
+                last: UtcTime::from_micros(run.last_us),
+            }));
+        }
+        Ok(found)
+    }
+
+    /// Every series, of one system or of all.
+    ///
+    /// # Errors
+    /// When a file of the history cannot be read.
+    pub fn series(&mut self, system: Option<Address>) -> Result<Vec<Series>> {
+        self.parts(TimeRange::ALL)?;
+        let names = self.names()?;
+        let wanted = |group: &GroupKey| system.is_none_or(|system| system.0 == group.src);
+        let series = |(group, extent): (GroupKey, Extent)| Series {
+            group,
+            message: self.schema.table(group.id).map(|table| table.desc.abbrev),
+            label: names.entities.get(&(group.src, group.src_ent)).and_then(|runs| runs.latest()).cloned(),
+            extent,
+        };
+        let extents = self.months_extents()?;
+        Ok(extents.into_iter().filter(|(group, _)| wanted(group)).map(series).collect())
+    }
+
+    /// The table behind a series; `None` when the catalogue lacks its message.
+    pub fn table_of(&self, group: GroupKey) -> Option<&Table> {
+        self.schema.table(group.id)
+    }
+
+    /// How much there is of each group, over all months.
+    pub(crate) fn extents(&mut self) -> Result<BTreeMap<GroupKey, Extent>> {
+        self.parts(TimeRange::ALL)?;
+        self.months_extents()
+    }
+
+    fn months_extents(&self) -> Result<BTreeMap<GroupKey, Extent>> {
+        let mut extents: BTreeMap<GroupKey, Extent> = BTreeMap::new();
+        for key in crate::history::months(self.folder())? {
+            let Ok(connection) = self.month(key) else { continue };
+            let mut read = || -> rusqlite::Result<()> {
+                let mut statement =
+                    connection.prepare_cached("SELECT id,src,src_ent,first_us,last_us,count FROM _group")?;
+                let mut rows = statement.query(())?;
+                while let Some(row) = rows.next()? {
+                    let group = GroupKey { id: row.get(0)?, src: row.get(1)?, src_ent: row.get(2)? };
+                    let count: i64 = row.get(5)?;
+                    let extent =
+                        Extent { first_us: row.get(3)?, last_us: row.get(4)?, count: count.cast_unsigned() };
+                    extents.entry(group).or_insert(Extent::NONE).merge(extent);
+                }
+                Ok(())
+            };
+            self.named(key, read())?;
+        }
+        Ok(extents)
+    }
+}
+
+impl Names {
+    /// A system's name: as it announced itself last, or as it is registered, or its address.
+    pub(crate) fn system(&self, address: Address) -> String {
+        let announced = self.systems.get(&address.0).and_then(|runs| runs.latest());
+        announced.map_or_else(|| address.to_string(), |name| name.name.clone())
+    }
+
+    /// An entity's label at a time.
+    pub(crate) fn entity(&self, address: Address, entity: u8, time_us: i64) -> Option<&str> {
+        self.entities.get(&(address.0, entity))?.at(time_us).map(String::as_str)
+    }
+}

@@ -1,0 +1,214 @@
+//! Samples as they are.
+
+use super::{Reader, Source, has_group, select_list};
+use crate::error::{Result, StoreError};
+use crate::history::rollup::number;
+use crate::range::TimeRange;
+use rusqlite::types::ValueRef;
+use std::ops::ControlFlow;
+use units::UtcTime;
+
+/// Numbers of a series, a list for each field.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    /// The samples' times (µs since 1970-01-01 UTC), rising; several can be equal.
+    pub time_us: Vec<i64>,
+    /// Per field as many values; NaN where there is none.
+    pub values: Vec<Vec<f64>>,
+    /// Whether there are more than were asked for.
+    pub cut: bool,
+}
+
+/// One value of any field.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// None: a NaN, a field that an older sender left out, or no nested message.
+    Nothing,
+    /// An integer.
+    Integer(i64),
+    /// A real number.
+    Real(f64),
+    /// Text, or nested messages as JSON.
+    Text(String),
+    /// Bytes.
+    Raw(Vec<u8>),
+}
+
+impl Cell {
+    fn of(value: ValueRef<'_>) -> Self {
+        match value {
+            ValueRef::Null => Self::Nothing,
+            ValueRef::Integer(value) => Self::Integer(value),
+            ValueRef::Real(value) => Self::Real(value),
+            ValueRef::Text(text) => Self::Text(String::from_utf8_lossy(text).into_owned()),
+            ValueRef::Blob(bytes) => Self::Raw(bytes.to_vec()),
+        }
+    }
+
+    /// The number, if it is one.
+    pub fn as_f64(&self) -> Option<f64> {
+        match *self {
+            Self::Integer(value) => Some(value as f64),
+            Self::Real(value) => Some(value),
+            Self::Nothing | Self::Text(_) | Self::Raw(_) => None,
+        }
+    }
+
+    /// The text, if it is any.
+    pub fn as_text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+/// One message of the history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// When it was said, by the sender's clock.
+    pub time: UtcTime,
+    /// When it first came ashore, by the shore's clock.
+    pub received: UtcTime,
+    /// The values of the fields asked for.
+    pub cells: Vec<Cell>,
+}
+
+impl Reader {
+    /// The numbers of some fields in a range, at most `limit` samples.
+    ///
+    /// # Errors
+    /// When there is no such message or field, or the history cannot be read.
+    pub fn samples(
+        &mut self,
+        source: &Source,
+        fields: &[&str],
+        range: TimeRange,
+        limit: usize,
+    ) -> Result<Samples> {
+        let mut samples = Samples { values: vec![Vec::new(); fields.len()], ..Samples::default() };
+        self.scan(source, fields, range, |row| {
+            if samples.time_us.len() == limit {
+                samples.cut = true;
+                return Ok(ControlFlow::Break(()));
+            }
+            samples.time_us.push(row.get(0)?);
+            for (at, values) in samples.values.iter_mut().enumerate() {
+                values.push(number(row.get_ref(at + 2)?).unwrap_or(f64::NAN));
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+        Ok(samples)
+    }
+
+    /// Messages of a series with values of any type, at most `limit`.
+    ///
+    /// # Errors
+    /// When there is no such message or field, or the history cannot be read.
+    pub fn rows(
+        &mut self,
+        source: &Source,
+        fields: &[&str],
+        range: TimeRange,
+        limit: usize,
+    ) -> Result<Vec<Row>> {
+        let mut found = Vec::new();
+        self.scan(source, fields, range, |row| {
+            if found.len() == limit {
+                return Ok(ControlFlow::Break(()));
+            }
+            found.push(read_row(row, fields.len())?);
+            Ok(ControlFlow::Continue(()))
+        })?;
+        Ok(found)
+    }
+
+    /// The last message of a series in a range.
+    ///
+    /// # Errors
+    /// When there is no such message or field, or the history cannot be read.
+    pub fn last_row(&mut self, source: &Source, fields: &[&str], range: TimeRange) -> Result<Option<Row>> {
+        let group = self.group(source)?;
+        self.check_fields(source, fields)?;
+        for (key, part) in self.parts(range)?.into_iter().rev() {
+            let (connection, table) = (self.month(key)?, self.table(&source.message)?);
+            let read = || -> rusqlite::Result<Option<Row>> {
+                if !has_group(connection, group)? {
+                    return Ok(None);
+                }
+                let mut statement = connection.prepare_cached(&format!(
+                    "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
+                     AND time_us<?4 ORDER BY time_us DESC,hash DESC LIMIT 1",
+                    select_list(connection, table, fields)?,
+                    table.desc.abbrev
+                ))?;
+                let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
+                rows.next()?.map(|row| read_row(row, fields.len())).transpose()
+            };
+            if let Some(row) = self.named(key, read())? {
+                return Ok(Some(row));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Walks over a series' messages in order of time. A row holds the time, the arrival and the fields.
+    pub(crate) fn scan(
+        &mut self,
+        source: &Source,
+        fields: &[&str],
+        range: TimeRange,
+        mut visit: impl FnMut(&rusqlite::Row<'_>) -> rusqlite::Result<ControlFlow<()>>,
+    ) -> Result<()> {
+        let group = self.group(source)?;
+        self.check_fields(source, fields)?;
+        for (key, part) in self.parts(range)? {
+            let (connection, table) = (self.month(key)?, self.table(&source.message)?);
+            let mut read = || -> rusqlite::Result<ControlFlow<()>> {
+                if !has_group(connection, group)? {
+                    return Ok(ControlFlow::Continue(()));
+                }
+                let mut statement = connection.prepare_cached(&format!(
+                    "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
+                     AND time_us<?4 ORDER BY time_us,hash",
+                    select_list(connection, table, fields)?,
+                    table.desc.abbrev
+                ))?;
+                let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
+                while let Some(row) = rows.next()? {
+                    if visit(row)?.is_break() {
+                        return Ok(ControlFlow::Break(()));
+                    }
+                }
+                Ok(ControlFlow::Continue(()))
+            };
+            if self.named(key, read())?.is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_fields(&self, source: &Source, fields: &[&str]) -> Result<()> {
+        let table = self.table(&source.message)?;
+        match fields.iter().find(|field| table.column(field).is_none()) {
+            None => Ok(()),
+            Some(field) => {
+                let names: Vec<&str> = table.columns.iter().map(|column| column.name).collect();
+                Err(StoreError::Query(format!(
+                    "{} has no field `{field}`; it has {}",
+                    source.message,
+                    names.join(", ")
+                )))
+            }
+        }
+    }
+}
+
+fn read_row(row: &rusqlite::Row<'_>, fields: usize) -> rusqlite::Result<Row> {
+    Ok(Row {
+        time: UtcTime::from_micros(row.get(0)?),
+        received: UtcTime::from_micros(row.get(1)?),
+        cells: (0..fields).map(|at| row.get_ref(at + 2).map(Cell::of)).collect::<rusqlite::Result<_>>()?,
+    })
+}

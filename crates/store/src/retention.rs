@@ -1,0 +1,96 @@
+//! Giving up what is old.
+
+use crate::archive::{self, DATA};
+use crate::error::{Named as _, Result};
+use crate::history;
+use crate::store::Store;
+use std::fs;
+use std::path::{Path, PathBuf};
+use units::UtcTime;
+
+/// What may go. The archive can bring back months of the history (by `reindex`); nothing brings back the archive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Retention {
+    /// Months of the history that ended before this.
+    pub history_before: Option<UtcTime>,
+    /// Days of the archive that ended before this, by arrival.
+    pub archive_before: Option<UtcTime>,
+}
+
+/// Something that goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Removal {
+    /// A month's file or a day's folder.
+    pub path: PathBuf,
+    /// Bytes that it frees.
+    pub bytes: u64,
+}
+
+/// What a retention would remove.
+///
+/// # Errors
+/// When folders cannot be read.
+pub fn plan_retention(data: &Path, retention: &Retention) -> Result<Vec<Removal>> {
+    const DAY_US: i64 = 86_400_000_000;
+    let mut removals = Vec::new();
+    let folder = data.join("history");
+    for key in history::months(&folder)? {
+        let ended = key.range_us().map(|(_, end_us)| end_us);
+        let old =
+            retention.history_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
+        if old {
+            let path = folder.join(key.file_name());
+            let bytes = fs::metadata(&path).named(&path)?.len();
+            removals.push(Removal { path, bytes });
+        }
+    }
+    let root = data.join("archive");
+    for key in archive::days(&root)? {
+        let ended = key.start().map(|start| start.micros() + DAY_US);
+        let old =
+            retention.archive_before.is_some_and(|before| ended.is_some_and(|end| end <= before.micros()));
+        if old {
+            let path = key.folder(&root);
+            let bytes = [DATA, archive::ARRIVALS]
+                .iter()
+                .map(|name| fs::metadata(path.join(name)).map_or(0, |file| file.len()))
+                .sum();
+            removals.push(Removal { path, bytes });
+        }
+    }
+    Ok(removals)
+}
+
+impl Store {
+    /// Removes what a retention gives up; what that was.
+    ///
+    /// Everything that waits is committed and saved first, so that nothing goes that the history has not read.
+    ///
+    /// # Errors
+    /// When something could not be written or removed.
+    pub fn retain(&mut self, retention: &Retention) -> Result<Vec<Removal>> {
+        self.commit()?;
+        self.settle()?;
+        let removals = plan_retention(self.folder(), retention)?;
+        self.close_months();
+        if removals.iter().any(|removal| removal.path.is_dir()) {
+            archive::mark_trimmed(&self.folder().join("archive"))?;
+        }
+        let days = archive::days(&self.folder().join("archive"))?;
+        for removal in &removals {
+            let path = &removal.path;
+            if path.is_dir() {
+                fs::remove_dir_all(path).named(path)?;
+            } else {
+                fs::remove_file(path).named(path)?;
+                for end in ["-wal", "-shm"] {
+                    let mut beside = path.clone().into_os_string();
+                    beside.push(end);
+                    fs::remove_file(beside).ok();
+                }
+            }
+        }
+        self.forget_days(&days)?;
+        Ok(removals)
+    }
+}

@@ -1,0 +1,40 @@
+//! Runs the scripts of `tests/browser` in headless Chromium.
+
+use crate::repository;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Whether Node, Chromium and the bundle are there; says what is missing if not.
+///
+/// # Panics
+/// When something is missing although `LUTRA_BROWSER=required`, as `make test` sets it.
+pub fn is_there() -> bool {
+    let needed = [
+        ("/usr/bin/chromium".into(), "apt-get install chromium"),
+        (repository().join("web/node_modules/playwright-core"), "make web"),
+        (repository().join("web/dist/manifest.json"), "make web"),
+    ];
+    let missing = needed.iter().find(|(path, _): &&(std::path::PathBuf, _)| !Path::exists(path));
+    let Some((path, remedy)) = missing else { return true };
+    let text = format!("{} is absent ({remedy})", path.display());
+    assert!(std::env::var_os("LUTRA_BROWSER").is_none_or(|is| is != "required"), "{text}");
+    println!("skipped: {text}");
+    false
+}
+
+/// Runs `tests/browser/SCRIPT` with `arguments`; `told` hears each line that it prints.
+///
+/// # Panics
+/// When it cannot be run or fails.
+pub fn run(script: &str, arguments: &[&str], mut told: impl FnMut(&str)) {
+    let path = repository().join("tests/browser").join(script);
+    let mut child =
+        Command::new("node").arg(path).args(arguments).stdout(Stdio::piped()).spawn().expect("node runs");
+    let lines = BufReader::new(child.stdout.take().expect("its output is piped")).lines();
+    for line in lines.map_while(Result::ok) {
+        println!("{line}");
+        told(&line);
+    }
+    assert!(child.wait().expect("it was started").success(), "tests/browser/{script} failed");
+}

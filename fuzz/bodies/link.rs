@@ -1,0 +1,102 @@
+//! What must hold for any bytes that claim to be a message of the vessel link. The fuzz target calls this with
+//! bytes of its own making, and `make test` with the committed seeds and everything that was ever found.
+
+use bytes::Bytes;
+use link::frame::{self, Frame, Welcome};
+use link::{
+    Capabilities, ConnectionId, MAX_BATCH_RAW_BYTES, Now, Shore, ShoreInput, ShoreOutput, ShoreSettings,
+    SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, unpack,
+};
+
+const ONE: ConnectionId = ConnectionId(1);
+
+/// Every frame returns from its own bytes, what unpacks is within its bound, and both ends of a link take the
+/// message at any stage without harm.
+pub(crate) fn message(data: &[u8]) {
+    let bytes = Bytes::copy_from_slice(data);
+    if let Ok(frames) = frame::decode(bytes.clone()) {
+        for one in frames.map_while(Result::ok) {
+            let again: Vec<_> = frame::decode(frame::message(&one)).expect("short").collect();
+            assert_eq!(again, [Ok(one.clone())]);
+            if let Frame::Records(batch) | Frame::Live(batch) = &one
+                && let Ok(records) = unpack(batch)
+            {
+                assert_eq!(records.len(), batch.count as usize);
+                let bytes: usize = records.iter().map(|record| record.packet.len()).sum();
+                assert!(bytes <= MAX_BATCH_RAW_BYTES);
+            }
+        }
+    }
+    for welcomed in [false, true] {
+        to_vessel(&bytes, welcomed);
+        to_shore(&bytes, welcomed);
+    }
+}
+
+fn vessel() -> Vessel {
+    let settings = VesselSettings {
+        address: 0x2810,
+        name: "fuzzed".to_owned(),
+        software: String::new(),
+        incarnation: 1,
+        seed: 1,
+        budget_bytes_per_s: None,
+        spool: SpoolState { stream: 7, first: 0, next: 1 << 40 },
+    };
+    let mut vessel = Vessel::new(Now::default(), settings);
+    vessel.handle(Now::default(), VesselInput::Timer);
+    vessel.handle(Now::default(), VesselInput::Opened(ONE));
+    vessel
+}
+
+fn to_vessel(bytes: &Bytes, welcomed: bool) {
+    let mut vessel = vessel();
+    if welcomed {
+        let welcome = Welcome {
+            version: frame::VERSION,
+            capabilities: Capabilities::ALL,
+            resume: 5,
+            window_bytes: 1 << 20,
+            stamp: frame::Stamp::default(),
+        };
+        let message = frame::message(&Frame::Welcome(welcome));
+        vessel.handle(Now::default(), VesselInput::Message(ONE, message));
+    }
+    vessel.handle(Now::default(), VesselInput::Message(ONE, bytes.clone()));
+    vessel.poll_timeout(Now::default());
+    vessel.status(Now::default());
+    while vessel.poll_output().is_some() {}
+}
+
+fn to_shore(bytes: &Bytes, welcomed: bool) {
+    let mut shore = Shore::new(ShoreSettings::default());
+    shore.handle(Now::default(), ShoreInput::Opened(ONE));
+    if welcomed {
+        let mut vessel = vessel();
+        while let Some(output) = vessel.poll_output() {
+            if let VesselOutput::Send(_, bytes) = output {
+                shore.handle(Now::default(), ShoreInput::Message(ONE, bytes));
+            }
+        }
+        shore.handle(Now::default(), ShoreInput::Resume(ONE, None));
+    }
+    shore.handle(Now::default(), ShoreInput::Message(ONE, bytes.clone()));
+    shore.poll_timeout();
+    shore.status(Now::default());
+    let mut expected = 0;
+    while let Some(output) = shore.poll_output() {
+        match output {
+            ShoreOutput::Records { records, .. } => {
+                for record in records {
+                    assert_eq!(record.seq, expected, "records are given in order and once");
+                    expected += 1;
+                }
+            }
+            ShoreOutput::Gap { gap, .. } => {
+                assert_eq!(gap.from, expected);
+                expected = gap.to;
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Compiles the crate anew when the bundle of the pages changed: a release build holds it.
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    if std::env::var("PROFILE").is_ok_and(|profile| profile == "release") {
+        println!("cargo:rerun-if-changed=../web/dist");
+    }
+}

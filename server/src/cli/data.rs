@@ -1,0 +1,300 @@
+//! Work on a data folder without a running server: import, export, reindex, backup, prune.
+
+use super::Common;
+use super::say::{complain, say};
+use crate::clock;
+use anyhow::{Context as _, bail, ensure};
+use clap::{Args, ValueEnum};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use imc::Address;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, IsTerminal as _, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use store::{Angles, CsvOptions, Exported, Reader, Retention, Selection, Shape, Store, TimeRange};
+use units::UtcTime;
+
+#[derive(Debug, Args)]
+pub(super) struct ImportArguments {
+    /// Logs: Data.lsf or Data.lsf.gz, or folders of them.
+    #[arg(required = true, value_name = "LSF")]
+    logs: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExportArguments {
+    /// Messages by name, like EstimatedState; may be repeated. Without it: all.
+    #[arg(long = "message", value_name = "NAME")]
+    messages: Vec<String>,
+    /// Vessels by name or address, like 0x2810; may be repeated. Without it: all.
+    #[arg(long = "vessel", value_name = "VESSEL")]
+    vessels: Vec<String>,
+    /// Entities by label or number; may be repeated. Without it: all.
+    #[arg(long = "entity", value_name = "ENTITY")]
+    entities: Vec<String>,
+    /// Fields by name, like psi or EulerAngles.psi; may be repeated. Without it: all.
+    #[arg(long = "field", value_name = "FIELD")]
+    fields: Vec<String>,
+    /// From this time on, ISO 8601 UTC, by the vessels' clocks.
+    #[arg(long, value_name = "TIME")]
+    from: Option<UtcTime>,
+    /// Before this time, ISO 8601 UTC.
+    #[arg(long, value_name = "TIME")]
+    to: Option<UtcTime>,
+    /// What to write.
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    format: Format,
+    /// A row for each value instead of one for each message.
+    #[arg(long)]
+    long: bool,
+    /// Angles in degrees instead of radians.
+    #[arg(long)]
+    degrees: bool,
+    /// Numbers that have names by these names.
+    #[arg(long)]
+    labels: bool,
+    /// The file to write; - or nothing for the standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// A table, units in its header.
+    Csv,
+    /// The same, compressed.
+    #[value(name = "csv.gz")]
+    CsvGz,
+    /// The packets as they came, for Neptus and other readers of IMC logs.
+    Lsf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ReindexArguments {
+    /// Go on although days were removed from the archive that the history still holds; they are given up.
+    #[arg(long)]
+    accept_loss: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct BackupArguments {
+    /// The folder to copy into; it may hold an earlier backup, of which only what changed is copied anew.
+    #[arg(value_name = "DIR")]
+    to: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PruneArguments {
+    /// Remove months of the history that ended before this day.
+    #[arg(long, value_name = "DATE")]
+    history_before: Option<UtcTime>,
+    /// Remove days of the archive that ended before this day. What is only there is lost for ever.
+    #[arg(long, value_name = "DATE")]
+    archive_before: Option<UtcTime>,
+    /// Do it. Without this, only what would be removed is told.
+    #[arg(long)]
+    yes: bool,
+}
+
+/// Rewrites one line on a terminal, not more than ten times a second; says nothing elsewhere.
+struct Progress {
+    last: Option<Instant>,
+    shown: bool,
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self { last: None, shown: io::stderr().is_terminal() }
+    }
+
+    fn tell(&mut self, text: impl FnOnce() -> String) {
+        if self.shown && self.last.is_none_or(|last| last.elapsed() >= Duration::from_millis(100)) {
+            self.last = Some(Instant::now());
+            write!(io::stderr(), "\r\x1b[K{}", text()).ok();
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.last.is_some() {
+            write!(io::stderr(), "\r\x1b[K").ok();
+        }
+    }
+}
+
+/// `lutra-server import`.
+pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
+    let config = common.load(Vec::new())?;
+    let mut store = Store::open(&config.data)?;
+    let mut progress = Progress::new();
+    let done = store.import(&arguments.logs, clock::now(), &mut |at| {
+        progress.tell(|| {
+            let (mib, file) = (at.bytes >> 20, at.file.display());
+            format!(
+                "log {} of {}: {mib} MiB, {} packets, {} new: {file}",
+                at.number, at.files, at.packets, at.added
+            )
+        });
+        true
+    })?;
+    drop(progress);
+    store.close()?;
+    say!("{} logs, {} packets, {} new", done.files, done.packets, done.added);
+    if done.damaged_bytes > 0 {
+        complain!("{} bytes are no packets and were passed over", done.damaged_bytes);
+    }
+    for problem in &done.problems {
+        complain!("{problem}");
+    }
+    ensure!(done.problems.is_empty(), "not everything could be imported");
+    Ok(())
+}
+
+/// `lutra-server export`.
+pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
+    let data = common.load(Vec::new())?.data;
+    let selection = Selection {
+        messages: arguments.messages.clone(),
+        systems: vessels(&data, &arguments.vessels)?,
+        entities: arguments.entities.clone(),
+        fields: arguments.fields.clone(),
+        range: TimeRange::new(arguments.from, arguments.to),
+    };
+    let Some(path) = arguments.output.as_ref().filter(|path| path.as_os_str() != "-") else {
+        ensure!(
+            arguments.format == Format::Csv || !io::stdout().is_terminal(),
+            "this format is not for a terminal; give a file by --output"
+        );
+        let outcome = write(&data, &selection, arguments, &mut io::stdout().lock());
+        return match outcome {
+            Err(error) if is_broken_pipe(&error) => Ok(()),
+            outcome => outcome.map(drop),
+        };
+    };
+    // Under another name until it is whole: a file that is there is never half an export.
+    let mut part = path.clone().into_os_string();
+    part.push(".part");
+    let part = PathBuf::from(part);
+    let file = File::create(&part).with_context(|| part.display().to_string())?;
+    let mut file = BufWriter::new(file);
+    let outcome = write(&data, &selection, arguments, &mut file).and_then(|exported| {
+        file.into_inner()?.sync_all()?;
+        fs::rename(&part, path).with_context(|| path.display().to_string())?;
+        Ok(exported)
+    });
+    if outcome.is_err() {
+        fs::remove_file(&part).ok();
+    }
+    let exported = outcome?;
+    complain!("{}: {} rows, {} bytes before compression", path.display(), exported.rows, exported.bytes);
+    Ok(())
+}
+
+fn write(
+    data: &Path,
+    selection: &Selection,
+    arguments: &ExportArguments,
+    out: &mut dyn Write,
+) -> anyhow::Result<Exported> {
+    let options = CsvOptions {
+        shape: if arguments.long { Shape::Long } else { Shape::Wide },
+        angles: if arguments.degrees { Angles::Degrees } else { Angles::Radians },
+        labels: arguments.labels,
+        ..CsvOptions::default()
+    };
+    Ok(match arguments.format {
+        Format::Csv => store::export_csv(data, selection, &options, out)?,
+        Format::Lsf => store::export_lsf(data, selection, out)?,
+        Format::CsvGz => {
+            let mut packed = GzEncoder::new(out, Compression::default());
+            let exported = store::export_csv(data, selection, &options, &mut packed)?;
+            packed.finish()?;
+            exported
+        }
+    })
+}
+
+/// Addresses of vessels given by name or address.
+fn vessels(data: &Path, given: &[String]) -> anyhow::Result<Vec<Address>> {
+    if given.is_empty() {
+        return Ok(Vec::new());
+    }
+    let known = Reader::open(data)?.systems()?;
+    let find = |text: &String| {
+        let by_name = known.iter().find(|system| system.name.eq_ignore_ascii_case(text));
+        let address = by_name.map(|system| system.address).or_else(|| text.parse().ok());
+        address.with_context(|| {
+            let names: Vec<String> =
+                known.iter().map(|system| format!("{} ({})", system.name, system.address)).collect();
+            format!("no vessel `{text}` is recorded; there are: {}", names.join(", "))
+        })
+    };
+    given.iter().map(find).collect()
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+    })
+}
+
+/// `lutra-server reindex`.
+pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::Result<()> {
+    let data = common.load(Vec::new())?.data;
+    let mut progress = Progress::new();
+    let done = store::reindex(&data, arguments.accept_loss, &mut |packets| {
+        progress.tell(|| format!("{packets} packets"));
+        true
+    })?;
+    drop(progress);
+    say!("{} packets read, {} samples (before: {})", done.packets, done.samples, done.before);
+    Ok(())
+}
+
+/// `lutra-server backup`.
+pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
+    let data = common.load(Vec::new())?.data;
+    let mut progress = Progress::new();
+    let done = store::backup(&data, &arguments.to, &mut |what| {
+        progress.tell(|| what.to_owned());
+        true
+    })?;
+    drop(progress);
+    crate::people::backup(&data, &arguments.to)?;
+    say!(
+        "{}: {} databases and app.db copied; files of the archive: {} copied, {} linked, {} were there",
+        arguments.to.display(),
+        done.databases,
+        done.copied,
+        done.linked,
+        done.kept
+    );
+    Ok(())
+}
+
+/// `lutra-server prune`.
+pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Result<()> {
+    let data = common.load(Vec::new())?.data;
+    let retention =
+        Retention { history_before: arguments.history_before, archive_before: arguments.archive_before };
+    if arguments.history_before.is_none() && arguments.archive_before.is_none() {
+        bail!("say what may go: --history-before DATE, --archive-before DATE or both");
+    }
+    let removals = if arguments.yes {
+        Store::open(&data)?.retain(&retention)?
+    } else {
+        store::plan_retention(&data, &retention)?
+    };
+    let word = if arguments.yes { "removed" } else { "would remove" };
+    for removal in &removals {
+        say!("{word} {} ({} MiB)", removal.path.display(), removal.bytes >> 20);
+    }
+    let bytes: u64 = removals.iter().map(|removal| removal.bytes).sum();
+    say!("{word} {} items, {} MiB", removals.len(), bytes >> 20);
+    if !arguments.yes && !removals.is_empty() {
+        say!("nothing was removed; add --yes to do it");
+    }
+    Ok(())
+}

@@ -1,0 +1,165 @@
+//! The Otters of a demo: names, addresses, places, and the configuration of each one's agent.
+
+use super::plans::Pattern;
+use anyhow::Context as _;
+use imc::Address;
+use std::fmt::Write as _;
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use units::{LatLon, LocalFrame, LocalPoint, UtcTime};
+
+/// The configuration that comes with lutra-agent.
+const OTTER_INI: &str = include_str!("../../../../vehicle-agent/etc/otter.ini");
+/// The first Otter's address: a surface vehicle's that nobody has, among those for everyone but LSTS.
+const FIRST: u16 = 0x28D1;
+/// Where the first Otter starts, north and east (degrees): in the fjord off Trondheim.
+const PLACE_DEG: (f64, f64) = (63.446, 10.345);
+/// Otters in a row, and how far they are apart (m).
+const IN_A_ROW: u16 = 3;
+const APART_M: f64 = 250.0;
+/// Tagged fish, within so far from the middle of the first row (m).
+const FISH: u32 = 3;
+const FISH_RADIUS_M: f64 = 250.0;
+
+/// One Otter.
+#[derive(Debug, Clone)]
+pub(super) struct Otter {
+    pub(super) name: String,
+    pub(super) address: Address,
+    pub(super) start: LatLon,
+    pub(super) pattern: Pattern,
+}
+
+/// This many Otters.
+pub(super) fn otters(count: u16) -> Vec<Otter> {
+    let frame = frame();
+    let otter = |index: u16| {
+        let (row, column) = (index / IN_A_ROW, index % IN_A_ROW);
+        let (north_m, east_m) = (f64::from(row) * APART_M, f64::from(column) * APART_M);
+        Otter {
+            name: format!("otter-{}", index + 1),
+            address: Address(FIRST + index),
+            start: frame.to_place(LocalPoint { north_m, east_m }),
+            pattern: Pattern::ALL[usize::from(index) % Pattern::ALL.len()],
+        }
+    };
+    (0..count).map(otter).collect()
+}
+
+fn frame() -> LocalFrame {
+    let (north, east) = PLACE_DEG;
+    LocalFrame::new(LatLon::from_deg(north, east).expect("invariant: the place is on Earth"))
+}
+
+/// Writes the files of all agents: what they have in common, and each one's own configuration and token.
+///
+/// # Errors
+/// The folder does not take them.
+pub(super) fn write(
+    folder: &Path,
+    server: SocketAddr,
+    otters: &[Otter],
+    tokens: &[String],
+    now: UtcTime,
+) -> anyhow::Result<()> {
+    let put = |path: PathBuf, text: &str| {
+        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    };
+    put(folder.join("otter.ini"), OTTER_INI)?;
+    for (otter, token) in otters.iter().zip(tokens) {
+        put(folder.join(format!("{}.token", otter.name)), token)?;
+        put(otter.ini(folder), &otter.configuration(server, now))?;
+    }
+    Ok(())
+}
+
+impl Otter {
+    /// Its configuration's file.
+    pub(super) fn ini(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.ini", self.name))
+    }
+
+    /// Where its agent keeps plans, logs and spool.
+    pub(super) fn data(&self, folder: &Path) -> PathBuf {
+        folder.join(&self.name)
+    }
+
+    /// What its agent says.
+    pub(super) fn log(&self, folder: &Path) -> PathBuf {
+        folder.join(format!("{}.log", self.name))
+    }
+
+    /// What differs from the configuration that all have in common.
+    fn configuration(&self, server: SocketAddr, now: UtcTime) -> String {
+        let Self { name, address, start, .. } = self;
+        let mut text = format!(
+            "# Written by `lutra-server demo`.\n[Require otter.ini]\n\n\
+             [General]\nVehicle = {name}\n\
+             # Whatever else keeps this computer busy is no reason to stop a simulated vessel.\n\
+             CPU Usage - Maximum = 100\n\n\
+             [IMC Addresses]\n{name} = {:#06x}\n\n\
+             # Nobody but the server shall talk to it, and nothing else on this computer be disturbed.\n\
+             [Transports.Announce]\nEnabled = Never\n\n\
+             [Transports.UDP]\nEnabled = Never\n\n\
+             [Transports.TCP.Server]\nEnabled = Never\n\n\
+             [Transports.Lutra]\nEnabled = Always\nURL = ws://{server}/link\nToken File = {name}.token\n\n\
+             [Simulators.GPS]\nInitial Position = {:.7}, {:.7}\nPosition Noise = 0.1\n\n\
+             [Simulators.StreamVelocity]\nDefault Speed North = 0.05\nDefault Speed East = 0.1\n",
+            address.0,
+            start.lat_deg(),
+            start.lon_deg(),
+        );
+        let middle = frame().to_place(LocalPoint { north_m: 60.0, east_m: APART_M });
+        let (lat_deg, lon_deg, since_s) = (middle.lat_deg(), middle.lon_deg(), now.micros() / 1_000_000);
+        for fish in 1..=FISH {
+            // Writing to a text cannot fail.
+            let _ = write!(
+                text,
+                "\n[Simulators.Fish/{fish}]\nEnabled = Simulation\nEntity Label = Tagged Fish {fish}\n\
+                 Tag Number = {}\nBeginning = {since_s}\nArea -- Centre = {lat_deg:.7}, {lon_deg:.7}\n\
+                 Area -- Radius = {FISH_RADIUS_M}\nTag Interval = 10, 25\n",
+                100 + fish,
+            );
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::config::schema::{simulate, transport};
+    use ::config::{Config, Disk};
+    use imc::AddressKind;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn addresses_are_of_surface_vehicles_that_nobody_has() {
+        let otters = otters(12);
+        for otter in &otters {
+            assert_eq!(otter.address.kind(), AddressKind::Asv, "{}", otter.address);
+            assert_eq!((otter.address.name(), otter.address.is_lsts()), (None, Some(false)));
+        }
+        assert_eq!(otters.iter().map(|otter| otter.address).collect::<BTreeSet<_>>().len(), 12);
+        assert!(otters.iter().all(|otter| (63.4..63.5).contains(&otter.start.lat_deg())));
+    }
+
+    #[test]
+    fn every_agent_gets_a_configuration_free_of_problems() {
+        let folder = tempfile::tempdir().unwrap();
+        let (otters, tokens) = (otters(3), vec!["lutra_link_x".to_owned(); 3]);
+        let now = UtcTime::from_micros(1_790_000_000_000_000);
+        write(folder.path(), "127.0.0.1:8081".parse().unwrap(), &otters, &tokens, now).unwrap();
+        for otter in &otters {
+            let config = Config::load(&Disk, &otter.ini(folder.path()), &["Simulation"]);
+            assert_eq!(config.report().counts(), ::config::Counts::default(), "{}", config.report());
+            assert_eq!((config.vehicle(), config.address()), (&*otter.name, Some(otter.address.0)));
+            let only = config.running(&transport::lutra::LUTRA).next().unwrap();
+            assert_eq!(only.get(&transport::lutra::URL), "ws://127.0.0.1:8081/link");
+            let open = [&transport::udp::UDP, &transport::tcp::SERVER, &transport::announce::ANNOUNCE];
+            assert!(open.into_iter().all(|door| config.running(door).next().is_none()));
+            assert_eq!(config.running(&simulate::fish::FISH).count(), 3);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The command line, one module per subcommand.
+
+mod data;
+mod demo;
+mod doctor;
+mod people;
+mod say;
+mod serve;
+mod tls;
+
+use crate::config::{self, Config, Overrides};
+use clap::{Args, Parser, Subcommand};
+use say::{complain, say};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Lutra's shore server: telemetry, history and control of a fleet of vessels from a browser.
+#[derive(Debug, Parser)]
+#[command(version, name = "lutra-server")]
+struct Arguments {
+    #[command(flatten)]
+    common: Common,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Where the configuration comes from.
+#[derive(Debug, Args)]
+struct Common {
+    /// The configuration; `lutra-server config` prints one with every key explained.
+    #[arg(long, global = true, env = "LUTRA_CONFIG", value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// The folder of archive, history and people [default: lutra-data].
+    #[arg(long, global = true, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Set any key of the configuration, like http.max_connections=100. May be repeated.
+    #[arg(long, global = true, value_name = "KEY=VALUE", value_parser = key_and_value)]
+    set: Vec<(String, String)>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the server until SIGTERM or Ctrl-C.
+    Serve(serve::ServeArguments),
+    /// Show everything at once: a scratch server and simulated Otters that sail, until Ctrl-C.
+    Demo(demo::DemoArguments),
+    /// People: add, list, roles, passwords.
+    #[command(subcommand)]
+    User(people::UserCommand),
+    /// Tokens of scripts and of vessels' links.
+    #[command(subcommand)]
+    Token(people::TokenCommand),
+    /// Vessels that have names.
+    #[command(subcommand)]
+    Vessel(people::VesselCommand),
+    /// Certificates.
+    #[command(subcommand)]
+    Tls(tls::TlsCommand),
+    /// Read logs into the archive and the history; what is there already is not added again.
+    Import(data::ImportArguments),
+    /// Write what was recorded as CSV or LSF.
+    Export(data::ExportArguments),
+    /// Make the history again from the archive. The server must not run.
+    Reindex(data::ReindexArguments),
+    /// Copy everything into another folder, also while the server runs.
+    Backup(data::BackupArguments),
+    /// Remove what is old. The server must not run.
+    Prune(data::PruneArguments),
+    /// Look whether all is well, and say what to do where it is not.
+    Doctor(doctor::DoctorArguments),
+    /// Print a configuration file with every key, its default and what it means.
+    Config {
+        /// Print what is in force instead, from file, LUTRA_ variables and flags.
+        #[arg(long)]
+        effective: bool,
+    },
+}
+
+impl Common {
+    /// Reads the configuration; `flags` of a subcommand win over everything.
+    fn load(&self, flags: Vec<(String, String)>) -> anyhow::Result<Config> {
+        let mut overrides = Overrides::from_environment();
+        overrides.flags.extend(self.set.iter().cloned());
+        if let Some(data) = &self.data {
+            overrides.flags.push(("data".to_owned(), data.display().to_string()));
+        }
+        overrides.flags.extend(flags);
+        Ok(config::load(self.config.as_deref(), &overrides)?)
+    }
+}
+
+/// Reads the command line and does as told.
+pub fn main() -> ExitCode {
+    let Arguments { common, command } = Arguments::parse();
+    let outcome = match command {
+        Command::Serve(arguments) => serve::serve(&common, &arguments),
+        Command::Demo(arguments) => demo::demo(&common, &arguments),
+        Command::User(command) => people::user(&common, command),
+        Command::Token(command) => people::token(&common, command),
+        Command::Vessel(command) => people::vessel(&common, command),
+        Command::Tls(command) => tls::tls(&common, command),
+        Command::Import(arguments) => data::import(&common, &arguments),
+        Command::Export(arguments) => data::export(&common, &arguments),
+        Command::Reindex(arguments) => data::reindex(&common, &arguments),
+        Command::Backup(arguments) => data::backup(&common, &arguments),
+        Command::Prune(arguments) => data::prune(&common, &arguments),
+        Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
+        Command::Config { effective: false } => {
+            say!("{}", config::DOCUMENTED.trim_end());
+            Ok(())
+        }
+        Command::Config { effective: true } => effective(&common),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain!("lutra-server: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn effective(common: &Common) -> anyhow::Result<()> {
+    say!("{}", toml::to_string_pretty(&common.load(Vec::new())?)?.trim_end());
+    Ok(())
+}
+
+fn key_and_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, like http.max_connections=100")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}

@@ -1,0 +1,50 @@
+//! `lutra-server serve`.
+
+use super::Common;
+use super::say::say;
+use crate::log;
+use anyhow::Context as _;
+use clap::Args;
+use std::net::SocketAddr;
+use tokio::signal::unix::{SignalKind, signal};
+
+#[derive(Debug, Args)]
+pub(super) struct ServeArguments {
+    /// Address and port of the web pages [default: 127.0.0.1:8080]; port 0 takes a free one.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    listen: Option<SocketAddr>,
+}
+
+/// Runs the server until a signal.
+pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Result<()> {
+    let listen = arguments.listen.map(|listen| ("http.listen".to_owned(), listen.to_string()));
+    let config = common.load(listen.into_iter().collect())?;
+    log::start(&config.log);
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .context("cannot start the runtime")?;
+    runtime.block_on(async {
+        let mut terminate = signal(SignalKind::terminate())?;
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        let scheme = if config.tls.is_given() { "https" } else { "http" };
+        let serving = crate::serve(config).await?;
+        say!("listening {scheme}://{}", serving.address);
+        if let Some(address) = serving.doors.imcproxy {
+            say!("imcproxy ws://{address}");
+        }
+        if let Some(address) = serving.doors.udp {
+            say!("udp {address}");
+        }
+        if let Some((name, password)) = serving.first_admin() {
+            say!("first start: log in as {name} with the one-time password {password}");
+        }
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+        tracing::info!("stopping");
+        serving.stop().await;
+        Ok(())
+    })
+}

@@ -1,0 +1,220 @@
+//! What the server may be told: the typed configuration, its defaults and what makes no sense.
+//!
+//! Every key stands with its default in `etc/server.toml`, which is also what `lutra-server config` prints; a
+//! test holds both together. [`load`] reads the file and lays `LUTRA_*` variables and flags over it.
+
+mod doors;
+mod load;
+
+pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
+pub use load::{ConfigError, Overrides, load};
+
+use serde::{Deserialize, Serialize};
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+
+/// The documented configuration file with every key at its default.
+pub const DOCUMENTED: &str = include_str!("../../etc/server.toml");
+
+/// Everything the server can be told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// The folder of archive, history and people.
+    pub data: PathBuf,
+    /// The web server.
+    pub http: Http,
+    /// Encryption.
+    pub tls: Tls,
+    /// Passwords and sessions.
+    pub people: People,
+    /// The server as a system on the IMC network.
+    pub imc: Imc,
+    /// The ways in for IMC that is not the vessel link.
+    pub doors: Doors,
+    /// What the server tells about itself.
+    pub log: Log,
+}
+
+/// The web server.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Http {
+    /// Address and port to listen on.
+    pub listen: SocketAddr,
+    /// Whether unencrypted HTTP may be served beyond loopback.
+    pub plain_beyond_loopback: bool,
+    /// Addresses of reverse proxies whose `X-Forwarded-For` is believed.
+    pub trusted_proxies: Vec<IpAddr>,
+    /// Origins (`https://name`) under which browsers reach the server through such proxies.
+    pub origins: Vec<String>,
+    /// Connections served at once; more wait in the kernel.
+    pub max_connections: usize,
+}
+
+/// Encryption. Both files or neither.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tls {
+    /// Certificate chain in PEM; empty for none.
+    pub certificate: PathBuf,
+    /// Its private key in PEM; empty for none.
+    pub key: PathBuf,
+}
+
+/// Passwords and sessions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct People {
+    /// Characters a password needs at least.
+    pub password_length: usize,
+    /// Hours without a request after which a session ends.
+    pub session_idle_h: u32,
+    /// Days after which a session ends however busy it is.
+    pub session_days: u32,
+}
+
+/// What the server tells about itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Log {
+    /// Lines for people or one JSON object a line for machines.
+    pub format: LogFormat,
+    /// Directives of `tracing`: a level, or `target=level` separated by commas.
+    pub level: String,
+}
+
+/// How log lines look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LogFormat {
+    /// Lines for people.
+    Human,
+    /// One JSON object a line.
+    Json,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            data: PathBuf::from("lutra-data"),
+            http: Http::default(),
+            tls: Tls::default(),
+            people: People::default(),
+            imc: Imc::default(),
+            doors: Doors::default(),
+            log: Log::default(),
+        }
+    }
+}
+
+impl Default for Http {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
+            plain_beyond_loopback: false,
+            trusted_proxies: Vec::new(),
+            origins: Vec::new(),
+            max_connections: 1024,
+        }
+    }
+}
+
+impl Default for People {
+    fn default() -> Self {
+        Self { password_length: 10, session_idle_h: 12, session_days: 30 }
+    }
+}
+
+impl Default for Log {
+    fn default() -> Self {
+        Self { format: LogFormat::Human, level: "info".to_owned() }
+    }
+}
+
+impl Tls {
+    /// Whether certificate and key are given.
+    pub fn is_given(&self) -> bool {
+        !self.certificate.as_os_str().is_empty()
+    }
+}
+
+impl Config {
+    /// Everything that is well formed but makes no sense, each with its key and remedy.
+    pub fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        let mut check = |good: bool, text: &str| {
+            if !good {
+                problems.push(text.to_owned());
+            }
+        };
+        check(
+            self.tls.certificate.as_os_str().is_empty() == self.tls.key.as_os_str().is_empty(),
+            "tls.certificate and tls.key belong together: give both or neither (`lutra-server tls init` makes a pair)",
+        );
+        check(
+            self.tls.is_given() || self.http.listen.ip().is_loopback() || self.http.plain_beyond_loopback,
+            "http.listen is beyond loopback without TLS, so passwords would travel readably: run `lutra-server tls \
+             init` and set tls.certificate and tls.key, or set http.plain_beyond_loopback = true behind a VPN",
+        );
+        check(
+            (8..=256).contains(&self.people.password_length),
+            "people.password_length must be 8 to 256 characters",
+        );
+        check(
+            (1..=24 * 365).contains(&self.people.session_idle_h),
+            "people.session_idle_h must be 1 hour to a year",
+        );
+        check((1..=365).contains(&self.people.session_days), "people.session_days must be 1 to 365");
+        check((8..=65_536).contains(&self.http.max_connections), "http.max_connections must be 8 to 65536");
+        check(
+            self.log.level.parse::<tracing_subscriber::filter::Targets>().is_ok(),
+            "log.level is no level (error, warn, info, debug, trace) and no list like info,server=debug",
+        );
+        for origin in &self.http.origins {
+            let authority = origin.strip_prefix("https://").or_else(|| origin.strip_prefix("http://"));
+            check(
+                authority.is_some_and(|rest| !rest.is_empty() && !rest.contains('/')),
+                &format!("http.origins: {origin:?} is no origin; write https://name or https://name:port"),
+            );
+        }
+        problems.extend(self.imc.problems());
+        problems.extend(self.doors.problems());
+        problems
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_documented_file_holds_every_key_at_its_default() {
+        let documented: toml::Table = DOCUMENTED.parse().unwrap();
+        let defaults = toml::Table::try_from(Config::default()).unwrap();
+        assert_eq!(documented, defaults);
+    }
+
+    #[test]
+    fn the_defaults_make_sense() {
+        assert_eq!(Config::default().problems(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn plain_http_beyond_loopback_must_be_asked_for() {
+        let mut config = Config::default();
+        config.http.listen = "0.0.0.0:8080".parse().unwrap();
+        assert!(config.problems()[0].starts_with("http.listen is beyond loopback"));
+        config.http.plain_beyond_loopback = true;
+        assert!(config.problems().is_empty());
+    }
+
+    #[test]
+    fn every_problem_is_told_at_once() {
+        let mut config = Config::default();
+        config.tls.key = PathBuf::from("key.pem");
+        config.people.password_length = 3;
+        config.http.origins = vec!["lutra.example.org".to_owned()];
+        assert_eq!(config.problems().len(), 3);
+    }
+}

@@ -1,0 +1,135 @@
+//! Doors through which IMC comes in and goes out, one module each.
+//!
+//! The doors of the IMC world ([`imcproxy`], [`udp`], [`tcp`]) have no authentication in their protocols. They
+//! are off unless configured, belong on loopback or a VPN, and admit only declared addresses.
+
+mod imcproxy;
+pub(crate) mod link;
+mod tcp;
+mod udp;
+
+use crate::config::{Doors as DoorsConfig, parse_network};
+use crate::relay::Relay;
+use anyhow::Context as _;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+use tokio::net::TcpListener;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+/// The doors that are open.
+#[derive(Debug, Clone, Default)]
+pub struct Open {
+    /// The IMCProxy door's address.
+    pub imcproxy: Option<SocketAddr>,
+    /// The address at which datagrams are taken.
+    pub udp: Option<SocketAddr>,
+    /// The discovery port that was free.
+    pub announce: Option<SocketAddr>,
+}
+
+/// Opens the configured doors.
+///
+/// # Errors
+/// A port is taken or an address is not ours; the message names the key.
+pub(crate) async fn open(
+    config: &DoorsConfig,
+    relay: &Relay,
+    tasks: &TaskTracker,
+    stop: &CancellationToken,
+) -> anyhow::Result<Open> {
+    let mut open = Open::default();
+    let (relay, tasks, stop) = (relay.clone(), tasks.clone(), stop.clone());
+    if let Some(address) = config.imcproxy.listen.get() {
+        let listener = TcpListener::bind(address).await.with_context(|| {
+            format!("cannot listen on {address}: choose another by doors.imcproxy.listen")
+        })?;
+        open.imcproxy = Some(listener.local_addr()?);
+        let access = Access::new(&config.imcproxy.allow, config.imcproxy.max_peers);
+        tasks.spawn(imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone()));
+    }
+    if let Some(address) = config.udp.listen.get() {
+        let access = Access::new(&config.udp.allow, config.udp.max_peers);
+        let node = udp::Node::open(address, &config.udp, access)?;
+        (open.udp, open.announce) = (Some(node.address()), node.announce_address());
+        tasks.spawn(node.run(relay.clone(), tasks.clone(), stop.clone()));
+    }
+    for peer in &config.tcp.connect {
+        tasks.spawn(tcp::keep_connected(peer.clone(), relay.clone(), stop.clone()));
+    }
+    Ok(open)
+}
+
+/// Whom a door admits, and how many.
+#[derive(Debug, Clone)]
+pub(super) struct Access {
+    allow: Arc<[(IpAddr, u8)]>,
+    places: Arc<Semaphore>,
+}
+
+impl Access {
+    /// Networks such as `10.77.0.0/24`; none given admits everyone who reaches the door.
+    fn new(allow: &[String], places: usize) -> Self {
+        Self {
+            allow: allow.iter().filter_map(|text| parse_network(text)).collect(),
+            places: Arc::new(Semaphore::new(places)),
+        }
+    }
+
+    /// Whether an address may come in.
+    fn admits(&self, address: IpAddr) -> bool {
+        self.allow.is_empty() || self.allow.iter().any(|(network, bits)| holds(*network, *bits, address))
+    }
+
+    /// A place, while there is one.
+    fn permit(&self) -> Option<OwnedSemaphorePermit> {
+        Arc::clone(&self.places).try_acquire_owned().ok()
+    }
+}
+
+/// Whether a network holds an address.
+fn holds(network: IpAddr, bits: u8, address: IpAddr) -> bool {
+    match (network, address.to_canonical()) {
+        (IpAddr::V4(network), IpAddr::V4(address)) => {
+            let mask = u32::MAX.checked_shl(32 - u32::from(bits)).unwrap_or(0);
+            network.to_bits() & mask == address.to_bits() & mask
+        }
+        (IpAddr::V6(network), IpAddr::V6(address)) => {
+            let mask = u128::MAX.checked_shl(128 - u32::from(bits)).unwrap_or(0);
+            network.to_bits() & mask == address.to_bits() & mask
+        }
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn networks_admit_their_own() {
+        let access = Access::new(&["10.77.0.0/24".into(), "192.0.2.7".into(), "::1".into()], 1);
+        for (address, admitted) in [
+            ("10.77.0.1", true),
+            ("10.77.1.1", false),
+            ("192.0.2.7", true),
+            ("192.0.2.8", false),
+            ("::1", true),
+            ("::ffff:10.77.0.9", true),
+        ] {
+            assert_eq!(access.admits(address.parse().unwrap()), admitted, "{address}");
+        }
+        assert!(Access::new(&["0.0.0.0/0".into()], 1).admits([1, 2, 3, 4].into()));
+        assert!(Access::new(&[], 1).admits([1, 2, 3, 4].into()));
+    }
+
+    #[test]
+    fn places_come_back() {
+        let access = Access::new(&[], 1);
+        let place = access.permit();
+        assert!(place.is_some() && access.permit().is_none());
+        drop(place);
+        assert!(access.permit().is_some());
+    }
+}

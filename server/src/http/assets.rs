@@ -1,0 +1,65 @@
+//! Scripts, styles and pictures that `make web` bundles into `web/dist`, within the program itself.
+//!
+//! Their names carry a hash of their content, so browsers keep them for good. A debug build reads the folder, so
+//! that a change shows without compiling.
+
+use super::error::ApiError;
+use axum::extract::Path;
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
+use rust_embed::RustEmbed;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+#[derive(RustEmbed)]
+#[folder = "../web/dist"]
+#[allow_missing = true]
+struct Dist;
+
+/// Where the bundle with this plain name (`main.js`) is; empty when there is none.
+pub(crate) fn path(name: &str) -> String {
+    let manifest: Option<BTreeMap<String, String>> =
+        Dist::get("manifest.json").and_then(|file| serde_json::from_slice(&file.data).ok());
+    let hashed = manifest.and_then(|mut manifest| manifest.remove(name));
+    hashed.map(|hashed| format!("/static/{hashed}")).unwrap_or_default()
+}
+
+/// `GET /static/{name}`.
+pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Result<Response, ApiError> {
+    let kind = match name.rsplit('.').next() {
+        Some("js") => "text/javascript; charset=utf-8",
+        Some("css") => "text/css; charset=utf-8",
+        Some("svg") => "image/svg+xml",
+        Some("txt") => "text/plain; charset=utf-8",
+        _ => return Err(ApiError::not_found("There is no such file.")),
+    };
+    let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok());
+    let gzip = accepted.is_some_and(|accepted| accepted.contains("gzip"));
+    let packed = if gzip { Dist::get(&format!("{name}.gz")) } else { None };
+    let packed_is = packed.is_some();
+    let file =
+        packed.or_else(|| Dist::get(&name)).ok_or_else(|| ApiError::not_found("There is no such file."))?;
+    let body = match file.data {
+        Cow::Borrowed(bytes) => axum::body::Body::from(bytes),
+        Cow::Owned(bytes) => axum::body::Body::from(bytes),
+    };
+    let mut response = (
+        [
+            (header::CONTENT_TYPE, kind),
+            (header::CACHE_CONTROL, "public, max-age=31536000, immutable"),
+            (header::VARY, "accept-encoding"),
+        ],
+        body,
+    )
+        .into_response();
+    if packed_is {
+        response.headers_mut().insert(header::CONTENT_ENCODING, header::HeaderValue::from_static("gzip"));
+    }
+    Ok(response)
+}
+
+/// `GET /favicon.ico`, the otter's head.
+pub(crate) async fn favicon() -> Response {
+    let kind = [(header::CONTENT_TYPE, "image/svg+xml"), (header::CACHE_CONTROL, "public, max-age=86400")];
+    (kind, include_str!("../../../web/favicon.svg")).into_response()
+}

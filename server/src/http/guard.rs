@@ -1,0 +1,210 @@
+//! Stands before every route: finds out who asks and lets through who may.
+
+use super::caller::Caller;
+use super::csrf;
+use super::error::ApiError;
+use super::listen::Peer;
+use super::route::{Kind, Need};
+use crate::pages;
+use crate::people::{Principal, Secret, Via};
+use crate::shore::AppState;
+use api::Role;
+use axum::RequestExt as _;
+use axum::extract::{FromRequestParts, RawPathParams, Request, State};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, header};
+use axum::middleware::Next;
+use axum::response::Response;
+
+/// The cookie of a browser's session.
+pub(crate) const SESSION_COOKIE: &str = "lutra_session";
+
+/// What the guard knows of the route it stands before.
+#[derive(Clone)]
+pub(crate) struct Post {
+    pub(crate) state: AppState,
+    pub(crate) need: Need,
+    pub(crate) kind: Kind,
+}
+
+/// The one who asks, for handlers behind a route that needs somebody.
+#[derive(Debug, Clone)]
+pub(crate) struct Who(pub(crate) Principal);
+
+impl<S: Sync> FromRequestParts<S> for Who {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        let who = parts.extensions.get::<Principal>().cloned();
+        who.map(Self).ok_or_else(ApiError::not_logged_in)
+    }
+}
+
+/// The vessel (IMC address) whose link comes in, for the handler behind [`Need::Link`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkOf(pub(crate) u16);
+
+impl<S: Sync> FromRequestParts<S> for LinkOf {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        parts.extensions.get::<Self>().copied().ok_or_else(ApiError::not_logged_in)
+    }
+}
+
+/// The vessel whose link token a request shows.
+async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiError> {
+    let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
+    let token = given.and_then(|given| given.strip_prefix("Bearer ")).ok_or_else(ApiError::not_logged_in)?;
+    let vessel = state.people.by_link_token(token.trim().to_owned()).await?;
+    vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
+}
+
+/// Lets a request through, or answers why not.
+pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: Next) -> Response {
+    let Some(peer) = request.extensions().get::<Peer>().copied() else {
+        return refuse(&post, &request, ApiError::internal(&"a request without a connection"));
+    };
+    let caller = Caller::of(peer, request.headers(), &post.state.config.http);
+    request.extensions_mut().insert(caller);
+    if post.need == Need::Link {
+        return match link_of(&post.state, request.headers()).await {
+            Ok(link) => {
+                request.extensions_mut().insert(link);
+                next.run(request).await
+            }
+            Err(error) => refuse(&post, &request, error),
+        };
+    }
+    let who = match identify(&post.state, request.headers(), caller).await {
+        Ok(who) => who,
+        Err(error) => return refuse(&post, &request, error),
+    };
+    if let Err(error) = may(&post, &mut request, caller, who.as_ref()).await {
+        return refuse(&post, &request, error);
+    }
+    let request = match comes_from_us(&post, request, who.as_ref()).await {
+        Ok(request) => request,
+        Err(response) => return *response,
+    };
+    let mut request = request;
+    if let Some(who) = who {
+        request.extensions_mut().insert(who);
+    }
+    next.run(request).await
+}
+
+/// Who asks: by token if there is one, else by session.
+pub(super) async fn identify(
+    state: &AppState,
+    headers: &HeaderMap,
+    caller: Caller,
+) -> Result<Option<Principal>, ApiError> {
+    if let Some(given) = headers.get(header::AUTHORIZATION) {
+        let token = given.to_str().ok().and_then(|given| given.strip_prefix("Bearer "));
+        let Some(token) = token else { return Err(ApiError::not_logged_in()) };
+        return match state.people.by_token(token.trim().to_owned()).await? {
+            Some(who) => Ok(Some(who)),
+            None => Err(ApiError::not_logged_in()),
+        };
+    }
+    let Some(secret) = cookie(headers, &cookie_name(SESSION_COOKIE, caller)) else { return Ok(None) };
+    Ok(state.people.by_session(secret).await?)
+}
+
+/// Whether `who` may use the route.
+async fn may(
+    post: &Post,
+    request: &mut Request,
+    caller: Caller,
+    who: Option<&Principal>,
+) -> Result<(), ApiError> {
+    if post.need == Need::Anyone || (post.need == Need::Figures && caller.here) {
+        return Ok(());
+    }
+    let who = who.ok_or_else(ApiError::not_logged_in)?;
+    if post.need == Need::Session {
+        let browser = matches!(who.via, Via::Session { .. });
+        return if browser {
+            Ok(())
+        } else {
+            Err(ApiError::forbidden("This is for browsers, not for tokens."))
+        };
+    }
+    if let Via::Session { must_change_password: true, .. } = who.via {
+        let text = "Choose a password of your own first, at /account.";
+        return Err(ApiError { code: "password_change_required", ..ApiError::forbidden(text) });
+    }
+    let (has, least, place) = match post.need {
+        Need::Somewhere(least) => (who.grants.somewhere(), least, "any vessel".to_owned()),
+        Need::OnVessel(least) => {
+            let vessel = vessel_in_path(request).await?;
+            (who.grants.on(vessel), least, format!("vessel {vessel}"))
+        }
+        Need::Everywhere(least) => (who.grants.everywhere(), least, "all vessels".to_owned()),
+        Need::Figures => (who.grants.everywhere(), Role::Admin, "all vessels".to_owned()),
+        Need::Anyone | Need::Session | Need::Link => return Ok(()),
+    };
+    if has >= Some(least) {
+        return Ok(());
+    }
+    let text = format!("{} may not do this: it takes the role {least} on {place}. Ask an admin.", who.name);
+    Err(ApiError::forbidden(text))
+}
+
+async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
+    let parameters =
+        request.extract_parts::<RawPathParams>().await.map_err(|error| ApiError::internal(&error))?;
+    let vessel = parameters.iter().find(|(name, _)| *name == "vessel").map(|(_, value)| value);
+    let vessel = vessel.ok_or_else(|| ApiError::internal(&"a route for a vessel without {vessel}"))?;
+    crate::people::vessels::address(vessel).map_err(ApiError::bad_request)
+}
+
+/// Refuses changes and sockets that a foreign page asks for with our cookie.
+async fn comes_from_us(
+    post: &Post,
+    request: Request,
+    who: Option<&Principal>,
+) -> Result<Request, Box<Response>> {
+    let http = &post.state.config.http;
+    let foreign =
+        || ApiError { code: "foreign_origin", ..ApiError::forbidden("This came from another web page.") };
+    let by_cookie = who.is_none_or(|who| matches!(who.via, Via::Session { .. }));
+    if post.kind == Kind::Socket && by_cookie && !csrf::same_origin(request.headers(), http) {
+        return Err(Box::new(refuse(post, &request, foreign())));
+    }
+    if request.method().is_safe() || !by_cookie {
+        return Ok(request);
+    }
+    if csrf::is_foreign(request.headers(), http) {
+        return Err(Box::new(refuse(post, &request, foreign())));
+    }
+    // Without a session (the login) the handler checks a token of its own.
+    let Some(who) = who else { return Ok(request) };
+    csrf::check(request, who.csrf()).await.map_err(|csrf::BadToken| {
+        let text = "This page was too old: go back, load it anew and try again.";
+        let error = ApiError { code: "bad_csrf_token", ..ApiError::forbidden(text) };
+        Box::new(pages::refusal(post.kind, None, error))
+    })
+}
+
+fn refuse(post: &Post, request: &Request, error: ApiError) -> Response {
+    let next =
+        (request.method() == axum::http::Method::GET).then(|| request.uri().path_and_query()).flatten();
+    pages::refusal(post.kind, next.map(axum::http::uri::PathAndQuery::as_str), error)
+}
+
+/// The secret in a cookie.
+pub(crate) fn cookie(headers: &HeaderMap, name: &str) -> Option<Secret> {
+    Secret::parse(plain_cookie(headers, name)?)
+}
+
+/// The text in a cookie.
+pub(crate) fn plain_cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    let all = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+    let mut pairs = all.flat_map(|value| value.split(';')).filter_map(|pair| pair.trim().split_once('='));
+    pairs.find(|(found, _)| *found == name).map(|(_, value)| value)
+}
+
+/// Encrypted connections use a name that browsers accept from this very host only.
+pub(crate) fn cookie_name(name: &str, caller: Caller) -> String {
+    if caller.encrypted { format!("__Host-{name}") } else { name.to_owned() }
+}

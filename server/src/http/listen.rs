@@ -1,0 +1,138 @@
+//! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until told to stop.
+//!
+//! At most as many connections as allowed are open at once; further ones wait in the kernel's queue. A peer that
+//! does not finish its TLS handshake or its request's head in ten seconds is dropped.
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::Request;
+use hyper::body::Incoming;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::convert::Infallible;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+use tokio_rustls::TlsAcceptor;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use tower::ServiceExt as _;
+
+/// How long a peer may take for its handshake, and again for a request's head.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// How long requests that are being answered may take to end once the server stops.
+const DRAIN: Duration = Duration::from_secs(8);
+/// Bytes of a request's head that are read at most.
+const HEAD_BYTES: usize = 32 * 1024;
+
+/// Who is at the other end of a connection.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Peer {
+    /// Its address, or that of the last proxy before us.
+    pub(crate) address: SocketAddr,
+    /// Whether the connection is encrypted up to this process.
+    pub(crate) encrypted: bool,
+}
+
+/// What is listened on and how.
+pub(crate) struct Web {
+    pub(crate) listener: TcpListener,
+    pub(crate) tls: Option<TlsAcceptor>,
+    pub(crate) router: Router,
+    pub(crate) max_connections: usize,
+}
+
+impl Web {
+    /// Serves until `stop`, then lets running requests end.
+    pub(crate) async fn run(self, stop: CancellationToken) {
+        let permits = Arc::new(Semaphore::new(self.max_connections));
+        let open = TaskTracker::new();
+        loop {
+            let next = async {
+                let permit = Arc::clone(&permits).acquire_owned().await;
+                (permit, self.listener.accept().await)
+            };
+            let (permit, accepted) = tokio::select! {
+                next = next => next,
+                () = stop.cancelled() => break,
+            };
+            let (stream, address) = match accepted {
+                Ok(accepted) => accepted,
+                Err(error) => {
+                    // Out of file handles, most likely: waiting is all that helps.
+                    tracing::warn!(%error, "cannot accept a connection");
+                    tokio::time::sleep(Duration::from_millis(100)).await;
+                    continue;
+                }
+            };
+            let (tls, router, stop) = (self.tls.clone(), self.router.clone(), stop.clone());
+            open.spawn(async move {
+                let _permit = permit;
+                stream.set_nodelay(true).ok();
+                match tls {
+                    None => {
+                        let peer = Peer { address, encrypted: false };
+                        converse(stream, peer, router, stop).await;
+                    }
+                    Some(tls) => shake_hands(tls, stream, address, router, stop).await,
+                }
+            });
+        }
+        drop(self.listener);
+        open.close();
+        if tokio::time::timeout(DRAIN, open.wait()).await.is_err() {
+            tracing::warn!("requests were cut off after {} s", DRAIN.as_secs());
+        }
+    }
+}
+
+async fn shake_hands(
+    tls: TlsAcceptor,
+    stream: TcpStream,
+    address: SocketAddr,
+    router: Router,
+    stop: CancellationToken,
+) {
+    match tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await {
+        Ok(Ok(stream)) => converse(stream, Peer { address, encrypted: true }, router, stop).await,
+        Ok(Err(error)) => tracing::debug!(%address, %error, "no TLS handshake"),
+        Err(_) => tracing::debug!(%address, "TLS handshake took too long"),
+    }
+}
+
+async fn converse<S>(stream: S, peer: Peer, router: Router, stop: CancellationToken)
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
+    let service = hyper::service::service_fn(move |mut request: Request<Incoming>| {
+        request.extensions_mut().insert(peer);
+        let router = router.clone();
+        async move { Ok::<_, Infallible>(answer(router, request.map(Body::new)).await) }
+    });
+    let connection = hyper::server::conn::http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEAD_TIMEOUT)
+        .max_buf_size(HEAD_BYTES)
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
+    let mut connection = std::pin::pin!(connection);
+    let outcome = tokio::select! {
+        outcome = connection.as_mut() => outcome,
+        () = stop.cancelled() => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = outcome {
+        tracing::debug!(address = %peer.address, %error, "connection ended");
+    }
+}
+
+async fn answer(router: Router, request: Request<Body>) -> axum::response::Response {
+    match router.oneshot(request).await {
+        Ok(response) => response,
+        Err(never) => match never {},
+    }
+}

@@ -1,0 +1,217 @@
+//! `/api/live`: the fleet as it changes, over a WebSocket.
+//!
+//! The socket's task asks the fleet what changed since the revision it sent last, not more often than its client
+//! wants, so that a slow client gets the latest of everything and holds up nobody. At least once a second it
+//! sends a frame, by which the client knows that the server lives. When somebody's rights change, it looks again
+//! whether its own still hold.
+
+use super::caller::Caller;
+use super::error::ApiError;
+use super::guard::{Who, identify};
+use crate::clock;
+use crate::people::{Principal, Via};
+use crate::shore::{AppState, Wanted};
+use api::{LiveFrame, LiveRequest, Subscription, Update};
+use axum::extract::State;
+use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::http::HeaderMap;
+use axum::response::Response;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio::time::Instant;
+
+/// Bytes that a client may send at once.
+const REQUEST_BYTES: usize = 64 * 1024;
+/// A frame is sent at least so often.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+/// A client that takes nothing for so long is let go.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Rights are looked at again at least so often, as tokens and sessions also end by themselves.
+const RIGHTS_EVERY: Duration = Duration::from_secs(30);
+/// Addresses and names in a subscription at most.
+const LISTED: usize = 1_000;
+
+/// `GET /api/live`.
+pub(crate) async fn socket(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    upgrade.max_message_size(REQUEST_BYTES).max_frame_size(REQUEST_BYTES).on_upgrade(move |socket| {
+        let tasks = state.tasks.clone();
+        let client = Client::new(state, who, caller, headers);
+        tasks.track_future(client.run(socket))
+    })
+}
+
+struct Client {
+    state: AppState,
+    who: Principal,
+    caller: Caller,
+    /// What the client showed when it came in, to be looked at again.
+    headers: HeaderMap,
+    wanted: Option<Arc<Wanted>>,
+    every: Duration,
+    /// The revision up to which the client knows everything; 0 for nothing.
+    known: u64,
+    /// How many values of each series there were when it was sent last, to tell how many were skipped.
+    counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
+    /// When the next frame may be sent, and when it must.
+    not_before: Instant,
+    not_after: Instant,
+}
+
+/// Why a socket is closed: code and words of the protocol.
+type End = (u16, &'static str);
+
+impl Client {
+    fn new(state: AppState, who: Principal, caller: Caller, headers: HeaderMap) -> Self {
+        let now = Instant::now();
+        Self {
+            state,
+            who,
+            caller,
+            headers,
+            wanted: None,
+            every: Duration::from_millis(100),
+            known: 0,
+            counts: BTreeMap::new(),
+            not_before: now,
+            not_after: now + HEARTBEAT,
+        }
+    }
+
+    async fn run(mut self, mut socket: WebSocket) {
+        metrics::gauge!("lutra_live_clients").increment(1);
+        let (code, reason) = self.converse(&mut socket).await;
+        metrics::gauge!("lutra_live_clients").decrement(1);
+        let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
+        tokio::time::timeout(Duration::from_secs(1), socket.send(close)).await.ok();
+    }
+
+    async fn converse(&mut self, socket: &mut WebSocket) -> End {
+        let mut revision = self.state.fleet.revision();
+        let mut rights = self.state.people.changes();
+        let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
+        loop {
+            let step = tokio::select! {
+                request = socket.recv() => self.heed(request),
+                () = due(self.not_before, self.not_after, &mut revision), if self.wanted.is_some() => {
+                    self.send(socket).await
+                }
+                _ = rights.changed() => self.check_rights().await,
+                _ = rights_due.tick() => self.check_rights().await,
+                () = self.state.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
+            };
+            if let Err(end) = step {
+                return end;
+            }
+        }
+    }
+
+    /// Takes what the client sent.
+    fn heed(&mut self, request: Option<Result<Message, axum::Error>>) -> Result<(), End> {
+        let text = match request {
+            Some(Ok(Message::Text(text))) => text,
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
+            Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),
+            Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
+        };
+        let Ok(LiveRequest::Subscribe(subscription)) = serde_json::from_str(&text) else {
+            return Err((close_code::POLICY, "not understood: send {\"subscribe\": {}}"));
+        };
+        let Subscription { systems, messages, events, every_ms } = subscription;
+        let listed = systems.as_ref().map_or(0, Vec::len) + messages.as_ref().map_or(0, Vec::len);
+        if listed > LISTED {
+            return Err((close_code::POLICY, "too many systems and messages listed"));
+        }
+        self.every = Duration::from_millis(u64::from(every_ms.clamp(5, 10_000)));
+        self.known = 0;
+        self.counts.clear();
+        // At once, but not faster than its own pace, however often it asks.
+        self.not_after = self.not_before.max(Instant::now());
+        self.wanted = Some(Arc::new(Wanted {
+            grants: self.who.grants.clone(),
+            systems: systems.map(|systems| systems.into_iter().collect()),
+            messages: messages.map(|messages| messages.into_iter().collect()),
+            events,
+        }));
+        Ok(())
+    }
+
+    /// Sends what changed.
+    async fn send(&mut self, socket: &mut WebSocket) -> Result<(), End> {
+        let Some(wanted) = self.wanted.clone() else { return Ok(()) };
+        let gone = (close_code::AWAY, "the server is stopping");
+        let changes = self.state.fleet.changes(self.known, wanted).await.ok_or(gone)?;
+        let skipped = changes.values.iter().map(|value| self.skipped(value)).sum();
+        let frame = LiveFrame {
+            now_us: clock::now().micros(),
+            snapshot: self.known == 0,
+            systems: changes.systems,
+            values: changes.values,
+            events: changes.events,
+            skipped,
+            events_missed: changes.events_missed,
+        };
+        self.known = changes.revision.max(1);
+        let text = serde_json::to_string(&frame).map_err(|_| (close_code::ERROR, "the server failed"))?;
+        match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
+            Ok(Ok(())) => {}
+            Ok(Err(_)) => return Err((close_code::NORMAL, "")),
+            Err(_) => return Err((close_code::POLICY, "too slow")),
+        }
+        let now = Instant::now();
+        self.not_before = now + self.every;
+        self.not_after = now + HEARTBEAT.max(self.every);
+        Ok(())
+    }
+
+    /// Values of a series that came and went since it was sent last.
+    fn skipped(&mut self, value: &Update) -> u64 {
+        let key = (value.system, value.id, value.entity, value.instance);
+        let before = self.counts.insert(key, value.count);
+        before.map_or(0, |before| value.count.saturating_sub(before + 1))
+    }
+
+    /// Whether the client may still be here, and what it may see now.
+    async fn check_rights(&mut self) -> Result<(), End> {
+        let ended = (close_code::POLICY, "not logged in any more");
+        let who = match identify(&self.state, &self.headers, self.caller).await {
+            Ok(who) => who.ok_or(ended)?,
+            Err(ApiError { status, .. }) if status.is_server_error() => return Ok(()),
+            Err(_) => return Err(ended),
+        };
+        if matches!(who.via, Via::Session { must_change_password: true, .. })
+            || who.grants.somewhere().is_none()
+        {
+            return Err(ended);
+        }
+        if who.grants != self.who.grants {
+            if let Some(wanted) = &self.wanted {
+                self.wanted = Some(Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::clone(wanted) }));
+            }
+            self.known = 0;
+            self.who = who;
+        }
+        Ok(())
+    }
+}
+
+/// Waits until a frame may be sent and there is something new, or until one must be sent.
+async fn due(not_before: Instant, not_after: Instant, revision: &mut watch::Receiver<u64>) {
+    let changed = async {
+        tokio::time::sleep_until(not_before).await;
+        if revision.changed().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    };
+    tokio::select! {
+        () = changed => {}
+        () = tokio::time::sleep_until(not_after) => {}
+    }
+}

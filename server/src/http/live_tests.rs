@@ -1,0 +1,236 @@
+//! The live socket and the export over real connections.
+
+use super::serve::{Serving, serve_with};
+use super::testing::{Boats, FIRST, MadeUpHistory, boat, event, voltage};
+use crate::clock;
+use crate::config::Config;
+use crate::people::{open, persons, sessions, tokens};
+use api::{LiveFrame, NewToken, Role};
+use futures_util::{SinkExt as _, StreamExt as _};
+use imc::messages::LogBookEntry;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::TcpStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
+use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+use units::UtcTime;
+
+/// A generous bound for anything that ought to happen.
+const DEADLINE: Duration = Duration::from_secs(20);
+
+struct Shore {
+    serving: Serving,
+    boats: Boats,
+    folder: tempfile::TempDir,
+}
+
+type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
+
+impl Shore {
+    async fn start(fails_after: Option<u32>) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+        config.http.listen = "127.0.0.1:0".parse().unwrap();
+        config.imc.active = false;
+        let history = Arc::new(MadeUpHistory { fails_after });
+        let serving = serve_with(config, Some(history)).await.unwrap();
+        let boats = Boats::join(&serving.relay).await;
+        Self { serving, boats, folder }
+    }
+
+    /// A token for a new person.
+    fn token(&self, vessel: Option<u16>, role: Role) -> String {
+        let db = open(self.folder.path()).unwrap();
+        let person = persons::add(&db, &format!("p{}", role as u8), "x", false, clock::now()).unwrap();
+        persons::set_permission(&db, person, vessel, Some(role)).unwrap();
+        let new = NewToken { label: "test".to_owned(), role, vessel: None, days: 1 };
+        tokens::make(&db, person, &new, clock::now()).unwrap().secret
+    }
+
+    async fn connect(&self, header: &str, value: &str, origin: &str) -> Result<Socket, String> {
+        let mut request = format!("ws://{}/api/live", self.serving.address).into_client_request().unwrap();
+        request.headers_mut().insert("origin", origin.parse().unwrap());
+        let name: axum::http::HeaderName = header.parse().unwrap();
+        request.headers_mut().insert(name, value.parse().unwrap());
+        connect_async(request).await.map(|(socket, _)| socket).map_err(|error| error.to_string())
+    }
+
+    async fn subscribed(&self, token: &str, subscription: &str) -> Socket {
+        let bearer = format!("Bearer {token}");
+        let mut socket = self.connect("authorization", &bearer, "http://anything").await.unwrap();
+        subscribe(&mut socket, subscription).await;
+        socket
+    }
+}
+
+async fn subscribe(socket: &mut Socket, subscription: &str) {
+    let text = format!("{{\"subscribe\":{subscription}}}");
+    socket.send(Message::Text(text.into())).await.unwrap();
+}
+
+async fn frame(socket: &mut Socket) -> Option<LiveFrame> {
+    match tokio::time::timeout(DEADLINE, socket.next()).await.unwrap() {
+        Some(Ok(Message::Text(text))) => Some(serde_json::from_str(&text).unwrap()),
+        _ => None,
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_snapshot_comes_first_and_then_what_changes() {
+    let shore = Shore::start(None).await;
+    let token = shore.token(None, Role::Viewer);
+    shore.boats.say(boat(0, clock::now())).await;
+    let mut socket = shore.subscribed(&token, "{\"messages\":[\"Voltage\"],\"every_ms\":5}").await;
+    let first = frame(&mut socket).await.unwrap();
+    assert!(first.snapshot && first.systems.len() == 1 && first.values.len() == 2, "{first:?}");
+    let system = &first.systems[0];
+    assert_eq!((system.address, system.name.as_deref()), (FIRST, Some("otter-0")));
+    assert!(system.fix.is_some_and(|fix| (fix.speed_mps.unwrap() - 1.5).abs() < 1e-3));
+    shore.boats.say(boat(0, clock::now())[2..4].to_vec()).await;
+    let mut next = frame(&mut socket).await.unwrap();
+    while next.values.is_empty() {
+        next = frame(&mut socket).await.unwrap();
+    }
+    assert_eq!((next.snapshot, next.values[0].abbrev.as_str(), next.values.len()), (false, "Voltage", 1));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_was_replaced_is_counted_and_events_all_come() {
+    let shore = Shore::start(None).await;
+    let token = shore.token(None, Role::Viewer);
+    let now = clock::now().micros();
+    let at = |index: i64| UtcTime::from_micros(now + index * 1_000);
+    let both = |index| vec![voltage(0, at(index)), event(0, at(index), LogBookEntry::default())];
+    shore.boats.say(both(0)).await;
+    let wanted = "{\"every_ms\":1000,\"messages\":[\"Voltage\",\"LogBookEntry\"]}";
+    let mut socket = shore.subscribed(&token, wanted).await;
+    let first = frame(&mut socket).await.unwrap();
+    assert!(first.snapshot && first.values.len() == 2);
+    let (mut skipped, mut values, mut events) = (0, 0, first.events.len());
+    for index in 1..=500 {
+        shore.boats.say(both(index)).await;
+    }
+    while events < 501 {
+        let frame = frame(&mut socket).await.unwrap();
+        skipped += frame.skipped;
+        values += frame.values.len() as u64;
+        events += frame.events.len();
+    }
+    assert_eq!((skipped + values, events), (1_000, 501));
+    assert!(skipped > 800, "a frame a second carries the latest only, but {values} came");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn nobody_sees_more_than_they_may() {
+    let shore = Shore::start(None).await;
+    for number in 0..3 {
+        shore.boats.say(boat(number, clock::now())).await;
+    }
+    let token = shore.token(Some(0x0815), Role::Viewer);
+    let mut socket = shore.subscribed(&token, "{}").await;
+    let first = frame(&mut socket).await.unwrap();
+    let seen: Vec<u16> = first.systems.iter().map(|system| system.address).collect();
+    assert_eq!(seen, [0x0815]);
+    assert!(first.values.iter().all(|update| update.system == 0x0815) && first.values.len() > 3);
+    assert!(first.events.iter().all(|event| event.system == 0x0815) && first.events.len() == 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
+    let shore = Shore::start(None).await;
+    let db = open(shore.folder.path()).unwrap();
+    let person = persons::add(&db, "nils", "x", false, clock::now()).unwrap();
+    persons::set_permission(&db, person, None, Some(Role::Viewer)).unwrap();
+    let life = sessions::Lifetime { idle: Duration::from_hours(1), whole: Duration::from_hours(1) };
+    let session = sessions::begin(&db, person, "127.0.0.1", "test", life, clock::now()).unwrap();
+    let cookie = format!("lutra_session={}", session.text());
+    let own = format!("http://{}", shore.serving.address);
+    assert!(shore.connect("cookie", &cookie, "http://evil.example").await.unwrap_err().contains("403"));
+    assert!(shore.connect("cookie", "a=b", &own).await.unwrap_err().contains("401"));
+    let mut socket = shore.connect("cookie", &cookie, &own).await.unwrap();
+    subscribe(&mut socket, "{}").await;
+    assert!(frame(&mut socket).await.is_some());
+    // Through the server, as the page does it: ended by itself from a second session.
+    let second = sessions::begin(&db, person, "127.0.0.1", "test", life, clock::now()).unwrap();
+    let first_id = sessions::list(&db, Some(person)).unwrap().iter().map(|session| session.id).min().unwrap();
+    let request = format!(
+        "DELETE /api/v1/sessions/{first_id} HTTP/1.1\r\nhost: {0}\r\norigin: {own}\r\nconnection: close\r\n\
+         cookie: lutra_session={1}\r\nx-csrf-token: {2}\r\n\r\n",
+        shore.serving.address,
+        second.text(),
+        second.derived("csrf"),
+    );
+    assert!(exchange(&shore, &request).await.starts_with("HTTP/1.1 200"));
+    while frame(&mut socket).await.is_some() {}
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_not_understood_is_answered_with_the_reason() {
+    let shore = Shore::start(None).await;
+    let token = shore.token(None, Role::Viewer);
+    for request in ["{", "{\"subscribe\":{\"system\":1}}", "{\"unsubscribe\":{}}", "null"] {
+        let mut socket =
+            shore.connect("authorization", &format!("Bearer {token}"), "http://a").await.unwrap();
+        socket.send(Message::Text(request.into())).await.unwrap();
+        let Some(Ok(Message::Close(Some(close)))) =
+            tokio::time::timeout(DEADLINE, socket.next()).await.unwrap()
+        else {
+            panic!("{request}");
+        };
+        assert!(close.reason.contains("not understood"), "{request}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn sockets_are_closed_when_the_server_stops() {
+    let shore = Shore::start(None).await;
+    let token = shore.token(None, Role::Viewer);
+    let mut socket = shore.subscribed(&token, "{}").await;
+    assert!(frame(&mut socket).await.is_some());
+    let stopping = tokio::spawn(shore.serving.stop());
+    while frame(&mut socket).await.is_some() {}
+    tokio::time::timeout(DEADLINE, stopping).await.unwrap().unwrap();
+}
+
+async fn exchange(shore: &Shore, request: &str) -> String {
+    let mut stream = TcpStream::connect(shore.serving.address).await.unwrap();
+    stream.write_all(request.as_bytes()).await.unwrap();
+    let mut answer = Vec::new();
+    tokio::time::timeout(DEADLINE, stream.read_to_end(&mut answer)).await.unwrap().unwrap();
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+async fn export(shore: &Shore, token: &str, query: &str) -> String {
+    let request = format!(
+        "GET /api/v1/export.csv?{query} HTTP/1.1\r\nhost: a\r\nconnection: close\r\nauthorization: Bearer {token}\r\n\r\n"
+    );
+    exchange(shore, &request).await
+}
+
+/// How a whole answer in chunks ends.
+const WHOLE: &str = "0\r\n\r\n";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_export_streams_and_says_when_it_was_cut() {
+    let shore = Shore::start(None).await;
+    let token = shore.token(Some(0x0815), Role::Researcher);
+    let whole = export(&shore, &token, "message=EstimatedState").await;
+    assert!(whole.starts_with("HTTP/1.1 200") && whole.ends_with(WHOLE));
+    assert!(whole.contains("filename=\"EstimatedState.csv\"") && whole.contains(",2069,"));
+    assert!(!whole.contains(",2068,"), "no more than the person may export");
+    assert!(export(&shore, &token, "message=EstimatedState&vessel=2068").await.starts_with("HTTP/1.1 403"));
+    let unknown = export(&shore, &token, "message=Nonsense").await;
+    assert!(unknown.starts_with("HTTP/1.1 400") && unknown.contains("There is no message"), "{unknown}");
+    assert!(export(&shore, &token, "mesage=EstimatedState").await.starts_with("HTTP/1.1 400"));
+
+    let packed =
+        export(&shore, &token, "message=EstimatedState HTTP/1.1\r\naccept-encoding: gzip\r\nx-rest:").await;
+    assert!(packed.contains("content-encoding: gzip") && packed.len() < whole.len());
+
+    let failing = Shore::start(Some(90_000)).await;
+    let token = failing.token(None, Role::Researcher);
+    let cut = export(&failing, &token, "message=EstimatedState").await;
+    assert!(cut.starts_with("HTTP/1.1 200") && !cut.ends_with(WHOLE));
+}

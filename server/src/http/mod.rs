@@ -1,0 +1,33 @@
+//! The web server: who may come in, what is where, and how answers look.
+
+mod assets;
+#[cfg(test)]
+mod browser_tests;
+mod caller;
+mod csrf;
+mod error;
+pub(crate) mod guard;
+mod headers;
+mod health;
+mod history;
+mod listen;
+mod live;
+#[cfg(test)]
+mod live_tests;
+mod measure;
+mod openapi;
+mod people;
+mod route;
+mod routes;
+pub(crate) mod serve;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use assets::path as asset_path;
+pub(crate) use caller::Caller;
+
+pub(crate) use error::ApiError;
+pub(crate) use guard::{SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};
+pub(crate) use route::{Kind, Need, Route};

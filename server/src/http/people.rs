@@ -1,0 +1,106 @@
+//! People, tokens and sessions for programs.
+
+use super::caller::Caller;
+use super::error::ApiError;
+use super::guard::Who;
+use crate::clock;
+use crate::people::{Via, audit, persons, sessions, tokens};
+use crate::shore::AppState;
+use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
+use axum::Json;
+use axum::extract::rejection::JsonRejection;
+use axum::extract::{Path, Query, State};
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+/// `GET /api/v1/me`.
+pub(crate) async fn me(State(state): State<AppState>, Who(who): Who) -> Result<Json<Me>, ApiError> {
+    let person = who.person;
+    let permissions = state.people.ask(move |db| persons::permissions(db, person)).await?;
+    Ok(Json(Me { name: who.name, permissions }))
+}
+
+/// `GET /api/v1/people`.
+pub(crate) async fn list(State(state): State<AppState>) -> Result<Json<Vec<Person>>, ApiError> {
+    Ok(Json(state.people.ask(persons::list).await?))
+}
+
+/// `GET /api/v1/tokens`: one's own, or for an admin all.
+pub(crate) async fn token_list(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<Token>>, ApiError> {
+    let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
+    Ok(Json(state.people.ask(move |db| tokens::list(db, person)).await?))
+}
+
+/// `POST /api/v1/tokens`.
+pub(crate) async fn token_make(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    new: Result<Json<NewToken>, JsonRejection>,
+) -> Result<Json<TokenMade>, ApiError> {
+    if who.via == Via::Token {
+        // Otherwise a token that ends could live on in another.
+        return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
+    }
+    let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
+    let (person, subject) = (who.person, new.label.clone());
+    let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
+        tokens::make(db, person, &new, clock::now())
+    });
+    Ok(Json(made.await?))
+}
+
+/// `DELETE /api/v1/tokens/{id}`: one's own, or for an admin any.
+pub(crate) async fn token_revoke(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Path(id): Path<i64>,
+) -> Result<(), ApiError> {
+    let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
+    let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
+    Ok(state.people.act(&who, caller.address.to_string(), "token.revoke", id.to_string(), work).await?)
+}
+
+/// `GET /api/v1/sessions`: one's own, or for an admin all.
+pub(crate) async fn session_list(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<Session>>, ApiError> {
+    let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
+    Ok(Json(state.people.ask(move |db| sessions::list(db, person)).await?))
+}
+
+/// `DELETE /api/v1/sessions/{id}`: one's own, or for an admin any.
+pub(crate) async fn session_end(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Path(id): Path<i64>,
+) -> Result<(), ApiError> {
+    let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
+    let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
+    Ok(state.people.act(&who, caller.address.to_string(), "session.end", id.to_string(), work).await?)
+}
+
+/// Which part of the audit log.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AuditQuery {
+    /// Entries before this one; without it, the newest.
+    pub(crate) before: Option<i64>,
+    /// At most so many, up to 1000.
+    pub(crate) count: Option<u32>,
+}
+
+/// `GET /api/v1/audit`.
+pub(crate) async fn audit_list(
+    State(state): State<AppState>,
+    Query(query): Query<AuditQuery>,
+) -> Result<Json<Vec<AuditEntry>>, ApiError> {
+    let count = query.count.unwrap_or(100).min(1_000);
+    Ok(Json(state.people.ask(move |db| audit::entries(db, query.before, count)).await?))
+}

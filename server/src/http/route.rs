@@ -1,0 +1,177 @@
+//! One row of the table of routes: from it come the router, the OpenAPI document and the test of who may what.
+
+use crate::shore::AppState;
+use api::Role;
+use axum::handler::Handler;
+use axum::http::Method;
+use axum::routing::{MethodFilter, MethodRouter, on};
+use utoipa::openapi::path::Parameter;
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{IntoParams, PartialSchema, ToSchema};
+
+/// What somebody must be to use a route.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Need {
+    /// Nothing.
+    Anyone,
+    /// Logged in with a browser; also while a one-time password is still to be changed.
+    Session,
+    /// This role on some vessel; the handler shows no more than what the person may see.
+    Somewhere(Role),
+    /// This role on the vessel in the path, `{vessel}`.
+    OnVessel(Role),
+    /// This role on all vessels.
+    Everywhere(Role),
+    /// On this machine, or admin.
+    Figures,
+    /// A vessel with the token of its link.
+    Link,
+}
+
+/// Who uses a route, which decides how a refusal looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// People: a refusal is a page, or leads to the login.
+    Page,
+    /// Programs: a refusal is JSON.
+    Api,
+    /// A WebSocket, which browsers open for any page that asks: its origin is checked too.
+    Socket,
+}
+
+/// What a body looks like in the OpenAPI document.
+pub(crate) type Shape = (String, RefOr<Schema>, Vec<(String, RefOr<Schema>)>);
+
+/// One row.
+pub(crate) struct Route {
+    pub(crate) method: Method,
+    pub(crate) path: &'static str,
+    pub(crate) need: Need,
+    pub(crate) kind: Kind,
+    /// What it does, for the OpenAPI document.
+    pub(crate) about: &'static str,
+    pub(crate) handler: MethodRouter<AppState>,
+    pub(crate) takes: Option<Shape>,
+    pub(crate) gives: Option<Shape>,
+    /// Media type of the answer where it is not JSON.
+    pub(crate) media: Option<&'static str>,
+    pub(crate) query: Vec<Parameter>,
+    /// Whether the answer is compressed for who wants that. Never where a secret and what somebody sent stand in
+    /// one answer: its length would tell about the secret.
+    pub(crate) packed: bool,
+}
+
+impl Route {
+    /// A page for people.
+    pub(crate) fn page<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::GET, path, Kind::Page, need, about, on(MethodFilter::GET, handler))
+    }
+
+    /// A form that people send.
+    pub(crate) fn form<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::POST, path, Kind::Page, need, about, on(MethodFilter::POST, handler))
+    }
+
+    /// Something for programs to read.
+    pub(crate) fn get<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::GET, path, Kind::Api, need, about, on(MethodFilter::GET, handler))
+    }
+
+    /// Something for programs to do.
+    pub(crate) fn post<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::POST, path, Kind::Api, need, about, on(MethodFilter::POST, handler))
+    }
+
+    /// Something for programs to undo.
+    pub(crate) fn delete<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::DELETE, path, Kind::Api, need, about, on(MethodFilter::DELETE, handler))
+    }
+
+    /// A WebSocket.
+    pub(crate) fn socket<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::GET, path, Kind::Socket, need, about, on(MethodFilter::GET, handler))
+    }
+
+    fn new(
+        method: Method,
+        path: &'static str,
+        kind: Kind,
+        need: Need,
+        about: &'static str,
+        handler: MethodRouter<AppState>,
+    ) -> Self {
+        Self {
+            method,
+            path,
+            need,
+            kind,
+            about,
+            handler,
+            takes: None,
+            gives: None,
+            media: None,
+            query: Vec::new(),
+            packed: false,
+        }
+    }
+
+    /// It answers with JSON of this type.
+    pub(crate) fn gives<T: ToSchema>(mut self) -> Self {
+        self.gives = Some(shape::<T>());
+        self
+    }
+
+    /// It takes JSON of this type.
+    pub(crate) fn takes<T: ToSchema>(mut self) -> Self {
+        self.takes = Some(shape::<T>());
+        self
+    }
+
+    /// It takes these parameters in the query.
+    pub(crate) fn query<T: IntoParams>(mut self) -> Self {
+        self.query = T::into_params(|| Some(utoipa::openapi::path::ParameterIn::Query));
+        self
+    }
+
+    /// Its answer is compressed; it holds data of vessels only.
+    pub(crate) fn packed(mut self) -> Self {
+        self.packed = true;
+        self
+    }
+
+    /// It answers with something else than JSON.
+    pub(crate) fn media(mut self, media: &'static str) -> Self {
+        self.media = Some(media);
+        self
+    }
+}
+
+fn shape<T: ToSchema>() -> Shape {
+    let mut parts = Vec::new();
+    T::schemas(&mut parts);
+    (T::name().into_owned(), <T as PartialSchema>::schema(), parts)
+}

@@ -1,0 +1,102 @@
+//! The one table of what is where, and the router made from it.
+
+use super::guard::{Post, guard};
+use super::route::{Kind, Need, Route};
+use super::{assets, error::ApiError, headers, health, history, live, measure, openapi, people};
+use crate::pages;
+use crate::shore::AppState;
+use api::{
+    AuditEntry, ExportQuery, LiveFrame, LiveRequest, Me, NewToken, Person, Recorded, Role, Session, System,
+    Token, TokenMade, TrackPoint, TrackQuery,
+};
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::http::Uri;
+use axum::response::Response;
+use std::time::Duration;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::timeout::RequestBodyTimeoutLayer;
+
+/// Bytes of a request's body that are read unless a route allows more.
+const BODY_BYTES: usize = 64 * 1024;
+/// How long a body may pause.
+const BODY_PAUSE: Duration = Duration::from_secs(30);
+
+/// Every route there is.
+pub(crate) fn table() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    let admin = Need::Everywhere(Role::Admin);
+    let mut table = vec![
+        Route::get("/healthz", Need::Anyone, "Whether the server lives.", health::healthz),
+        Route::get("/metrics", Need::Figures, "Figures for Prometheus.", health::metrics).media("text/plain"),
+        Route::get("/static/{name}", Need::Anyone, "Scripts and styles.", assets::serve),
+        Route::get("/favicon.ico", Need::Anyone, "The picture in the tab.", assets::favicon),
+        Route::get("/api/v1/openapi.json", viewer, "This document.", openapi::document).packed(),
+        Route::get("/api/v1/me", viewer, "Who asks.", people::me).gives::<Me>(),
+        Route::get("/api/v1/people", admin, "Accounts.", people::list).gives::<Vec<Person>>(),
+        Route::get("/api/v1/tokens", viewer, "One's own tokens; for an admin all.", people::token_list)
+            .gives::<Vec<Token>>(),
+        Route::post("/api/v1/tokens", viewer, "Make a token. Only for browsers.", people::token_make)
+            .takes::<NewToken>()
+            .gives::<TokenMade>(),
+        Route::delete("/api/v1/tokens/{id}", viewer, "Revoke a token.", people::token_revoke),
+        Route::get("/api/v1/sessions", viewer, "One's own sessions; for an admin all.", people::session_list)
+            .gives::<Vec<Session>>(),
+        Route::delete("/api/v1/sessions/{id}", viewer, "End a session.", people::session_end),
+        Route::get("/api/v1/audit", admin, "Who did what, the newest first.", people::audit_list)
+            .query::<people::AuditQuery>()
+            .gives::<Vec<AuditEntry>>(),
+        Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", crate::doors::link::open),
+        Route::get("/api/v1/vessels", viewer, "The fleet as it is.", history::vessels).gives::<Vec<System>>(),
+        Route::socket("/api/live", viewer, "The fleet as it changes: a WebSocket.", live::socket)
+            .takes::<LiveRequest>()
+            .gives::<LiveFrame>(),
+        Route::get("/api/v1/recorded", viewer, "What the history holds.", history::recorded)
+            .gives::<Vec<Recorded>>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/track",
+            Need::OnVessel(Role::Viewer),
+            "A vessel's track.",
+            history::track,
+        )
+        .query::<TrackQuery>()
+        .gives::<Vec<TrackPoint>>()
+        .packed(),
+        Route::get(
+            "/api/v1/export.csv",
+            Need::Somewhere(Role::Researcher),
+            "CSV of a message. An answer that ends without an error is whole.",
+            history::export,
+        )
+        .query::<ExportQuery>()
+        .media("text/csv")
+        .packed(),
+    ];
+    table.extend(pages::routes());
+    table
+}
+
+/// The whole web server.
+pub(crate) fn router(state: AppState) -> Router {
+    let mut router = Router::new();
+    for route in table() {
+        let post = Post { state: state.clone(), need: route.need, kind: route.kind };
+        let handler = if route.packed { route.handler.layer(CompressionLayer::new()) } else { route.handler };
+        let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
+        router = router.route(route.path, guarded);
+    }
+    router
+        .fallback(nowhere)
+        .layer(axum::middleware::from_fn(measure::measure))
+        .layer(DefaultBodyLimit::max(BODY_BYTES))
+        .layer(RequestBodyTimeoutLayer::new(BODY_PAUSE))
+        .layer(axum::middleware::from_fn(headers::add))
+        .layer(CatchPanicLayer::new())
+        .with_state(state)
+}
+
+async fn nowhere(uri: Uri) -> Response {
+    let kind = if uri.path().starts_with("/api/") { Kind::Api } else { Kind::Page };
+    pages::refusal(kind, None, ApiError::not_found("There is nothing here. The fleet is at /."))
+}

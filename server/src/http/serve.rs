@@ -1,0 +1,130 @@
+//! Starts everything a running server consists of and ends it in order.
+
+use super::listen::Web;
+use super::routes;
+use crate::config::Config;
+use crate::doors::link::Links;
+use crate::doors::{self, Open};
+use crate::people::{FirstAdmin, People};
+use crate::relay::{Recorder, Relay};
+use crate::shore::{AppState, Fleet, History, Stored};
+use crate::tls;
+use anyhow::Context as _;
+use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use store::Store;
+use tokio::net::TcpListener;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+/// How long open sockets may take to say good-bye.
+const GOOD_BYE: Duration = Duration::from_secs(2);
+
+/// A running server.
+pub struct Serving {
+    /// Where it listens.
+    pub address: SocketAddr,
+    /// The doors that are open.
+    pub doors: Open,
+    /// The hub.
+    pub(crate) relay: Relay,
+    /// The archive and history.
+    pub(crate) recorder: Recorder,
+    recording: std::thread::JoinHandle<()>,
+    stop: CancellationToken,
+    first: Option<FirstAdmin>,
+    web: JoinHandle<()>,
+    tasks: TaskTracker,
+}
+
+impl Serving {
+    /// Name and one-time password of the admin made at the very first start.
+    pub fn first_admin(&self) -> Option<(&str, &str)> {
+        self.first.as_ref().map(|first| (first.name, first.one_time_password.as_str()))
+    }
+
+    /// Ends the server: no new requests, running ones end, sockets are closed.
+    pub async fn stop(self) {
+        self.stop.cancel();
+        self.web.await.ok();
+        self.tasks.close();
+        if tokio::time::timeout(GOOD_BYE, self.tasks.wait()).await.is_err() {
+            tracing::warn!("{} sockets were cut off", self.tasks.len());
+        }
+        self.recorder.close();
+        tokio::task::spawn_blocking(|| self.recording.join()).await.ok();
+    }
+}
+
+/// Starts a server; it runs until [`Serving::stop`].
+///
+/// # Errors
+/// The address is taken or not ours, the data folder cannot be used.
+pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    serve_with(config, None).await
+}
+
+/// As [`serve`], with this history.
+///
+/// # Errors
+/// As [`serve`].
+pub(super) async fn serve_with(config: Config, history: Option<Arc<dyn History>>) -> anyhow::Result<Serving> {
+    let (folder, settings) = (config.data.clone(), config.people.clone());
+    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
+    let (people, first) = opened.await??;
+    let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
+    let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
+        format!(
+            "cannot listen on {}: choose another by --listen ADDRESS:PORT or http.listen",
+            config.http.listen
+        )
+    })?;
+    let address = listener.local_addr()?;
+    let stop = CancellationToken::new();
+    let tasks = TaskTracker::new();
+    let store = Store::open(&config.data)?;
+    for note in &store.repairs().notes {
+        tracing::warn!("{note}");
+    }
+    let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
+    let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+    let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
+    // Tests show a history that they make up.
+    let history = history.unwrap_or_else(|| Arc::new(Stored::new(config.data.clone())));
+    let max_connections = config.http.max_connections;
+    let state = AppState {
+        config: Arc::new(config),
+        people,
+        fleet: Fleet::new(relay.clone()),
+        history: Some(history),
+        metrics: figures(&tasks, stop.clone()),
+        stop: stop.clone(),
+        tasks: tasks.clone(),
+        links: Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone()),
+        relay: relay.clone(),
+        recorder: recorder.clone(),
+    };
+    let web = Web { listener, tls, router: routes::router(state), max_connections };
+    let web = tokio::spawn(web.run(stop.clone()));
+    Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })
+}
+
+/// The recorder of figures. Only the first server of a process (tests start several) is measured.
+pub(super) fn figures(tasks: &TaskTracker, stop: CancellationToken) -> PrometheusHandle {
+    let recorder = PrometheusBuilder::new().build_recorder();
+    let handle = recorder.handle();
+    if metrics::set_global_recorder(recorder).is_err() {
+        tracing::debug!("figures are recorded elsewhere");
+    }
+    let upkeep = handle.clone();
+    tasks.spawn(async move {
+        let mut interval = tokio::time::interval(Duration::from_secs(5));
+        while stop.run_until_cancelled(interval.tick()).await.is_some() {
+            upkeep.run_upkeep();
+        }
+    });
+    handle
+}

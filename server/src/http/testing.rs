@@ -1,0 +1,158 @@
+//! Boats that tests make up, speaking IMC, and a history.
+
+use crate::relay::{Connection, Relay};
+use crate::shore::History;
+use api::{ExportQuery, Recorded, TrackPoint, TrackQuery};
+use bytes::Bytes;
+use hub::{Door, Incoming, Peer, Role, Sources};
+use imc::messages::{
+    Announce, EntityList, EntityListOp, EstimatedState, LogBookEntry, Message, SystemType, Voltage,
+};
+use imc::{Address, Header, Packet};
+use std::io::Write;
+use std::sync::Arc;
+use units::UtcTime;
+
+/// The address of boat 0; the others follow.
+pub(crate) const FIRST: u16 = 0x0814;
+const NOBODY: u8 = 255;
+
+/// Says what boats say.
+#[derive(Clone)]
+pub(crate) struct Boats(Arc<Connection>);
+
+impl Boats {
+    /// Connects to the hub.
+    pub(crate) async fn join(relay: &Relay) -> Self {
+        let peer =
+            Peer { door: Door::Link, role: Role::Vessel, name: "boats".to_owned(), sources: Sources::Any };
+        Self(Arc::new(relay.join(peer, 1 << 20).await.unwrap()))
+    }
+
+    pub(crate) async fn say(&self, packets: Vec<Bytes>) {
+        self.0.give(packets.into_iter().map(Incoming::from).collect()).await.unwrap();
+    }
+
+    /// Lets two boats and a system without a name speak ten times a second, for as long as the test lasts. A
+    /// third boat speaks once.
+    pub(crate) fn sail(&self) {
+        let boats = self.clone();
+        tokio::spawn(async move {
+            boats.say(boat(2, crate::clock::now())).await;
+            let mut interval = tokio::time::interval(std::time::Duration::from_millis(100));
+            loop {
+                interval.tick().await;
+                let now = crate::clock::now();
+                boats.say(boat(0, now)).await;
+                boats.say(boat(1, now)).await;
+                boats.say(vec![packet(3, NOBODY, now, Voltage { value: 12.0 })]).await;
+            }
+        });
+    }
+}
+
+/// All that a boat says at this time: it sails a circle of 300 m around a place that its number tells. Two series
+/// of Voltage are among it, and one event, the last.
+pub(crate) fn boat(number: u16, now: UtcTime) -> Vec<Bytes> {
+    let (lat_deg, lon_deg, course_rad) = place(number, now);
+    let announce = Announce {
+        sys_name: format!("otter-{number}").into(),
+        sys_type: SystemType::Usv,
+        owner: 0xFFFF,
+        ..Announce::default()
+    };
+    let entities =
+        EntityList { op: EntityListOp::Report, list: "Navigation=1;<b>Battery</b>=2;Spare=3".into() };
+    let state = EstimatedState {
+        lat: lat_deg.to_radians(),
+        lon: lon_deg.to_radians(),
+        psi: course_rad as f32,
+        u: 1.5,
+        vx: 1.5 * course_rad.cos() as f32,
+        vy: 1.5 * course_rad.sin() as f32,
+        ..EstimatedState::default()
+    };
+    let entry = LogBookEntry { text: "<img src=x onerror=alert(1)>".into(), ..LogBookEntry::default() };
+    vec![
+        packet(number, NOBODY, now, announce),
+        packet(number, NOBODY, now, entities),
+        packet(number, 1, now, state),
+        voltage(number, now),
+        packet(number, 3, now, Voltage { value: f32::NAN }),
+        event(number, now, entry),
+    ]
+}
+
+/// The battery's voltage at this time.
+pub(crate) fn voltage(number: u16, now: UtcTime) -> Bytes {
+    packet(number, 2, now, Voltage { value: 24.0 + (now.micros() % 1_000_000) as f32 / 1e6 })
+}
+
+/// An event at this time.
+pub(crate) fn event(number: u16, now: UtcTime, entry: LogBookEntry) -> Bytes {
+    packet(number, NOBODY, now, entry)
+}
+
+fn packet(number: u16, src_ent: u8, now: UtcTime, message: impl Into<Message>) -> Bytes {
+    let src = Address(FIRST + number);
+    let header = Header { timestamp: now.seconds(), src, src_ent, dst: Address(0xFFFF), dst_ent: NOBODY };
+    Packet::new(header, message).encode().unwrap().into()
+}
+
+/// Latitude and longitude in degrees and the course of a boat.
+fn place(number: u16, now: UtcTime) -> (f64, f64, f64) {
+    let seconds = (now.micros() % 600_000_000) as f64 / 1e6;
+    let along = seconds / 600.0 * std::f64::consts::TAU + f64::from(number);
+    let (lat, lon) = (63.44 + 0.004 * f64::from(number), 10.40 + 0.006 * f64::from(number));
+    (lat + 0.0027 * along.cos(), lon + 0.006 * along.sin(), along + std::f64::consts::FRAC_PI_2)
+}
+
+/// A history of an hour of [`boat`]s.
+pub(crate) struct MadeUpHistory {
+    /// Rows after which an export fails.
+    pub(crate) fails_after: Option<u32>,
+}
+
+impl History for MadeUpHistory {
+    fn recorded(&self) -> anyhow::Result<Vec<Recorded>> {
+        let recorded = |system| Recorded {
+            system,
+            abbrev: "EstimatedState".to_owned(),
+            count: 3,
+            first_us: 0,
+            last_us: 2_000_000,
+        };
+        Ok(vec![recorded(0x0814), recorded(0x0815)])
+    }
+
+    fn track(&self, vessel: u16, query: &TrackQuery) -> anyhow::Result<Vec<TrackPoint>> {
+        let step = (query.to_us - query.from_us).max(1) / 400;
+        let at = |index| {
+            let time_us = query.from_us + step * index;
+            let (lat_deg, lon_deg, _) = place(vessel - FIRST, UtcTime::from_micros(time_us));
+            TrackPoint { time_us, lat_deg, lon_deg }
+        };
+        Ok((0..400).map(at).collect())
+    }
+
+    fn export(
+        &self,
+        query: &ExportQuery,
+        may: &dyn Fn(u16) -> bool,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<()> {
+        anyhow::ensure!(query.message == "EstimatedState", "There is no message {:?}.", query.message);
+        writeln!(out, "time,vessel,u [m/s]")?;
+        for row in 0..100_000 {
+            if self.fails_after == Some(row) {
+                anyhow::bail!("the disk failed");
+            }
+            for vessel in [0x0814, 0x0815] {
+                if may(vessel) && query.vessel.is_none_or(|wanted| wanted == vessel) {
+                    writeln!(out, "{row},{vessel},1.5")?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

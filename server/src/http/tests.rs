@@ -1,0 +1,308 @@
+//! Who may come in, tested for every row of the table of routes, and the way from login to logout.
+
+use super::listen::Peer;
+use super::route::{Kind, Need};
+use super::{routes, serve};
+use crate::clock;
+use crate::config::Config;
+use crate::doors::link::Links;
+use crate::people::{People, persons, tokens};
+use crate::relay::{Recorder, Relay};
+use crate::shore::AppState;
+use crate::shore::Fleet;
+use api::{NewToken, Role};
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::{HeaderMap, Request, StatusCode, header};
+use std::sync::Arc;
+use store::Store;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use tower::ServiceExt as _;
+
+/// The vessel on which some people have a role.
+const OWN: u16 = 7;
+
+struct Shore {
+    router: Router,
+    people: People,
+    first_password: String,
+    _folder: tempfile::TempDir,
+}
+
+struct Answer {
+    status: StatusCode,
+    headers: HeaderMap,
+    body: String,
+}
+
+impl Answer {
+    /// Whether the guard turned the request away.
+    fn is_refused(&self) -> bool {
+        let to = self.headers.get(header::LOCATION).and_then(|to| to.to_str().ok()).unwrap_or_default();
+        matches!(self.status, StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN)
+            || (self.status == StatusCode::SEE_OTHER && (to.starts_with("/login?") || to == "/account"))
+    }
+
+    fn cookies(&self) -> String {
+        let set = self.headers.get_all(header::SET_COOKIE).iter().map(|value| value.to_str().unwrap());
+        set.map(|cookie| cookie.split(';').next().unwrap()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The token in the page's first form that has one.
+    fn csrf(&self) -> String {
+        let after = self.body.split("name=\"csrf\" value=\"").nth(1).expect("a form");
+        after.split('"').next().unwrap().to_owned()
+    }
+}
+
+impl Shore {
+    fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let config = Config { data: folder.path().to_owned(), ..Config::default() };
+        let (people, first) = People::start(&config.data, &config.people).unwrap();
+        let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
+        let metrics = serve::figures(&tasks, stop.clone());
+        let (recorder, _recording) = Recorder::start(Store::open(&config.data).unwrap()).unwrap();
+        let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+        let fleet = Fleet::new(relay.clone());
+        let links = Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone());
+        let people_too = people.clone();
+        let config = Arc::new(config);
+        let state = AppState {
+            config,
+            people: people_too,
+            fleet,
+            history: None,
+            metrics,
+            stop,
+            tasks,
+            relay,
+            recorder,
+            links,
+        };
+        let first_password = first.unwrap().one_time_password;
+        Self { router: routes::router(state), people, first_password, _folder: folder }
+    }
+
+    async fn ask(&self, request: axum::http::request::Builder, body: &str) -> Answer {
+        let mut request = request.body(Body::from(body.to_owned())).unwrap();
+        request
+            .extensions_mut()
+            .insert(Peer { address: "198.51.100.9:40000".parse().unwrap(), encrypted: false });
+        let response = self.router.clone().oneshot(request).await.unwrap();
+        let (parts, body) = response.into_parts();
+        let body = String::from_utf8_lossy(&to_bytes(body, 10 << 20).await.unwrap()).into_owned();
+        Answer { status: parts.status, headers: parts.headers, body }
+    }
+
+    /// A token for a new person with this role on `vessel` (`None`: all).
+    async fn token(&self, vessel: Option<u16>, role: Role) -> String {
+        let made = self.people.change(move |db| {
+            let count: i64 = db.query_row("SELECT count(*) FROM person", [], |row| row.get(0))?;
+            let person = persons::add(db, &format!("person{count}"), "x", false, clock::now())?;
+            persons::set_permission(db, person, vessel, Some(role))?;
+            let new = NewToken { label: "test".to_owned(), role: Role::Admin, vessel: None, days: 1 };
+            tokens::make(db, person, &new, clock::now())
+        });
+        made.await.unwrap().secret
+    }
+
+    async fn form(&self, path: &str, cookies: &str, fields: &[(&str, &str)]) -> Answer {
+        let body = form_urlencoded::Serializer::new(String::new()).extend_pairs(fields).finish();
+        let request = Request::post(path)
+            .header(header::COOKIE, cookies)
+            .header(header::CONTENT_TYPE, "application/x-www-form-urlencoded")
+            .header(header::HOST, "boat:8080")
+            .header(header::ORIGIN, "http://boat:8080");
+        self.ask(request, &body).await
+    }
+
+    async fn page(&self, path: &str, cookies: &str) -> Answer {
+        self.ask(Request::get(path).header(header::COOKIE, cookies), "").await
+    }
+
+    async fn login(&self, name: &str, password: &str) -> Answer {
+        let page = self.page("/login", "").await;
+        self.form(
+            "/login",
+            &page.cookies(),
+            &[("name", name), ("password", password), ("csrf", &page.csrf())],
+        )
+        .await
+    }
+
+    /// The cookies of the first admin, with a password of their own.
+    async fn admin(&self) -> String {
+        let cookies = self.login("admin", &self.first_password).await.cookies();
+        let csrf = self.page("/account", &cookies).await.csrf();
+        let fields = [
+            ("csrf", &*csrf),
+            ("old", &self.first_password),
+            ("new", "nine grey otters"),
+            ("again", "nine grey otters"),
+        ];
+        let changed = self.form("/account/password", &cookies, &fields).await;
+        assert_eq!(changed.headers[header::LOCATION], "/account?done=password");
+        cookies
+    }
+}
+
+fn request(route: &super::Route) -> axum::http::request::Builder {
+    let path =
+        route.path.replace("{vessel}", &OWN.to_string()).replace("{id}", "999999").replace("{name}", "x.js");
+    Request::builder().method(route.method.clone()).uri(path)
+}
+
+fn bearer(request: axum::http::request::Builder, token: &str) -> axum::http::request::Builder {
+    request.header(header::AUTHORIZATION, format!("Bearer {token}"))
+}
+
+#[tokio::test]
+async fn every_route_refuses_the_anonymous_unless_it_says_anyone() {
+    let shore = Shore::start();
+    for route in routes::table() {
+        let answer = shore.ask(request(&route), "").await;
+        assert_eq!(answer.is_refused(), route.need != Need::Anyone, "{} {}", route.method, route.path);
+        let wrong = shore.ask(bearer(request(&route), &format!("lutra_api_{}", "0".repeat(64))), "").await;
+        assert!(wrong.is_refused(), "{} {} with a wrong token", route.method, route.path);
+        if route.kind == Kind::Api && wrong.is_refused() {
+            assert!(wrong.body.contains("\"code\":\"not_logged_in\""), "{}", wrong.body);
+        }
+    }
+}
+
+#[tokio::test]
+async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
+    let shore = Shore::start();
+    let mut tokens = Vec::new();
+    for role in Role::ALL {
+        let elsewhere = shore.token(Some(OWN + 1), role).await;
+        tokens.push((role, shore.token(None, role).await, shore.token(Some(OWN), role).await, elsewhere));
+    }
+    for route in routes::table() {
+        for (role, everywhere, own, elsewhere) in &tokens {
+            let (all, some, other) = match route.need {
+                Need::Anyone => (true, true, true),
+                Need::Session | Need::Link => (false, false, false),
+                Need::Somewhere(least) => (*role >= least, *role >= least, *role >= least),
+                Need::OnVessel(least) => (*role >= least, *role >= least, false),
+                Need::Everywhere(least) => (*role >= least, false, false),
+                Need::Figures => (*role == Role::Admin, false, false),
+            };
+            for (token, may) in [(everywhere, all), (own, some), (elsewhere, other)] {
+                // Making tokens by token is refused by the handler, for everybody.
+                let by_token = route.path.ends_with("/tokens") || route.path == "/account/token";
+                if may && by_token && route.method == "POST" {
+                    continue;
+                }
+                let answer = shore.ask(bearer(request(&route), token), "").await;
+                assert_eq!(answer.is_refused(), !may, "{} {} as {role}", route.method, route.path);
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_one_time_password_opens_nothing_but_its_own_change() {
+    let shore = Shore::start();
+    let login = shore.login("admin", &shore.first_password).await;
+    assert_eq!(
+        (login.status, &login.headers[header::LOCATION]),
+        (StatusCode::SEE_OTHER, &"/account".parse().unwrap())
+    );
+    let cookies = login.cookies();
+    for route in routes::table().iter().filter(|route| !matches!(route.need, Need::Anyone | Need::Session)) {
+        let answer = shore.ask(request(route).header(header::COOKIE, &cookies), "").await;
+        assert!(answer.is_refused(), "{} {}", route.method, route.path);
+    }
+    let page = shore.page("/account", &cookies).await;
+    assert!(page.body.contains("Choose a password of your own"));
+    let short =
+        [("csrf", &*page.csrf()), ("old", &*shore.first_password), ("new", "short"), ("again", "short")];
+    assert_eq!(
+        shore.form("/account/password", &cookies, &short).await.status,
+        StatusCode::UNPROCESSABLE_ENTITY
+    );
+}
+
+#[tokio::test]
+async fn from_login_to_logout() {
+    let shore = Shore::start();
+    let cookies = shore.admin().await;
+    assert_eq!(shore.page("/", &cookies).await.status, StatusCode::OK);
+    assert!(shore.login("admin", &shore.first_password).await.body.contains("Name or password is wrong"));
+    let again = shore.login("admin", "nine grey otters").await.cookies();
+    let csrf = shore.page("/", &cookies).await.csrf();
+    let out = shore.form("/logout", &cookies, &[("csrf", &csrf)]).await;
+    assert_eq!(out.headers[header::LOCATION], "/login");
+    assert!(shore.page("/", &cookies).await.is_refused(), "the session is over on the server too");
+    assert_eq!(shore.page("/", &again).await.status, StatusCode::OK, "the other session goes on");
+}
+
+#[tokio::test]
+async fn changes_need_the_token_and_our_own_origin() {
+    let shore = Shore::start();
+    let cookies = shore.admin().await;
+    let csrf = shore.page("/admin", &cookies).await.csrf();
+    let fields = |csrf| [("csrf", csrf), ("name", "eve"), ("role", "admin"), ("vessel", "")];
+    let forged = shore.form("/admin/person", &cookies, &fields("0000")).await;
+    assert_eq!(forged.status, StatusCode::FORBIDDEN);
+    let body = format!("csrf={csrf}&name=eve&role=admin&vessel=");
+    let post = |origin: (&'static str, &'static str)| {
+        Request::post("/admin/person")
+            .header(header::COOKIE, &cookies)
+            .header(header::CONTENT_TYPE, "application/x-www-form-urlencoded")
+            .header(header::HOST, "boat:8080")
+            .header(origin.0, origin.1)
+    };
+    for origin in [("origin", "http://evil.example"), ("origin", "null"), ("sec-fetch-site", "cross-site")] {
+        assert_eq!(shore.ask(post(origin), &body).await.status, StatusCode::FORBIDDEN, "{origin:?}");
+    }
+    assert!(!shore.page("/admin", &cookies).await.body.contains(">eve"));
+    let good = shore.ask(post(("origin", "http://boat:8080")), &body).await;
+    assert!(good.body.contains("One-time password of eve"), "{}", good.body);
+    let login = shore.form("/login", "", &[("name", "eve"), ("password", "x"), ("csrf", "0000")]).await;
+    assert!(login.body.contains("too old"), "a login form that we did not show is refused");
+}
+
+#[tokio::test]
+async fn a_stranger_who_guesses_does_not_lock_the_person_out() {
+    let shore = Shore::start();
+    let cookies = shore.admin().await;
+    let mut status = StatusCode::OK;
+    for _ in 0..8 {
+        status = shore.login("admin", "guess").await.status;
+    }
+    assert_eq!(status, StatusCode::TOO_MANY_REQUESTS);
+    let page = shore.page("/login", "").await;
+    let device = cookies.split("; ").find(|cookie| cookie.starts_with("lutra_device")).unwrap();
+    let cookies = format!("{}; {device}", page.cookies());
+    let fields = [("name", "admin"), ("password", "nine grey otters"), ("csrf", &*page.csrf())];
+    assert_eq!(shore.form("/login", &cookies, &fields).await.status, StatusCode::SEE_OTHER);
+}
+
+#[tokio::test]
+async fn what_people_write_reaches_pages_as_text() {
+    let shore = Shore::start();
+    let cookies = shore.admin().await;
+    let csrf = shore.page("/account", &cookies).await.csrf();
+    let label = "<script>alert(1)</script>\"'";
+    let fields = [("csrf", &*csrf), ("label", label), ("role", "viewer"), ("vessel", ""), ("days", "1")];
+    let page = shore.form("/account/token", &cookies, &fields).await;
+    assert!(page.body.contains("lutra_api_") && !page.body.contains("<script>alert"), "{}", page.body);
+    let page = shore.page("/admin/audit", &cookies).await;
+    assert!(page.body.contains("token.make") && !page.body.contains("<script>alert"));
+}
+
+#[tokio::test]
+async fn every_answer_carries_the_headers() {
+    let shore = Shore::start();
+    for path in ["/login", "/nowhere", "/api/v1/me", "/static/nothing.js", "/favicon.ico"] {
+        let answer = shore.page(path, "").await;
+        let policy = answer.headers[header::CONTENT_SECURITY_POLICY].to_str().unwrap();
+        assert!(policy.contains("default-src 'none'") && !policy.contains("unsafe"), "{path}");
+        assert_eq!(answer.headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff", "{path}");
+    }
+    assert_eq!(shore.page("/api/v1/nowhere", "").await.status, StatusCode::NOT_FOUND);
+}

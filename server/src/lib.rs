@@ -1,0 +1,18 @@
+//! The shore server: telemetry, history and control of a fleet from a browser.
+//!
+//! A thin asynchronous shell. What a packet means is decided in the cores below (`hub`, `store`, `link`); here
+//! are sockets, pages, people and configuration. `main.rs` only starts it, so that tests can start it too.
+
+pub mod cli;
+mod clock;
+pub mod config;
+mod doors;
+mod http;
+mod log;
+mod pages;
+mod people;
+mod relay;
+mod shore;
+mod tls;
+
+pub use http::serve::{Serving, serve};

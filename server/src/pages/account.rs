@@ -1,0 +1,206 @@
+//! One's own password, sessions and tokens.
+
+use super::form::{Sent, role, vessel};
+use super::frame::{Frame, PageError, html};
+use super::rows::{self, SessionRow, TokenRow};
+use crate::clock;
+use crate::http::{ApiError, Caller, Who};
+use crate::people::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
+use crate::shore::AppState;
+use api::{NewToken, Vessel};
+use askama::Template;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+
+#[derive(Template)]
+#[template(path = "account.html")]
+struct AccountPage {
+    frame: Frame,
+    must_change: bool,
+    least: usize,
+    sessions: Vec<SessionRow>,
+    tokens: Vec<TokenRow>,
+    vessels: Vec<Vessel>,
+    notice: String,
+    problem: String,
+    /// A new token, shown this once.
+    secret: String,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct Done {
+    #[serde(default)]
+    done: String,
+}
+
+#[derive(Default)]
+struct Words {
+    notice: String,
+    problem: String,
+    secret: String,
+}
+
+/// `GET /account`.
+pub(super) async fn page(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    Query(done): Query<Done>,
+) -> Result<Response, PageError> {
+    let notice = match done.done.as_str() {
+        "password" => "Your password is changed; your other sessions have ended.",
+        "session" => "The session has ended.",
+        "token" => "The token is revoked.",
+        _ => "",
+    };
+    show(&state, &who, frame, Words { notice: notice.to_owned(), ..Words::default() }).await
+}
+
+async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> Result<Response, PageError> {
+    let person = who.person;
+    let (own, must_change) = match &who.via {
+        Via::Session { id, must_change_password, .. } => (Some(*id), *must_change_password),
+        Via::Token => (None, false),
+    };
+    let read = state.people.ask(move |db| {
+        Ok((sessions::list(db, Some(person))?, tokens::list(db, Some(person))?, vessels::list(db)?))
+    });
+    let (sessions, tokens, vessels) = read.await?;
+    let bad = !words.problem.is_empty();
+    let mut response = html(&AccountPage {
+        frame: Frame { path: "/account".to_owned(), ..frame },
+        must_change,
+        least: state.config.people.password_length,
+        sessions: sessions.into_iter().map(|session| rows::session(session, own)).collect(),
+        tokens: tokens.into_iter().map(|token| rows::token(token, &vessels)).collect(),
+        vessels,
+        notice: words.notice,
+        problem: words.problem,
+        secret: words.secret,
+    });
+    if bad {
+        *response.status_mut() = StatusCode::UNPROCESSABLE_ENTITY;
+    }
+    Ok(response)
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct NewPassword {
+    old: String,
+    new: String,
+    again: String,
+}
+
+/// `POST /account/password`.
+pub(super) async fn password(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    caller: Caller,
+    Sent(sent): Sent<NewPassword>,
+) -> Result<Response, PageError> {
+    if let Err(problem) = change_password(&state, &who, caller, sent).await? {
+        return show(&state, &who, frame, Words { problem, ..Words::default() }).await;
+    }
+    Ok(Redirect::to("/account?done=password").into_response())
+}
+
+async fn change_password(
+    state: &AppState,
+    who: &Principal,
+    caller: Caller,
+    sent: NewPassword,
+) -> Result<Result<(), String>, ApiError> {
+    if sent.new != sent.again {
+        return Ok(Err("The new password was typed differently the second time.".to_owned()));
+    }
+    if sent.new == sent.old {
+        return Ok(Err("The new password is the old one.".to_owned()));
+    }
+    if let Err(problem) = password::check_new(&who.name, &sent.new, state.config.people.password_length) {
+        return Ok(Err(problem));
+    }
+    if let Err(refused) = state.people.confirm(who, sent.old, caller.address).await {
+        let error = ApiError::from(refused);
+        return if error.status.is_server_error() { Err(error) } else { Ok(Err(error.text)) };
+    }
+    let hash = state.people.hash(sent.new).await?;
+    let person = who.person;
+    let keep = match who.via {
+        Via::Session { id, .. } => Some(id),
+        Via::Token => None,
+    };
+    let work = move |db: &rusqlite::Connection| persons::set_password(db, person, &hash, false, keep);
+    state.people.act(who, caller.address.to_string(), "password.change", who.name.clone(), work).await?;
+    Ok(Ok(()))
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ById {
+    id: i64,
+}
+
+/// `POST /account/session/end`.
+pub(super) async fn session_end(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Sent(ById { id }): Sent<ById>,
+) -> Result<Response, PageError> {
+    let person = Some(who.person);
+    let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
+    state.people.act(&who, caller.address.to_string(), "session.end", id.to_string(), work).await?;
+    Ok(Redirect::to("/account?done=session").into_response())
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Wanted {
+    label: String,
+    role: String,
+    vessel: String,
+    days: u32,
+}
+
+/// `POST /account/token`.
+pub(super) async fn token_make(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    caller: Caller,
+    Sent(wanted): Sent<Wanted>,
+) -> Result<Response, PageError> {
+    if who.via == Via::Token {
+        return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser.").into());
+    }
+    let new = NewToken {
+        role: role(&wanted.role)?,
+        vessel: vessel(&wanted.vessel)?,
+        label: wanted.label,
+        days: wanted.days,
+    };
+    let (person, subject) = (who.person, new.label.clone());
+    let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
+        tokens::make(db, person, &new, clock::now())
+    });
+    let words = match made.await {
+        Ok(made) => Words { secret: made.secret, ..Words::default() },
+        Err(Fault::Refused(problem)) => Words { problem, ..Words::default() },
+        Err(fault) => return Err(fault.into()),
+    };
+    show(&state, &who, frame, words).await
+}
+
+/// `POST /account/token/revoke`.
+pub(super) async fn token_revoke(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Sent(ById { id }): Sent<ById>,
+) -> Result<Response, PageError> {
+    let person = Some(who.person);
+    let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
+    state.people.act(&who, caller.address.to_string(), "token.revoke", id.to_string(), work).await?;
+    Ok(Redirect::to("/account?done=token").into_response())
+}

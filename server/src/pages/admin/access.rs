@@ -1,0 +1,115 @@
+//! Everybody's tokens and sessions, and the audit log.
+
+use super::act;
+use crate::http::{Caller, Who};
+use crate::pages::form::Sent;
+use crate::pages::frame::{Frame, PageError, html};
+use crate::pages::rows::{self, AuditRow, SessionRow, TokenRow};
+use crate::people::{Via, audit as log, sessions as session, tokens as token, vessels};
+use crate::shore::AppState;
+use askama::Template;
+use axum::extract::{Query, State};
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+
+/// Entries on one page of the audit log.
+const PAGE: u32 = 100;
+
+#[derive(Template)]
+#[template(path = "admin_tokens.html")]
+struct TokensPage {
+    frame: Frame,
+    tokens: Vec<TokenRow>,
+}
+
+/// `GET /admin/tokens`.
+pub(in crate::pages) async fn tokens(
+    State(state): State<AppState>,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let (tokens, vessels) = state.people.ask(|db| Ok((token::list(db, None)?, vessels::list(db)?))).await?;
+    let tokens = tokens.into_iter().map(|token| rows::token(token, &vessels)).collect();
+    Ok(html(&TokensPage { frame, tokens }))
+}
+
+#[derive(Debug, Deserialize)]
+pub(in crate::pages) struct ById {
+    id: i64,
+}
+
+/// `POST /admin/token/revoke`.
+pub(in crate::pages) async fn token_revoke(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Sent(ById { id }): Sent<ById>,
+) -> Result<Response, PageError> {
+    // Revoked by somebody else already is as good.
+    drop(
+        act(&state, (&who, caller), "token.revoke", &id.to_string(), move |db| token::revoke(db, id, None))
+            .await?,
+    );
+    Ok(Redirect::to("/admin/tokens").into_response())
+}
+
+#[derive(Template)]
+#[template(path = "admin_sessions.html")]
+struct SessionsPage {
+    frame: Frame,
+    sessions: Vec<SessionRow>,
+}
+
+/// `GET /admin/sessions`.
+pub(in crate::pages) async fn sessions(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let own = match who.via {
+        Via::Session { id, .. } => Some(id),
+        Via::Token => None,
+    };
+    let sessions = state.people.ask(|db| session::list(db, None)).await?;
+    let sessions = sessions.into_iter().map(|session| rows::session(session, own)).collect();
+    Ok(html(&SessionsPage { frame, sessions }))
+}
+
+/// `POST /admin/session/end`.
+pub(in crate::pages) async fn session_end(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Sent(ById { id }): Sent<ById>,
+) -> Result<Response, PageError> {
+    // Ended by itself already is as good.
+    drop(
+        act(&state, (&who, caller), "session.end", &id.to_string(), move |db| session::end(db, id, None))
+            .await?,
+    );
+    Ok(Redirect::to("/admin/sessions").into_response())
+}
+
+#[derive(Template)]
+#[template(path = "admin_audit.html")]
+struct AuditPage {
+    frame: Frame,
+    entries: Vec<AuditRow>,
+    /// The last entry when there may be older ones; else 0.
+    older: i64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(in crate::pages) struct Before {
+    before: Option<i64>,
+}
+
+/// `GET /admin/audit`.
+pub(in crate::pages) async fn audit(
+    State(state): State<AppState>,
+    frame: Frame,
+    Query(Before { before }): Query<Before>,
+) -> Result<Response, PageError> {
+    let entries = state.people.ask(move |db| log::entries(db, before, PAGE)).await?;
+    let older = if entries.len() == PAGE as usize { entries.last().map_or(0, |entry| entry.id) } else { 0 };
+    Ok(html(&AuditPage { frame, entries: entries.into_iter().map(rows::audit).collect(), older }))
+}

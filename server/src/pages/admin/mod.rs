@@ -1,0 +1,46 @@
+//! Managing people, vessels and access.
+
+pub(super) mod access;
+pub(super) mod people;
+pub(super) mod vessels;
+
+use crate::http::{ApiError, Caller};
+use crate::people::{Fault, Principal};
+use crate::shore::AppState;
+use rusqlite::Connection;
+
+/// What a page says above its table.
+#[derive(Debug, Default)]
+struct Words {
+    notice: String,
+    problem: String,
+    /// For whom [`Words::secret`] is.
+    secret_for: String,
+    /// A password or token, shown this once.
+    secret: String,
+}
+
+impl Words {
+    fn notice(text: impl Into<String>) -> Self {
+        Self { notice: text.into(), ..Self::default() }
+    }
+
+    fn problem(text: impl Into<String>) -> Self {
+        Self { problem: text.into(), ..Self::default() }
+    }
+}
+
+/// Does something with its line in the audit log; a refusal becomes words for the page.
+async fn act<R: Send + 'static>(
+    state: &AppState,
+    (who, caller): (&Principal, Caller),
+    action: &'static str,
+    subject: &str,
+    work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
+) -> Result<Result<R, Words>, ApiError> {
+    match state.people.act(who, caller.address.to_string(), action, subject.to_owned(), work).await {
+        Ok(done) => Ok(Ok(done)),
+        Err(Fault::Refused(text)) => Ok(Err(Words::problem(text))),
+        Err(fault) => Err(fault.into()),
+    }
+}

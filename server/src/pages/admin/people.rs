@@ -1,0 +1,150 @@
+//! Accounts: adding, roles, one-time passwords, removing.
+
+use super::{Words, act};
+use crate::clock;
+use crate::http::{Caller, Who};
+use crate::pages::form::{Sent, role as read_role, vessel as read_vessel};
+use crate::pages::frame::{Frame, PageError, html};
+use crate::pages::rows::{self, PersonRow};
+use crate::people::{one_time_password, persons, vessels};
+use crate::shore::AppState;
+use api::{Role, Vessel};
+use askama::Template;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::Response;
+use serde::Deserialize;
+
+#[derive(Template)]
+#[template(path = "admin_people.html")]
+struct PeoplePage {
+    frame: Frame,
+    people: Vec<PersonRow>,
+    vessels: Vec<Vessel>,
+    words: Words,
+}
+
+/// `GET /admin`.
+pub(in crate::pages) async fn page(
+    State(state): State<AppState>,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    show(&state, frame, Words::default()).await
+}
+
+async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, PageError> {
+    let (people, vessels) = state.people.ask(|db| Ok((persons::list(db)?, vessels::list(db)?))).await?;
+    let bad = !words.problem.is_empty();
+    let people = people.into_iter().map(|person| rows::person(person, &vessels)).collect();
+    let frame = Frame { path: "/admin".to_owned(), ..frame };
+    let mut response = html(&PeoplePage { frame, people, vessels, words });
+    if bad {
+        *response.status_mut() = StatusCode::UNPROCESSABLE_ENTITY;
+    }
+    Ok(response)
+}
+
+#[derive(Debug, Deserialize)]
+pub(in crate::pages) struct NewPerson {
+    name: String,
+    role: String,
+    vessel: String,
+}
+
+/// `POST /admin/person`.
+pub(in crate::pages) async fn add(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    caller: Caller,
+    Sent(new): Sent<NewPerson>,
+) -> Result<Response, PageError> {
+    let (role, vessel) = (read_role(&new.role)?, read_vessel(&new.vessel)?);
+    let secret = one_time_password();
+    let hash = state.people.hash(secret.clone()).await?;
+    let name = new.name.trim().to_owned();
+    let added = name.clone();
+    let done = act(&state, (&who, caller), "person.add", &name, move |db| {
+        let id = persons::add(db, &added, &hash, true, clock::now())?;
+        persons::set_permission(db, id, vessel, Some(role))
+    });
+    let words = match done.await? {
+        Ok(()) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
+        Err(words) => words,
+    };
+    show(&state, frame, words).await
+}
+
+#[derive(Debug, Deserialize)]
+pub(in crate::pages) struct NewRole {
+    name: String,
+    /// `none` takes it.
+    role: String,
+    vessel: String,
+}
+
+/// `POST /admin/person/role`.
+pub(in crate::pages) async fn role(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    caller: Caller,
+    Sent(new): Sent<NewRole>,
+) -> Result<Response, PageError> {
+    let role: Option<Role> = if new.role == "none" { None } else { Some(read_role(&new.role)?) };
+    let vessel = read_vessel(&new.vessel)?;
+    let place = vessel.map_or_else(|| "all vessels".to_owned(), |vessel| format!("0x{vessel:04X}"));
+    let subject = format!("{}: {} on {place}", new.name, role.map_or("nothing", Role::name));
+    let name = new.name;
+    let done = act(&state, (&who, caller), "person.role", &subject, move |db| {
+        persons::set_permission(db, persons::known(db, &name)?.id, vessel, role)
+    });
+    let words = match done.await? {
+        Ok(()) => Words::notice(format!("Changed. {subject}.")),
+        Err(words) => words,
+    };
+    show(&state, frame, words).await
+}
+
+#[derive(Debug, Deserialize)]
+pub(in crate::pages) struct ByName {
+    name: String,
+}
+
+/// `POST /admin/person/password`.
+pub(in crate::pages) async fn password(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    caller: Caller,
+    Sent(ByName { name }): Sent<ByName>,
+) -> Result<Response, PageError> {
+    let secret = one_time_password();
+    let hash = state.people.hash(secret.clone()).await?;
+    let reset = name.clone();
+    let done = act(&state, (&who, caller), "person.password", &name, move |db| {
+        persons::set_password(db, persons::known(db, &reset)?.id, &hash, true, None)
+    });
+    let words = match done.await? {
+        Ok(()) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
+        Err(words) => words,
+    };
+    show(&state, frame, words).await
+}
+
+/// `POST /admin/person/remove`.
+pub(in crate::pages) async fn remove(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+    caller: Caller,
+    Sent(ByName { name }): Sent<ByName>,
+) -> Result<Response, PageError> {
+    let removed = name.clone();
+    let done = act(&state, (&who, caller), "person.remove", &name, move |db| persons::remove(db, &removed));
+    let words = match done.await? {
+        Ok(()) => Words::notice(format!("{name} is removed.")),
+        Err(words) => words,
+    };
+    show(&state, frame, words).await
+}

@@ -1,0 +1,152 @@
+//! What all pages share: head, navigation, palette, and how a refusal looks.
+
+use crate::http::{ApiError, Caller, Kind, asset_path, cookie_name, plain_cookie};
+use crate::people::Principal;
+use api::Role;
+use askama::Template;
+use axum::extract::{Form, FromRequestParts};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{Html, IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use std::convert::Infallible;
+
+/// The cookie that remembers the palette.
+const PALETTE_COOKIE: &str = "lutra_palette";
+
+/// What the base template needs.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
+    /// Who is logged in; empty for nobody.
+    pub(crate) name: String,
+    pub(crate) csrf: String,
+    pub(crate) palette: &'static str,
+    pub(crate) admin: bool,
+    /// Where the page is, to come back to.
+    pub(crate) path: String,
+    pub(crate) style: String,
+    pub(crate) script: String,
+}
+
+impl Frame {
+    fn new(headers: &HeaderMap, who: Option<&Principal>, path: &str) -> Self {
+        Self {
+            name: who.map(|who| who.name.clone()).unwrap_or_default(),
+            csrf: who.map(|who| who.csrf().to_owned()).unwrap_or_default(),
+            palette: palette(plain_cookie(headers, PALETTE_COOKIE).unwrap_or_default()),
+            admin: who.is_some_and(|who| who.grants.everywhere() == Some(Role::Admin)),
+            path: path.to_owned(),
+            style: asset_path("main.css"),
+            script: asset_path("main.js"),
+        }
+    }
+}
+
+impl<S: Sync> FromRequestParts<S> for Frame {
+    type Rejection = Infallible;
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(Self::new(&parts.headers, parts.extensions.get(), parts.uri.path()))
+    }
+}
+
+/// A palette by its name; anything else follows the computer's own setting.
+fn palette(name: &str) -> &'static str {
+    ["day", "dusk", "night"].into_iter().find(|known| *known == name).unwrap_or("auto")
+}
+
+/// The chosen palette and where to go back to.
+#[derive(Debug, Deserialize)]
+pub(super) struct Chosen {
+    palette: String,
+    #[serde(default)]
+    next: String,
+}
+
+/// `POST /palette`.
+pub(super) async fn choose_palette(caller: Caller, Form(chosen): Form<Chosen>) -> Response {
+    let cookie = set_cookie(PALETTE_COOKIE, palette(&chosen.palette), 400 * 86_400, caller);
+    ([(header::SET_COOKIE, cookie)], Redirect::to(inside(&chosen.next))).into_response()
+}
+
+/// A cookie that scripts cannot read. `seconds` 0 removes it.
+pub(super) fn set_cookie(name: &str, value: &str, seconds: u32, caller: Caller) -> String {
+    let secure = if caller.encrypted { "; Secure" } else { "" };
+    format!("{name}={value}; Path=/; Max-Age={seconds}; HttpOnly; SameSite=Lax{secure}")
+}
+
+/// As [`set_cookie`], under the name for this connection.
+pub(super) fn set_secret_cookie(name: &str, value: &str, seconds: u32, caller: Caller) -> String {
+    set_cookie(&cookie_name(name, caller), value, seconds, caller)
+}
+
+/// `next` when it is a path of ours, else the first page.
+pub(super) fn inside(next: &str) -> &str {
+    let ours = next.starts_with('/') && !next.starts_with("//") && !next.contains(['\\', '\r', '\n']);
+    if ours { next } else { "/" }
+}
+
+/// Renders a template.
+pub(super) fn html(template: &impl Template) -> Response {
+    match template.render() {
+        Ok(text) => Html(text).into_response(),
+        Err(error) => ApiError::internal(&error).into_response(),
+    }
+}
+
+#[derive(Template)]
+#[template(path = "error.html")]
+struct ErrorPage {
+    frame: Frame,
+    title: String,
+    text: String,
+}
+
+/// An error that is shown as a page.
+#[derive(Debug)]
+pub(super) struct PageError(ApiError);
+
+impl<E: Into<ApiError>> From<E> for PageError {
+    fn from(error: E) -> Self {
+        Self(error.into())
+    }
+}
+
+impl IntoResponse for PageError {
+    fn into_response(self) -> Response {
+        refusal(Kind::Page, None, self.0)
+    }
+}
+
+/// A refusal as its reader expects it. `next` is where somebody who logs in wants to go on.
+pub(crate) fn refusal(kind: Kind, next: Option<&str>, error: ApiError) -> Response {
+    if kind != Kind::Page {
+        return error.into_response();
+    }
+    if error.status == StatusCode::UNAUTHORIZED {
+        let next: String = form_urlencoded::byte_serialize(inside(next.unwrap_or("/")).as_bytes()).collect();
+        return Redirect::to(&format!("/login?next={next}")).into_response();
+    }
+    if error.code == "password_change_required" {
+        return Redirect::to("/account").into_response();
+    }
+    let title = error.status.canonical_reason().unwrap_or("Error").to_owned();
+    let frame = Frame::new(&HeaderMap::new(), None, "/");
+    let mut response = html(&ErrorPage { frame, title, text: error.text });
+    *response.status_mut() = error.status;
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_is_sent_elsewhere_after_login() {
+        for outside in
+            ["https://evil.example", "//evil.example", "/\\evil.example", "javascript:x", "", "/a\nb"]
+        {
+            assert_eq!(inside(outside), "/", "{outside}");
+        }
+        assert_eq!(inside("/vessel/7?a=b"), "/vessel/7?a=b");
+    }
+}

@@ -1,0 +1,45 @@
+//! Pages for people, made on the server; they work without scripts, except for what moves.
+
+mod account;
+mod admin;
+mod fleet;
+mod form;
+mod frame;
+mod login;
+mod rows;
+
+pub(crate) use frame::refusal;
+
+use crate::http::{Need, Route};
+use api::Role;
+
+/// All pages and forms.
+pub(crate) fn routes() -> Vec<Route> {
+    let admin = Need::Everywhere(Role::Admin);
+    vec![
+        Route::page("/", Need::Somewhere(Role::Viewer), "The fleet.", fleet::page),
+        Route::page("/login", Need::Anyone, "The login.", login::page),
+        Route::form("/login", Need::Anyone, "Log in.", login::login),
+        Route::form("/logout", Need::Session, "Log out.", login::logout),
+        Route::form("/palette", Need::Anyone, "Choose day, dusk or night.", frame::choose_palette),
+        Route::page("/account", Need::Session, "Password, sessions and tokens.", account::page),
+        Route::form("/account/password", Need::Session, "Change the password.", account::password),
+        Route::form("/account/session/end", Need::Session, "End a session.", account::session_end),
+        Route::form("/account/token", Need::Somewhere(Role::Viewer), "Make a token.", account::token_make),
+        Route::form("/account/token/revoke", Need::Session, "Revoke a token.", account::token_revoke),
+        Route::page("/admin", admin, "People.", admin::people::page),
+        Route::form("/admin/person", admin, "Add a person.", admin::people::add),
+        Route::form("/admin/person/role", admin, "Give or take a role.", admin::people::role),
+        Route::form("/admin/person/password", admin, "Set a one-time password.", admin::people::password),
+        Route::form("/admin/person/remove", admin, "Remove a person.", admin::people::remove),
+        Route::page("/admin/vessels", admin, "Vessels.", admin::vessels::page),
+        Route::form("/admin/vessel", admin, "Name a vessel.", admin::vessels::add),
+        Route::form("/admin/vessel/remove", admin, "Forget a vessel.", admin::vessels::remove),
+        Route::form("/admin/vessel/token", admin, "Make a link token.", admin::vessels::token),
+        Route::page("/admin/tokens", admin, "Tokens.", admin::access::tokens),
+        Route::form("/admin/token/revoke", admin, "Revoke a token.", admin::access::token_revoke),
+        Route::page("/admin/sessions", admin, "Sessions.", admin::access::sessions),
+        Route::form("/admin/session/end", admin, "End a session.", admin::access::session_end),
+        Route::page("/admin/audit", admin, "Who did what.", admin::access::audit),
+    ]
+}

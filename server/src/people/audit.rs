@@ -1,0 +1,79 @@
+//! The log of what people did and tried.
+
+use super::db::Fault;
+use api::AuditEntry;
+use rusqlite::{Connection, params};
+use units::UtcTime;
+
+/// Entries that are kept; older ones go.
+const ENTRIES: i64 = 1_000_000;
+
+/// Something somebody does.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Act<'a> {
+    pub(crate) actor: &'a str,
+    pub(crate) address: &'a str,
+    /// Like `user.add`.
+    pub(crate) action: &'a str,
+    pub(crate) subject: &'a str,
+    /// `done`, or why not.
+    pub(crate) outcome: &'a str,
+}
+
+/// Writes it down.
+pub(crate) fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
+    let short = |text: &str| text.chars().take(200).collect::<String>();
+    db.prepare_cached(
+        "INSERT INTO audit (time_us, actor, address, action, subject, outcome) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+    )?
+    .execute(params![
+        now.micros(),
+        short(act.actor),
+        short(act.address),
+        act.action,
+        short(act.subject),
+        short(act.outcome)
+    ])?;
+    let oldest = db.last_insert_rowid() - ENTRIES;
+    db.prepare_cached("DELETE FROM audit WHERE id <= ?1")?.execute([oldest])?;
+    Ok(())
+}
+
+/// Up to `count` entries before the entry `before`, the newest first.
+pub(crate) fn entries(db: &Connection, before: Option<i64>, count: u32) -> Result<Vec<AuditEntry>, Fault> {
+    let mut query = db.prepare_cached(
+        "SELECT id, time_us, actor, address, action, subject, outcome FROM audit
+         WHERE id < ?1 ORDER BY id DESC LIMIT ?2",
+    )?;
+    let rows = query.query_map(params![before.unwrap_or(i64::MAX), count], |row| {
+        Ok(AuditEntry {
+            id: row.get(0)?,
+            time_us: row.get(1)?,
+            actor: row.get(2)?,
+            address: row.get(3)?,
+            action: row.get(4)?,
+            subject: row.get(5)?,
+            outcome: row.get(6)?,
+        })
+    })?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::db::tests::fresh;
+    use super::*;
+
+    #[test]
+    fn entries_come_newest_first_and_in_pages() {
+        let db = fresh();
+        for subject in ["a", "b", "c"] {
+            let act = Act { actor: "nils", address: "::1", action: "user.add", subject, outcome: "done" };
+            record(&db, act, UtcTime::from_micros(1)).unwrap();
+        }
+        let first = entries(&db, None, 2).unwrap();
+        let subjects: Vec<&str> = first.iter().map(|entry| entry.subject.as_str()).collect();
+        assert_eq!(subjects, ["c", "b"]);
+        assert_eq!(entries(&db, Some(first[1].id), 2).unwrap()[0].subject, "a");
+    }
+}

@@ -1,0 +1,110 @@
+//! Random secrets, how they are written and how they are kept.
+
+use sha2::{Digest as _, Sha256};
+use subtle::ConstantTimeEq as _;
+
+/// Letters and digits that nobody mistakes for another when reading them aloud.
+const READABLE: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
+
+/// 256 random bits, as given to a browser or a script. Does not show itself in logs.
+#[derive(Clone)]
+pub(crate) struct Secret([u8; 32]);
+
+impl Secret {
+    /// A new one from the system's randomness.
+    pub(crate) fn random() -> Self {
+        let mut bytes = [0; 32];
+        getrandom::fill(&mut bytes).expect("invariant: the kernel has randomness");
+        Self(bytes)
+    }
+
+    /// Reads what [`Secret::text`] wrote; `None` for anything else.
+    pub(crate) fn parse(text: &str) -> Option<Self> {
+        let digits = text.as_bytes();
+        if digits.len() != 64 {
+            return None;
+        }
+        let mut bytes = [0; 32];
+        for (byte, pair) in bytes.iter_mut().zip(digits.chunks_exact(2)) {
+            *byte = nibble(pair[0])? << 4 | nibble(pair[1])?;
+        }
+        Some(Self(bytes))
+    }
+
+    /// 64 hexadecimal digits.
+    pub(crate) fn text(&self) -> String {
+        hex(&self.0)
+    }
+
+    /// What is kept of it.
+    pub(crate) fn hash(&self) -> [u8; 32] {
+        Sha256::digest(self.0).into()
+    }
+
+    /// Another secret that follows from this one and says nothing about it.
+    pub(crate) fn derived(&self, purpose: &str) -> String {
+        hex(&Sha256::new().chain_update(purpose).chain_update(self.0).finalize())
+    }
+}
+
+impl std::fmt::Debug for Secret {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Secret(…)")
+    }
+}
+
+/// Whether two texts are the same, in a time that depends on their lengths only.
+pub(crate) fn same(one: &str, other: &str) -> bool {
+    one.as_bytes().ct_eq(other.as_bytes()).into()
+}
+
+/// A password to be read from a screen and typed once: 80 random bits in groups of four.
+pub(crate) fn one_time_password() -> String {
+    let random = Secret::random();
+    let letters = random.0[..16].iter().map(|byte| char::from(READABLE[usize::from(byte % 32)]));
+    let letters: Vec<char> = letters.collect();
+    letters.chunks(4).map(String::from_iter).collect::<Vec<_>>().join("-")
+}
+
+fn hex(bytes: &[u8]) -> String {
+    let digit = |nibble: u8| char::from(b"0123456789abcdef"[usize::from(nibble)]);
+    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
+}
+
+fn nibble(digit: u8) -> Option<u8> {
+    match digit {
+        b'0'..=b'9' => Some(digit - b'0'),
+        b'a'..=b'f' => Some(digit - b'a' + 10),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_secret_survives_writing_and_reading() {
+        let secret = Secret::random();
+        let read = Secret::parse(&secret.text()).unwrap();
+        assert_eq!(read.hash(), secret.hash());
+        assert!(Secret::parse("zz").is_none());
+        assert!(Secret::parse(&"G".repeat(64)).is_none());
+        assert_eq!(format!("{secret:?}"), "Secret(…)");
+    }
+
+    #[test]
+    fn secrets_differ_and_so_do_their_purposes() {
+        let secret = Secret::random();
+        assert_ne!(secret.text(), Secret::random().text());
+        assert_ne!(secret.derived("csrf"), secret.derived("other"));
+        assert!(same(&secret.derived("csrf"), &secret.derived("csrf")));
+    }
+
+    #[test]
+    fn one_time_passwords_are_readable() {
+        let password = one_time_password();
+        assert_eq!(password.len(), 19);
+        assert_ne!(password, one_time_password());
+    }
+}

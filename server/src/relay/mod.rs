@@ -1,0 +1,221 @@
+//! The task that owns the hub, and the handle by which doors, pages and programs talk to it.
+//!
+//! Everything goes through one bounded channel, so that what a peer said last is heard before it leaves. A door
+//! that sends faster than the hub takes waits, and so its peer's socket does. The hub itself waits for nobody:
+//! what it says to a peer goes into that peer's [`Outbox`], what it records into the [`Recorder`]'s queue.
+
+mod outbox;
+mod recorder;
+
+pub(crate) use outbox::Outbox;
+pub(crate) use recorder::Recorder;
+
+use bytes::Bytes;
+use hub::{Hub, Incoming, Now, Peer, PeerId, Settings};
+use imc::Address;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tokio::sync::{mpsc, oneshot, watch};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use units::{MonoTime, UtcTime};
+
+/// Batches and questions that may wait for the hub.
+const WAITING: usize = 256;
+/// How many of them are taken at once before what came of them is handed on.
+const AT_ONCE: usize = 16;
+/// How often the hub is told that time passes.
+const TICK: Duration = Duration::from_secs(1);
+
+/// A question to the hub, run where it lives.
+type Look = Box<dyn FnOnce(&mut Hub, Now) + Send>;
+
+enum Ask {
+    Join(Peer, Arc<Outbox>, oneshot::Sender<PeerId>),
+    Leave(PeerId),
+    Packets(PeerId, Vec<Incoming>),
+    Look(Look),
+}
+
+/// The server has ended.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+#[error("the server is stopping")]
+pub(crate) struct Stopped;
+
+/// The way to the hub; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct Relay {
+    asks: mpsc::Sender<Ask>,
+    revision: watch::Receiver<u64>,
+    clock: Clock,
+    address: Address,
+}
+
+/// A peer's connection to the hub. [`Connection::leave`] ends it.
+pub(crate) struct Connection {
+    /// The peer's number.
+    pub(crate) id: PeerId,
+    /// What the hub says to it.
+    pub(crate) outbox: Arc<Outbox>,
+    asks: mpsc::Sender<Ask>,
+}
+
+/// The server's clocks: one that never steps, and UTC.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clock(Instant);
+
+impl Clock {
+    pub(crate) fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    pub(crate) fn now(self) -> Now {
+        let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Now {
+            mono: MonoTime::from_micros(self.0.elapsed().as_micros() as u64),
+            utc: UtcTime::from_micros(utc.as_micros() as i64),
+        }
+    }
+}
+
+impl Relay {
+    /// Starts the hub's task; it ends when `stop` says so.
+    pub(crate) fn start(
+        settings: Settings,
+        recorder: Recorder,
+        tasks: &TaskTracker,
+        stop: CancellationToken,
+    ) -> Self {
+        let (asks, waiting) = mpsc::channel(WAITING);
+        let (changed, revision) = watch::channel(0);
+        let (clock, address) = (Clock::start(), settings.address);
+        let task = Task { hub: Hub::new(settings), outboxes: BTreeMap::new(), recorder, changed, clock };
+        tasks.spawn(task.run(waiting, stop));
+        Self { asks, revision, clock, address }
+    }
+
+    /// The server's clocks.
+    pub(crate) fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    /// The server's own IMC address.
+    pub(crate) fn address(&self) -> Address {
+        self.address
+    }
+
+    /// Connects a peer whose queue holds `bound_bytes`.
+    pub(crate) async fn join(&self, peer: Peer, bound_bytes: usize) -> Result<Connection, Stopped> {
+        let outbox = Arc::new(Outbox::new(bound_bytes));
+        let (reply, id) = oneshot::channel();
+        self.asks.send(Ask::Join(peer, Arc::clone(&outbox), reply)).await.map_err(|_| Stopped)?;
+        let id = id.await.map_err(|_| Stopped)?;
+        Ok(Connection { id, outbox, asks: self.asks.clone() })
+    }
+
+    /// Runs `look` where the hub lives and gives what it returns.
+    pub(crate) async fn look<T: Send + 'static>(
+        &self,
+        look: impl FnOnce(&mut Hub, Now) -> T + Send + 'static,
+    ) -> Result<T, Stopped> {
+        let (reply, answer) = oneshot::channel();
+        let look: Look = Box::new(move |hub, now| {
+            reply.send(look(hub, now)).ok();
+        });
+        self.asks.send(Ask::Look(look)).await.map_err(|_| Stopped)?;
+        answer.await.map_err(|_| Stopped)
+    }
+
+    /// Sends a packet of the server's own. Whether a peer was there to hear it.
+    pub(crate) async fn send(&self, packet: Bytes) -> Result<bool, Stopped> {
+        self.look(move |hub, now| hub.send(now, &packet)).await
+    }
+
+    /// Tells when the fleet's state changed: the revision of the last change.
+    pub(crate) fn revision(&self) -> watch::Receiver<u64> {
+        self.revision.clone()
+    }
+}
+
+impl Connection {
+    /// Hands packets of the peer to the hub, waiting while it is busy.
+    pub(crate) async fn give(&self, batch: Vec<Incoming>) -> Result<(), Stopped> {
+        self.asks.send(Ask::Packets(self.id, batch)).await.map_err(|_| Stopped)
+    }
+
+    /// Ends the connection, after everything that was given.
+    pub(crate) async fn leave(self) {
+        self.asks.send(Ask::Leave(self.id)).await.ok();
+    }
+}
+
+struct Task {
+    hub: Hub,
+    outboxes: BTreeMap<PeerId, Arc<Outbox>>,
+    recorder: Recorder,
+    changed: watch::Sender<u64>,
+    clock: Clock,
+}
+
+impl Task {
+    async fn run(mut self, mut waiting: mpsc::Receiver<Ask>, stop: CancellationToken) {
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let mut asks = Vec::with_capacity(AT_ONCE);
+        loop {
+            tokio::select! {
+                biased;
+                () = stop.cancelled() => break,
+                _ = tick.tick() => self.hub.tick(self.clock.now()),
+                count = waiting.recv_many(&mut asks, AT_ONCE) => if count == 0 { break },
+            }
+            for ask in asks.drain(..) {
+                self.ask(ask);
+            }
+            self.hand_on();
+        }
+        // What was said before the end is still recorded.
+        waiting.close();
+        while let Ok(ask) = waiting.try_recv() {
+            self.ask(ask);
+        }
+        self.hand_on();
+    }
+
+    fn ask(&mut self, ask: Ask) {
+        let now = self.clock.now();
+        match ask {
+            Ask::Join(peer, outbox, reply) => {
+                let id = self.hub.join(now, peer);
+                self.outboxes.insert(id, outbox);
+                if reply.send(id).is_err() {
+                    self.leave(id);
+                }
+            }
+            Ask::Leave(peer) => self.leave(peer),
+            Ask::Packets(peer, batch) => self.hub.packets(now, peer, batch),
+            Ask::Look(look) => look(&mut self.hub, now),
+        }
+    }
+
+    fn leave(&mut self, peer: PeerId) {
+        self.hub.leave(peer);
+        self.outboxes.remove(&peer);
+    }
+
+    fn hand_on(&mut self) {
+        let outboxes = &self.outboxes;
+        self.hub.drain_deliveries(|peer, packets| {
+            if let Some(outbox) = outboxes.get(&peer) {
+                outbox.push(packets);
+            }
+        });
+        let records = self.hub.drain_records();
+        if !records.is_empty() {
+            self.recorder.submit(records);
+        }
+        let revision = self.hub.fleet().revision();
+        self.changed.send_if_modified(|known| std::mem::replace(known, revision) != revision);
+    }
+}

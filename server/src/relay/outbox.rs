@@ -1,0 +1,77 @@
+//! What waits for one peer, between the hub that never waits and the socket that may.
+
+use bytes::Bytes;
+use hub::{PeerQueue, Pushed};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use tokio::sync::Notify;
+
+/// The peer took nothing for so long that even what must not be dropped has no room.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+#[error("the peer does not read: what waits for it has no room any more")]
+pub(crate) struct Overflow;
+
+/// The queue of one peer, its bound in bytes. See [`PeerQueue`] for what is dropped when it is full.
+#[derive(Debug)]
+pub(crate) struct Outbox {
+    queue: Mutex<PeerQueue>,
+    ready: Notify,
+    dropped: AtomicU64,
+    overflow: AtomicBool,
+}
+
+impl Outbox {
+    pub(crate) fn new(bound_bytes: usize) -> Self {
+        Self {
+            queue: Mutex::new(PeerQueue::new(bound_bytes)),
+            ready: Notify::new(),
+            dropped: AtomicU64::new(0),
+            overflow: AtomicBool::new(false),
+        }
+    }
+
+    /// Appends packets; never waits.
+    pub(crate) fn push(&self, packets: Vec<Bytes>) {
+        if self.overflow.load(Ordering::Relaxed) {
+            return;
+        }
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let was_empty = queue.is_empty();
+        match queue.push(packets) {
+            Pushed::Queued => {}
+            Pushed::Dropped(count) => {
+                self.dropped.fetch_add(count, Ordering::Relaxed);
+                metrics::counter!("lutra_relay_dropped_total").increment(count);
+            }
+            Pushed::Overflow => {
+                // Its memory is free at once, whenever the peer's task notices.
+                queue.take();
+                self.overflow.store(true, Ordering::Relaxed);
+            }
+        }
+        drop(queue);
+        if was_empty {
+            self.ready.notify_one();
+        }
+    }
+
+    /// Everything that waits; waits for something.
+    pub(crate) async fn take(&self) -> Result<VecDeque<Bytes>, Overflow> {
+        loop {
+            if self.overflow.load(Ordering::Relaxed) {
+                return Err(Overflow);
+            }
+            let packets = self.queue.lock().unwrap_or_else(PoisonError::into_inner).take();
+            if !packets.is_empty() {
+                return Ok(packets);
+            }
+            self.ready.notified().await;
+        }
+    }
+
+    /// Telemetry packets that were dropped because the peer did not read.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,314 @@
+//! The thread that owns the store: everything the hub wants recorded goes to the archive and the history here.
+//!
+//! The hub never waits for a disk. Records wait in a queue; the thread takes all of them, and makes them durable
+//! at least every [`COMMIT_EVERY`]. What came by the vessel link is acknowledged only then, and stays queued
+//! however long the disk is in trouble: the link's window bounds it, and the vessel keeps its copy. Of other doors
+//! [`WAITING_BYTES`] may wait; beyond that packets are not recorded, which is counted, told to the page and
+//! logged, for nobody can send them again.
+
+use hub::{Door, Record};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use store::{Accepted, Store, StoreError};
+use tokio::sync::{oneshot, watch};
+
+/// How long an accepted packet may wait for the disk.
+const COMMIT_EVERY: Duration = Duration::from_millis(100);
+/// How often the history is looked after while nothing comes: roll-ups of what ended, progress to save.
+const IDLE_EVERY: Duration = Duration::from_secs(1);
+/// How long to wait after a failure before the next attempt.
+const RETRY_AFTER: Duration = Duration::from_secs(1);
+/// Bytes of packets of other doors than the link that may wait.
+const WAITING_BYTES: usize = 64 << 20;
+/// What a waiting packet costs beside its bytes.
+const OVERHEAD_BYTES: usize = size_of::<Record>();
+
+/// The highest durable number of each link stream that was heard since the start.
+pub(crate) type Durable = BTreeMap<u64, u64>;
+
+/// Work that needs the store itself.
+type Work = Box<dyn FnOnce(&mut Store) + Send>;
+
+/// How recording goes, for people.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct RecorderState {
+    /// Why nothing can be recorded at the moment.
+    pub(crate) trouble: Option<String>,
+    /// Why the history does not hold all of the archive.
+    pub(crate) history_behind: Option<String>,
+    /// Packets recorded since the start.
+    pub(crate) recorded: u64,
+    /// Packets that could not wait any longer and are not recorded.
+    pub(crate) not_recorded: u64,
+}
+
+/// The way to the thread; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct Recorder {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    waiting: Mutex<Waiting>,
+    ready: Condvar,
+    durable: watch::Sender<Durable>,
+    state: watch::Sender<RecorderState>,
+}
+
+#[derive(Default)]
+struct Waiting {
+    records: Vec<Record>,
+    bytes: usize,
+    work: Vec<Work>,
+    not_recorded: u64,
+    closed: bool,
+}
+
+impl Recorder {
+    /// Starts the thread. It ends, with everything durable that can be, after [`Recorder::close`].
+    pub(crate) fn start(store: Store) -> std::io::Result<(Self, JoinHandle<()>)> {
+        let shared = Arc::new(Shared {
+            waiting: Mutex::default(),
+            ready: Condvar::new(),
+            durable: watch::Sender::default(),
+            state: watch::Sender::default(),
+        });
+        let recorder = Self { shared: Arc::clone(&shared) };
+        let thread = Thread { store, shared, taken: Vec::new(), committed: Instant::now(), dirty: false };
+        let handle = std::thread::Builder::new().name("recorder".to_owned()).spawn(|| thread.run())?;
+        Ok((recorder, handle))
+    }
+
+    /// Queues records; never waits for the disk.
+    pub(crate) fn submit(&self, records: Vec<Record>) {
+        let mut waiting = self.shared.lock();
+        for record in records {
+            let cost = record.packet.len() + OVERHEAD_BYTES;
+            if record.link.is_none() && waiting.bytes + cost > WAITING_BYTES {
+                waiting.not_recorded += 1;
+                metrics::counter!("lutra_not_recorded_total").increment(1);
+                continue;
+            }
+            waiting.bytes += cost;
+            waiting.records.push(record);
+        }
+        drop(waiting);
+        self.shared.ready.notify_one();
+    }
+
+    /// Bytes that wait for the disk.
+    pub(crate) fn waiting_bytes(&self) -> usize {
+        self.shared.lock().bytes
+    }
+
+    /// Runs `work` where the store lives and gives what it returns; `None` when the thread has ended.
+    pub(crate) async fn with_store<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut Store) -> T + Send + 'static,
+    ) -> Option<T> {
+        let (reply, answer) = oneshot::channel();
+        let work: Work = Box::new(move |store| {
+            reply.send(work(store)).ok();
+        });
+        if !self.queue(work) {
+            return None;
+        }
+        answer.await.ok()
+    }
+
+    /// Whether the thread is there to do the work.
+    fn queue(&self, work: Work) -> bool {
+        let mut waiting = self.shared.lock();
+        if !waiting.closed {
+            waiting.work.push(work);
+        }
+        self.shared.ready.notify_one();
+        !waiting.closed
+    }
+
+    /// What is durable of each stream, as it grows.
+    pub(crate) fn durable(&self) -> watch::Receiver<Durable> {
+        self.shared.durable.subscribe()
+    }
+
+    /// How recording goes.
+    pub(crate) fn state(&self) -> watch::Receiver<RecorderState> {
+        self.shared.state.subscribe()
+    }
+
+    /// Lets the thread end once what waits is on disk.
+    pub(crate) fn close(&self) {
+        self.shared.lock().closed = true;
+        self.shared.ready.notify_one();
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+struct Thread {
+    store: Store,
+    shared: Arc<Shared>,
+    /// Records that were taken from the queue and are not accepted yet, first one last.
+    taken: Vec<Record>,
+    committed: Instant,
+    /// Whether something was accepted since the last commit.
+    dirty: bool,
+}
+
+impl Thread {
+    fn run(mut self) {
+        loop {
+            let closed = self.take();
+            let outcome = self.accept().and_then(|()| self.commit(closed));
+            if let Err(error) = outcome {
+                self.trouble(&error);
+                if closed {
+                    let lost = self.taken.len();
+                    tracing::error!(%error, "{lost} packets are not recorded: the disk is in trouble at the end");
+                    return;
+                }
+                self.pause();
+            } else if closed && self.taken.is_empty() && !self.dirty {
+                if let Err(error) = self.store.close() {
+                    tracing::warn!(%error, "the history will be brought up to date at the next start");
+                }
+                return;
+            }
+        }
+    }
+
+    /// Takes what waits; waits for something, but not longer than a commit may. Whether the end is asked for.
+    fn take(&mut self) -> bool {
+        let shared = Arc::clone(&self.shared);
+        let mut waiting = shared.lock();
+        if self.taken.is_empty() {
+            let idle = |waiting: &mut Waiting| {
+                waiting.records.is_empty() && waiting.work.is_empty() && !waiting.closed
+            };
+            let every = if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
+            let rest = every.saturating_sub(self.committed.elapsed());
+            let waited = shared.ready.wait_timeout_while(waiting, rest, idle);
+            waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
+            if !self.dirty {
+                self.committed = Instant::now();
+            }
+            waiting.bytes = 0;
+            self.taken = std::mem::take(&mut waiting.records);
+            self.taken.reverse();
+        }
+        let work = std::mem::take(&mut waiting.work);
+        let closed = waiting.closed;
+        drop(waiting);
+        for work in work {
+            work(&mut self.store);
+        }
+        closed
+    }
+
+    fn accept(&mut self) -> Result<(), StoreError> {
+        while let Some(record) = self.taken.last() {
+            let accepted = Accepted {
+                packet: &record.packet,
+                received: record.received,
+                door: door(record.door),
+                link: record.link.map(|link| store::LinkSeq { stream: link.stream, seq: link.seq }),
+            };
+            match self.store.accept(&accepted) {
+                Ok(_) => {}
+                // As much waits as may: make room, then go on with this one.
+                Err(StoreError::Full { .. }) => {
+                    self.dirty = true;
+                    self.commit(true)?;
+                    continue;
+                }
+                Err(error @ (StoreError::Packet(_) | StoreError::Trailing { .. })) => {
+                    // The hub passes on whole packets only.
+                    tracing::error!(%error, "a packet cannot be recorded");
+                }
+                Err(error) => return Err(error),
+            }
+            self.dirty = true;
+            self.taken.pop();
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self, now: bool) -> Result<(), StoreError> {
+        let due = self.committed.elapsed() >= if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
+        if !(due || now && self.dirty) {
+            return Ok(());
+        }
+        let committed = self.store.sync()?;
+        self.committed = Instant::now();
+        self.dirty = false;
+        metrics::histogram!("lutra_commit_packets").record(committed.packets as f64);
+        metrics::counter!("lutra_recorded_total").increment(committed.packets);
+        metrics::counter!("lutra_recorded_bytes_total").increment(committed.bytes);
+        if !committed.durable.is_empty() {
+            self.shared.durable.send_modify(|durable| {
+                durable.extend(committed.durable.iter().map(|link| (link.stream, link.seq)));
+            });
+        }
+        // Acknowledged first: the history follows from the archive, whatever becomes of it.
+        let behind = self.store.index().err().map(|error| error.to_string());
+        self.tell(committed.packets, behind);
+        Ok(())
+    }
+
+    fn tell(&self, recorded: u64, history_behind: Option<String>) {
+        let not_recorded = self.shared.lock().not_recorded;
+        self.shared.state.send_if_modified(|state| {
+            let before = state.clone();
+            if let Some(trouble) = state.trouble.take() {
+                tracing::warn!(%trouble, "recording goes on");
+            }
+            if history_behind.is_some() && history_behind != state.history_behind {
+                tracing::warn!(reason = ?history_behind, "the history is behind the archive");
+            }
+            state.history_behind = history_behind;
+            state.recorded += recorded;
+            state.not_recorded = not_recorded;
+            *state != before
+        });
+    }
+
+    fn trouble(&self, error: &StoreError) {
+        let text = if error.is_disk_full() {
+            format!("the disk is full, nothing is recorded: make room, or remove old history ({error})")
+        } else {
+            format!("nothing can be recorded: {error}")
+        };
+        let not_recorded = self.shared.lock().not_recorded;
+        self.shared.state.send_if_modified(|state| {
+            if state.trouble.as_ref() != Some(&text) {
+                tracing::error!("{text}");
+            }
+            (state.trouble, state.not_recorded) = (Some(text), not_recorded);
+            true
+        });
+    }
+
+    /// Waits before the next attempt, but not when the end is asked for.
+    fn pause(&self) {
+        let waiting = self.shared.lock();
+        let open = |waiting: &mut Waiting| !waiting.closed;
+        drop(self.shared.ready.wait_timeout_while(waiting, RETRY_AFTER, open));
+    }
+}
+
+fn door(door: Door) -> store::Door {
+    match door {
+        Door::Link => store::Door::Link,
+        Door::Proxy => store::Door::Proxy,
+        Door::Tcp => store::Door::Tcp,
+        Door::Udp => store::Door::Udp,
+        Door::Shore => store::Door::Local,
+        Door::Import => store::Door::Import,
+    }
+}

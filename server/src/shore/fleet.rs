@@ -1,0 +1,164 @@
+//! The fleet as it is now, in the words of the API.
+
+use super::{Changes, Wanted, decode};
+use crate::relay::Relay;
+use api::{Fix, Liveness};
+use hub::{Now, SeriesKey, System};
+use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
+use imc::{Address, PacketView};
+use std::sync::Arc;
+use tokio::sync::watch;
+
+/// Series handed over at once; a client that wants more gets the rest with its next frame.
+const AT_ONCE: usize = 20_000;
+
+/// The way to the fleet's state; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct Fleet {
+    relay: Relay,
+}
+
+impl Fleet {
+    /// By the task that owns the state.
+    pub(crate) fn new(relay: Relay) -> Self {
+        Self { relay }
+    }
+
+    /// All systems that `wanted` admits; `None` when the owner is gone.
+    pub(crate) async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<api::System>> {
+        self.relay.look(move |hub, now| systems(hub.fleet(), now, &wanted)).await.ok()
+    }
+
+    /// What changed after `since`; `None` when the owner is gone.
+    pub(crate) async fn changes(&self, since: u64, wanted: Arc<Wanted>) -> Option<Changes> {
+        let raw = self.relay.look(move |hub, now| Raw::take(hub.fleet(), now, since, &wanted)).await.ok()?;
+        Some(raw.decode())
+    }
+
+    /// Counts changes.
+    pub(crate) fn revision(&self) -> watch::Receiver<u64> {
+        self.relay.revision()
+    }
+}
+
+fn systems(fleet: &hub::Fleet, now: Now, wanted: &Wanted) -> Vec<api::System> {
+    let admitted = fleet.systems().filter(|system| wanted.admits_system(system.address().0));
+    admitted.map(|system| describe(system, now)).collect()
+}
+
+fn describe(system: &System, now: Now) -> api::System {
+    let mut doors: Vec<_> = system.doors().collect();
+    doors.sort_by_key(|(_, heard)| std::cmp::Reverse(*heard));
+    api::System {
+        address: system.address().0,
+        name: system.name().map(str::to_owned),
+        kind: system.kind().map(|kind| format!("{kind:?}").to_uppercase()),
+        liveness: match system.liveness(now.mono) {
+            hub::Liveness::Live => Liveness::Live,
+            hub::Liveness::Late => Liveness::Late,
+            hub::Liveness::Stale => Liveness::Stale,
+            hub::Liveness::Lost => Liveness::Lost,
+        },
+        heard_us: system.last_heard_utc().micros(),
+        doors: doors.into_iter().map(|(door, _)| door.name().to_owned()).collect(),
+        fix: fix(system),
+        entities: system.entities().clone(),
+    }
+}
+
+/// Where a system is: by its navigation, else by its receiver, else by its announcement.
+fn fix(system: &System) -> Option<Fix> {
+    estimated(system).or_else(|| received(system)).or_else(|| announced(system))
+}
+
+fn estimated(system: &System) -> Option<Fix> {
+    let (view, state) = latest::<EstimatedState>(system)?;
+    let place = imc::position::place(&state).ok()?;
+    let speed_mps = imc::position::ground_speed_mps(&state);
+    Some(Fix {
+        time_us: view.header().time()?.micros(),
+        lat_deg: place.lat_rad().to_degrees(),
+        lon_deg: place.lon_rad().to_degrees(),
+        heading_rad: turn(f64::from(state.psi)),
+        course_rad: turn(imc::position::course_rad(&state)).filter(|_| speed_mps > 0.05),
+        speed_mps: Some(speed_mps).filter(|speed| speed.is_finite()),
+    })
+}
+
+fn received(system: &System) -> Option<Fix> {
+    let (view, gps) = latest::<GpsFix>(system)?;
+    let valid = |bit| gps.validity.contains(bit);
+    let (lat_deg, lon_deg) = place(gps.lat, gps.lon).filter(|_| valid(GpsFixValidity::VALID_POS))?;
+    Some(Fix {
+        time_us: view.header().time()?.micros(),
+        lat_deg,
+        lon_deg,
+        heading_rad: None,
+        course_rad: turn(f64::from(gps.cog)).filter(|_| valid(GpsFixValidity::VALID_COG)),
+        speed_mps: Some(f64::from(gps.sog)).filter(|_| valid(GpsFixValidity::VALID_SOG)),
+    })
+}
+
+fn announced(system: &System) -> Option<Fix> {
+    let (view, announce) = latest::<Announce>(system)?;
+    let (lat_deg, lon_deg) = place(announce.lat, announce.lon)?;
+    let time_us = view.header().time()?.micros();
+    Some(Fix { time_us, lat_deg, lon_deg, heading_rad: None, course_rad: None, speed_mps: None })
+}
+
+fn latest<T: imc::messages::Payload>(system: &System) -> Option<(PacketView<'_>, T)> {
+    let (_, series) = system.latest(T::ID)?;
+    let view = PacketView::unchecked(series.packet()).ok()?;
+    let message = imc::decode(&view).ok()??;
+    Some((view, message))
+}
+
+/// Degrees of a place on Earth; 0/0 is what senders say that do not know.
+fn place(lat_rad: f64, lon_rad: f64) -> Option<(f64, f64)> {
+    let known = lat_rad != 0.0 || lon_rad != 0.0;
+    let earthly = lat_rad.abs() <= std::f64::consts::FRAC_PI_2 && lon_rad.abs() <= std::f64::consts::PI;
+    (known && earthly).then(|| (lat_rad.to_degrees(), lon_rad.to_degrees()))
+}
+
+/// An angle from 0 to 2π; `None` for what is no number.
+fn turn(angle_rad: f64) -> Option<f64> {
+    angle_rad.is_finite().then(|| angle_rad.rem_euclid(std::f64::consts::TAU))
+}
+
+/// What changed, not decoded yet: the hub's task only copies, so that many clients do not hold up the relay.
+struct Raw {
+    revision: u64,
+    systems: Vec<api::System>,
+    values: Vec<(SeriesKey, hub::Series)>,
+    events: Vec<hub::Event>,
+    events_missed: u64,
+}
+
+impl Raw {
+    fn take(fleet: &hub::Fleet, now: Now, since: u64, wanted: &Wanted) -> Self {
+        let admits = |address: Address, key: SeriesKey| {
+            wanted.admits_system(address.0)
+                && (wanted.messages.is_none() || wanted.admits_message(&decode::abbrev(key.id)))
+        };
+        let changes = fleet.changes(since, AT_ONCE, admits);
+        let events = if wanted.events { changes.events } else { Vec::new() };
+        Self {
+            revision: changes.revision,
+            systems: systems(fleet, now, wanted),
+            values: changes.series.into_iter().map(|(_, key, series)| (key, series.clone())).collect(),
+            events,
+            events_missed: if wanted.events { changes.events_missed } else { 0 },
+        }
+    }
+
+    fn decode(self) -> Changes {
+        let event = |event: &hub::Event| decode::packet(&event.packet, None, event.received, None);
+        Changes {
+            revision: self.revision,
+            systems: self.systems,
+            values: self.values.iter().filter_map(|(key, series)| decode::series(*key, series)).collect(),
+            events: self.events.iter().filter_map(event).collect(),
+            events_missed: self.events_missed,
+        }
+    }
+}

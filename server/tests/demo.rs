@@ -1,0 +1,276 @@
+//! `lutra-server demo` with the real server and real agents: it shows what it promises and leaves nothing behind.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
+/// Longer than anything here takes on a loaded machine.
+const PATIENCE: Duration = Duration::from_mins(2);
+/// How often what is awaited is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// Whether the agent is there, which cargo builds with the whole workspace; says so if not.
+///
+/// # Panics
+/// When it is missing although `LUTRA_AGENT=required`, as `make test` sets it.
+fn agent_is_there() -> bool {
+    let agent = Path::new(PROGRAM).with_file_name("lutra-agent");
+    if agent.exists() {
+        return true;
+    }
+    let text = format!("{} is absent (cargo build -p vehicle-agent)", agent.display());
+    assert!(std::env::var_os("LUTRA_AGENT").is_none_or(|is| is != "required"), "{text}");
+    println!("skipped: {text}");
+    false
+}
+
+/// A running demo.
+struct Demo {
+    child: Child,
+    lines: Receiver<String>,
+    said: Vec<String>,
+}
+
+impl Demo {
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = Command::new(PROGRAM);
+        command.args(["demo", "--listen", "127.0.0.1:0"]).args(arguments);
+        let mut child = command.env_remove("LUTRA_DEMO_SECONDS").stdout(Stdio::piped()).spawn().unwrap();
+        let (say, lines) = channel();
+        let out = BufReader::new(child.stdout.take().unwrap());
+        std::thread::spawn(move || out.lines().map_while(Result::ok).try_for_each(|line| say.send(line)));
+        Self { child, lines, said: Vec::new() }
+    }
+
+    /// The next line with all these words.
+    fn wait_for(&mut self, words: &[&str]) -> String {
+        loop {
+            let line = self.lines.recv_timeout(PATIENCE);
+            let line = line.unwrap_or_else(|error| panic!("no {words:?} ({error}): {:#?}", self.said));
+            println!("{line}");
+            self.said.push(line.clone());
+            if words.iter().all(|word| line.contains(word)) {
+                return line;
+            }
+        }
+    }
+
+    /// Waits until all these Otters sail; their agents' processes.
+    fn sails(&mut self, names: &[&str]) -> BTreeMap<String, u32> {
+        for _ in names {
+            self.wait_for(&["sails"]);
+        }
+        let mut agents = BTreeMap::new();
+        for line in &self.said {
+            if let Some((name, number)) = line.split_once("starting, process ") {
+                agents.insert(name.trim().to_owned(), number.parse().unwrap());
+            }
+        }
+        assert!(names.iter().all(|name| agents.contains_key(*name)), "{agents:?}");
+        agents
+    }
+
+    fn signal(&self, name: &str) {
+        signal(self.child.id(), name);
+    }
+}
+
+impl Drop for Demo {
+    fn drop(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}
+
+fn signal(process: u32, name: &str) {
+    let sent = Command::new("kill").args([format!("-{name}"), process.to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+/// Whether a process runs; one that ended and that nobody has asked about does not.
+fn runs(process: u32) -> bool {
+    let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    state.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'))
+}
+
+fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(Instant::now() < end, "not {what} within {PATIENCE:?}");
+        sleep(LOOK_EVERY);
+    }
+}
+
+/// A browser that knows no more than cookies.
+struct Browser {
+    host: String,
+    cookies: BTreeMap<String, String>,
+}
+
+impl Browser {
+    /// Head and body of the answer.
+    fn ask(&mut self, request: &str, more: &str, body: &str) -> (String, String) {
+        let cookies: Vec<String> =
+            self.cookies.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let (host, length) = (&self.host, body.len());
+        let mut stream = TcpStream::connect(host).unwrap();
+        // The older version has whole bodies only.
+        let head = format!(
+            "{request} HTTP/1.0\r\nhost: {host}\r\norigin: http://{host}\r\ncookie: {}\r\n",
+            cookies.join("; ")
+        );
+        write!(stream, "{head}{more}content-length: {length}\r\n\r\n{body}").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+        for cookie in head.lines().filter_map(|line| line.strip_prefix("set-cookie: ")) {
+            let (name, value) = cookie.split(';').next().unwrap().split_once('=').unwrap();
+            self.cookies.insert(name.to_owned(), value.to_owned());
+        }
+        (head.to_owned(), body.to_owned())
+    }
+
+    fn get(&mut self, path: &str) -> String {
+        let (head, body) = self.ask(&format!("GET {path}"), "", "");
+        assert!(head.contains(" 200 "), "{path}: {head}\n{body}");
+        body
+    }
+
+    fn log_in(host: &str, name: &str, password: &str) -> Self {
+        let mut browser = Self { host: host.to_owned(), cookies: BTreeMap::new() };
+        let page = browser.get("/login");
+        let token = page.split_once("name=\"csrf\" value=\"").unwrap().1.split('"').next().unwrap();
+        let form = "content-type: application/x-www-form-urlencoded\r\n";
+        let body = format!("name={name}&password={password}&csrf={token}&next=");
+        let (head, _) = browser.ask("POST /login", form, &body);
+        assert!(head.contains(" 303 ") && head.contains("location: /\r\n"), "{head}");
+        browser
+    }
+
+    /// Where each vessel is: its place in metres north and east of the equator and Greenwich, near enough.
+    fn places(&mut self) -> BTreeMap<String, (f64, f64)> {
+        let systems: Value = serde_json::from_str(&self.get("/api/v1/vessels")).unwrap();
+        let place = |system: &Value| {
+            let fix = &system["fix"];
+            let (lat_deg, lon_deg) = (fix["lat_deg"].as_f64()?, fix["lon_deg"].as_f64()?);
+            let north_m = lat_deg * 111_200.0;
+            Some((
+                system["name"].as_str()?.to_owned(),
+                (north_m, lon_deg * 111_200.0 * lat_deg.to_radians().cos()),
+            ))
+        };
+        systems.as_array().unwrap().iter().filter_map(place).collect()
+    }
+}
+
+fn folder_of(line: &str) -> PathBuf {
+    line.split(" in ").nth(1).unwrap().split(',').next().unwrap().into()
+}
+
+#[test]
+fn otters_sail_before_a_browser_and_all_ends_with_it() {
+    if !agent_is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "2"]);
+    let folder = folder_of(&demo.wait_for(&["2 simulated Otters"]));
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let host = server.split("http://").nth(1).unwrap().split(' ').next().unwrap();
+    let password = server.rsplit(' ').next().unwrap();
+    let mut agents = demo.sails(&["otter-1", "otter-2"]);
+
+    // No change of the password is asked for: what follows would be refused.
+    let mut browser = Browser::log_in(host, "admin", password);
+    let named = |places: BTreeMap<_, _>| Some(places).filter(|places| places.len() == 2);
+    let first = until("both on the map", || named(browser.places()));
+    until("both under way", || {
+        let now = browser.places();
+        let moved = |name: &String| {
+            let ((north, east), (north_0, east_0)) = (now.get(name)?, first[name]);
+            Some((north - north_0).hypot(east - east_0))
+        };
+        let far = first.keys().all(|name| moved(name).is_some_and(|moved_m| moved_m > 5.0));
+        far.then_some(())
+    });
+
+    let csv = browser.get("/api/v1/export.csv?message=EstimatedState&vessel=10449");
+    assert!(csv.lines().count() > 20, "{csv}");
+    until("a tag heard", || {
+        let (head, body) = browser.ask("GET /api/v1/export.csv?message=TBRFishTag", "", "");
+        // Before the first one nobody knows of such a message.
+        (head.contains(" 200 ") && body.lines().count() > 1).then_some(())
+    });
+
+    // An agent that dies is told and comes back.
+    signal(agents["otter-2"], "KILL");
+    demo.wait_for(&["otter-2", "ended by itself", "started again"]);
+    let again = demo.wait_for(&["otter-2", "starting, process "]);
+    agents.insert("otter-2 again".to_owned(), again.rsplit(' ').next().unwrap().parse().unwrap());
+    demo.wait_for(&["otter-2", "link up"]);
+
+    demo.signal("TERM");
+    demo.wait_for(&["otter-1", "from its start"]);
+    let recorded = demo.wait_for(&["packets recorded"]);
+    assert!(recorded.split(' ').next().unwrap().parse::<u64>().unwrap() > 100, "{recorded}");
+    assert!(demo.child.wait().unwrap().success());
+    for (name, process) in agents {
+        assert!(!runs(process), "{name} still runs");
+    }
+    assert!(!folder.exists());
+}
+
+#[test]
+fn killed_it_takes_its_agents_along_and_by_the_clock_it_ends_well() {
+    if !agent_is_there() {
+        return;
+    }
+    let parent = tempfile::tempdir().unwrap();
+    let keep = parent.path().join("demo");
+    let mut demo = Demo::start(&["--otters", "1", "--keep", keep.to_str().unwrap()]);
+    let agents = demo.sails(&["otter-1"]);
+    demo.signal("KILL");
+    until("the agent ended", || (!runs(agents["otter-1"])).then_some(()));
+    assert!(fs::read_to_string(keep.join("otter-1.log")).unwrap().contains("motors stopped, log closed"));
+
+    let again = Command::new(PROGRAM).args(["demo", "--keep"]).arg(&keep).output().unwrap();
+    assert!(!again.status.success() && String::from_utf8_lossy(&again.stderr).contains("not empty"));
+
+    let mut demo = Demo::start(&["--otters", "1", "--seconds", "1"]);
+    demo.wait_for(&["packets recorded"]);
+    assert!(demo.child.wait().unwrap().success(), "{:#?}", demo.said);
+}
+
+#[test]
+fn mistakes_are_told_with_their_remedy() {
+    let wrong = |program: &Path, arguments: &[&str], text: &str| {
+        let output = Command::new(program).arg("demo").args(arguments).env("PATH", "").output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && told.contains(text), "{arguments:?}: {told}");
+    };
+    // The same program where no agent lies beside it; a link, for it is large.
+    let alone = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let program = alone.path().join("lutra-server");
+    fs::hard_link(PROGRAM, &program).unwrap();
+    wrong(&program, &[], "`make demo` builds both");
+    let here = Path::new(PROGRAM);
+    wrong(here, &["--data", "x"], "--keep DIR");
+    wrong(here, &["--otters", "0"], "1..=12");
+    if agent_is_there() {
+        wrong(here, &["--listen", "0.0.0.0:8080"], "beyond loopback");
+        wrong(here, &["--listen", "192.0.2.7:8080"], "beyond loopback");
+        wrong(here, &["--set", "http.listn=1"], "nearest is http.listen");
+    }
+}

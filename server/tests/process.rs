@@ -1,0 +1,233 @@
+//! The program itself: starting, stopping, the command line beside it, and a browser before it.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+use rustls::pki_types::pem::PemObject as _;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
+
+struct Server {
+    child: Child,
+    lines: BufReader<ChildStdout>,
+    url: String,
+}
+
+impl Server {
+    fn start(data: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(PROGRAM)
+            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+            .arg(data)
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(child.stdout.take().unwrap());
+        let mut server = Self { child, lines, url: String::new() };
+        let line = server.line();
+        let url = line.strip_prefix("listening ");
+        url.unwrap_or_else(|| panic!("{line:?}")).clone_into(&mut server.url);
+        server
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.lines.read_line(&mut line).unwrap();
+        line.trim_end().to_owned()
+    }
+
+    fn one_time_password(&mut self) -> String {
+        self.line().rsplit(' ').next().unwrap().to_owned()
+    }
+
+    fn get(&self, path: &str) -> String {
+        let host = self.url.split("://").nth(1).unwrap();
+        let mut stream = TcpStream::connect(host).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    }
+
+    fn terminate(mut self) -> std::process::ExitStatus {
+        Command::new("kill").arg(self.child.id().to_string()).status().unwrap();
+        self.child.wait().unwrap()
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}
+
+fn run(data: &Path, arguments: &[&str]) -> Output {
+    Command::new(PROGRAM).args(arguments).arg("--data").arg(data).output().unwrap()
+}
+
+fn printed(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+#[test]
+fn it_starts_answers_and_ends_on_sigterm() {
+    let folder = tempfile::tempdir().unwrap();
+    let begun = Instant::now();
+    let mut server = Server::start(folder.path(), &[]);
+    assert!(server.get("/healthz").starts_with("HTTP/1.1 200"));
+    println!("start to first answer: {} ms (first start, unoptimised)", begun.elapsed().as_millis());
+    assert!(server.one_time_password().len() > 15);
+    let status = std::fs::read_to_string(format!("/proc/{}/status", server.child.id())).unwrap();
+    println!("{}", status.lines().find(|line| line.starts_with("VmRSS")).unwrap());
+    assert!(server.get("/metrics").contains("lutra_http_requests_total"));
+    assert!(server.terminate().success());
+    let again = Instant::now();
+    let server = Server::start(folder.path(), &[]);
+    assert!(server.get("/healthz").starts_with("HTTP/1.1 200"));
+    println!("start to first answer: {} ms", again.elapsed().as_millis());
+}
+
+#[test]
+fn the_command_line_manages_people_without_and_beside_a_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path();
+    assert_eq!(printed(&run(data, &["user", "add", "nils", "--role", "admin"])).len(), 19);
+    printed(&run(data, &["vessel", "add", "otter-1", "0x0814"]));
+    assert_eq!(printed(&run(data, &["vessel", "list"])), "otter-1\t0x0814");
+    assert!(printed(&run(data, &["token", "create", "--link", "otter-1"])).starts_with("lutra_link_"));
+    printed(&run(data, &["user", "add", "anna"]));
+    let mut passwd = Command::new(PROGRAM);
+    passwd.args(["user", "passwd", "anna", "--password-stdin", "--data"]).arg(data).stdin(Stdio::piped());
+    let mut passwd = passwd.spawn().unwrap();
+    passwd.stdin.take().unwrap().write_all(b"seven small boats\n").unwrap();
+    assert!(passwd.wait().unwrap().success());
+    assert_eq!(printed(&run(data, &["user", "list"])), "anna\tviewer\nnils\tadmin\tone-time password");
+
+    let server = Server::start(data, &[]);
+    let token = printed(&run(data, &["token", "create", "--person", "anna", "--label", "R"]));
+    let host = server.url.split("://").nth(1).unwrap();
+    let me = || {
+        let mut stream = TcpStream::connect(host).unwrap();
+        let head = format!(
+            "GET /api/v1/me HTTP/1.1\r\nhost: a\r\nconnection: close\r\nauthorization: Bearer {token}"
+        );
+        write!(stream, "{head}\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    };
+    assert!(me().contains("\"name\":\"anna\""), "{}", me());
+    let list = printed(&run(data, &["token", "list"]));
+    let id = list.lines().find(|line| line.contains("anna")).unwrap().split('\t').next().unwrap();
+    printed(&run(data, &["token", "revoke", id]));
+    assert!(me().starts_with("HTTP/1.1 401"));
+}
+
+#[test]
+fn mistakes_are_told_with_their_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = |arguments: &[&str], text: &str| {
+        let output = run(folder.path(), arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && told.contains(text), "{arguments:?}: {told}");
+    };
+    wrong(&["user", "add", "a b", "--role", "admin"], "1 to 64 letters");
+    wrong(&["user", "passwd", "nobody"], "There is no person nobody");
+    wrong(&["token", "create", "--link", "otter"], "lutra-server vessel list");
+    wrong(&["serve", "--listen", "0.0.0.0:0"], "beyond loopback");
+    wrong(&["serve", "--set", "http.listn=1"], "nearest is http.listen");
+    wrong(&["serve", "--config", "/nowhere.toml"], "/nowhere.toml");
+}
+
+#[test]
+fn garbage_is_refused_and_disturbs_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let host = server.url.split("://").nth(1).unwrap();
+    let long = "x".repeat(200_000);
+    let form = "POST /login HTTP/1.1\r\nhost: a\r\ncontent-type: application/x-www-form-urlencoded\r\n";
+    let cases = [
+        ("\0\u{1}\u{2} garbage \r\n\r\n".to_owned(), "400"),
+        (format!("GET /{long} HTTP/1.1\r\nhost: a\r\n\r\n"), "414|431|400"),
+        (format!("GET / HTTP/1.1\r\nhost: a\r\nx: {long}\r\n\r\n"), "431|400"),
+        (format!("{form}content-length: 200000\r\n\r\n{long}"), "413"),
+        (format!("{form}content-length: 5\r\n\r\n%%%=%"), "400|422"),
+        ("GET /static/..%2f..%2fCargo.toml HTTP/1.1\r\nhost: a\r\n\r\n".to_owned(), "404"),
+        ("GET /api/v1/vessels/99999/track?from_us=0&to_us=1 HTTP/1.1\r\nhost: a\r\n\r\n".to_owned(), "401"),
+        ("GET / HTTP/1.1\r\nhost: a\r\ncookie: lutra_session=%00;;=;\r\n\r\n".to_owned(), "303"),
+        ("GET /api/v1/me HTTP/1.1\r\nhost: a\r\nauthorization: Basic YTpi\r\n\r\n".to_owned(), "401"),
+    ];
+    for (request, statuses) in cases {
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        // The server may answer and hang up before it has read everything.
+        stream.write_all(request.as_bytes()).ok();
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).unwrap();
+        let status = String::from_utf8_lossy(&status[9..]).into_owned();
+        let start: String = request.chars().take(60).collect();
+        assert!(statuses.contains(&status), "{status} for {start}");
+    }
+    assert!(server.get("/healthz").starts_with("HTTP/1.1 200"));
+}
+
+#[test]
+fn it_serves_encrypted_with_a_certificate_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = printed(&run(folder.path(), &["tls", "init", "--name", "localhost"]));
+    let config = folder.path().join("server.toml");
+    std::fs::write(&config, made).unwrap();
+    let server = Server::start(folder.path(), &["--config", config.to_str().unwrap()]);
+    let port = server.url.strip_prefix("https://127.0.0.1:").unwrap();
+    let mut roots = rustls::RootCertStore::empty();
+    let authority = folder.path().join("tls/ca.pem");
+    roots.add(rustls::pki_types::CertificateDer::from_pem_file(authority).unwrap()).unwrap();
+    let provider = std::sync::Arc::new(rustls::crypto::ring::default_provider());
+    let client =
+        rustls::ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+    let client = std::sync::Arc::new(client.with_root_certificates(roots).with_no_client_auth());
+    let ask = |name: &str| {
+        let name = rustls::pki_types::ServerName::try_from(name.to_owned()).unwrap();
+        let session = rustls::ClientConnection::new(std::sync::Arc::clone(&client), name).unwrap();
+        let socket = TcpStream::connect(format!("127.0.0.1:{port}")).unwrap();
+        let mut stream = rustls::StreamOwned::new(session, socket);
+        stream.write_all(b"GET /login HTTP/1.1\r\nhost: shore\r\nconnection: close\r\n\r\n")?;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).map(|_| answer)
+    };
+    let answer = ask("localhost").unwrap();
+    assert!(
+        answer.contains("strict-transport-security") && answer.contains("__Host-lutra_login="),
+        "{answer}"
+    );
+    assert!(answer.contains("; Secure"));
+    assert!(ask("elsewhere").is_err(), "the certificate is for localhost only");
+}
+
+#[test]
+fn the_doctor_names_what_is_not_well() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("app.db"), "this is no database, but long enough to be taken for one")
+        .unwrap();
+    let output = run(folder.path(), &["doctor", "--set", "http.listen=127.0.0.1:0"]);
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!output.status.success() && told.contains("BAD   people: app.db"), "{told}");
+    assert!(told.contains("ok    clock"));
+}
+
+#[test]
+fn people_are_managed_in_a_browser() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = Server::start(folder.path(), &[]);
+    let password = server.one_time_password();
+    testkit::browser::run("admin.mjs", &[&server.url, &password], |_| {});
+}

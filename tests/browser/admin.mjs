@@ -1,0 +1,93 @@
+// Login, account and administration: node admin.mjs URL ONE-TIME-PASSWORD
+
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+
+const [url, oneTime] = process.argv.slice(2);
+
+await inBrowser(async (open) => {
+  const page = await open();
+
+  // Whoever is not logged in gets to the login, and from there to where they wanted.
+  await page.goto(`${url}/admin/audit`);
+  check(page.url().includes("/login?next="), `anonymous at ${page.url()}`);
+  await look(page, "login");
+  await page.getByLabel("Name").fill("admin");
+  await page.getByLabel("Password").fill("a guess");
+  await page.keyboard.press("Enter");
+  await page.getByRole("alert").getByText("Name or password is wrong").waitFor();
+
+  await logIn(page, url, "admin", oneTime);
+  check(page.url().endsWith("/account"), "a one-time password must be changed first");
+  await page.goto(`${url}/admin`);
+  check(page.url().endsWith("/account"), "nothing else is open before that");
+  await look(page, "one-time");
+  await logIn(await open(), url, "admin", oneTime, "nine grey otters");
+  await page.goto(`${url}/account`);
+  check(page.url().includes("/login"), "the other session ended with the old password");
+  await logIn(page, url, "admin", "nine grey otters");
+
+  // A vessel with its link token, a person with a role on it.
+  await page.getByRole("link", { name: "Admin", exact: true }).click();
+  await page.getByRole("link", { name: "Vessels" }).click();
+  await page.getByText("No vessel has a name yet").waitFor();
+  await page.getByLabel("Name").fill("otter-1");
+  await page.getByLabel("IMC address").fill("0x0814");
+  await page.getByRole("button", { name: "Add" }).click();
+  await page.getByText("otter-1 is known").waitFor();
+  await page.getByRole("button", { name: "Make link token" }).click();
+  check((await page.locator(".secret").innerText()).startsWith("lutra_link_"), "the link token is shown");
+  await look(page, "admin-vessels");
+  await page.getByRole("link", { name: "People" }).click();
+  await page.getByLabel("Name").fill("nils");
+  await page.locator("main form.card").getByLabel("Role").selectOption("researcher");
+  await page.locator("main form.card").getByLabel("Vessel").selectOption("otter-1");
+  await page.getByRole("button", { name: "Add" }).click();
+  const password = await page.locator(".secret").innerText();
+  await look(page, "admin-people");
+  await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
+  await page.getByRole("button", { name: "Remove admin" }).click();
+  await page.getByRole("alert").getByText("The last admin must stay").waitFor();
+
+  // The other person comes in, makes a token and sees no administration.
+  const other = await open();
+  await logIn(other, url, "nils", password, "seven small boats");
+  check((await other.getByRole("link", { name: "Admin", exact: true }).count()) === 0, "a researcher sees no Admin");
+  check((await other.goto(`${url}/admin`)).status() === 403, "and is refused there");
+  await other.goto(`${url}/account`);
+  await other.getByLabel("What for").fill("R on my desk");
+  await other.getByRole("button", { name: "Make token" }).click();
+  const token = await other.locator(".secret").innerText();
+  const me = await other.request.get(`${url}/api/v1/me`, { headers: { authorization: `Bearer ${token}` } });
+  check((await me.json()).name === "nils", "the token acts for its person");
+  await look(other, "account");
+
+  // The admin ends that session and revokes the token.
+  await page.getByRole("link", { name: "Sessions" }).click();
+  await look(page, "admin-sessions");
+  await page.getByRole("row", { name: /nils/ }).getByRole("button", { name: "End" }).click();
+  await other.goto(url);
+  check(other.url().includes("/login"), "the session is over");
+  await page.getByRole("link", { name: "Tokens" }).click();
+  await look(page, "admin-tokens");
+  await page.getByRole("row", { name: /R on my desk/ }).getByRole("button", { name: "Revoke" }).click();
+  await page.getByRole("row", { name: /R on my desk/ }).waitFor({ state: "detached" });
+  const gone = await other.request.get(`${url}/api/v1/me`, { headers: { authorization: `Bearer ${token}` } });
+  check(gone.status() === 401, "the token opens nothing");
+  await page.getByRole("link", { name: "Audit" }).click();
+  for (const action of ["vessel.add", "person.add", "token.make", "session.end", "token.revoke"]) {
+    await page.getByRole("cell", { name: action }).first().waitFor();
+  }
+  await look(page, "admin-audit");
+
+  // Palette and logout are remembered by the server.
+  await page.getByRole("button", { name: "Night" }).click();
+  check((await page.locator("html").getAttribute("data-palette")) === "night", "the palette is kept");
+  await page.getByRole("button", { name: "Log out" }).click();
+  check(page.url().endsWith("/login"), "logged out");
+
+  // All of this is forms: it works without scripts.
+  const plain = await open({ javaScriptEnabled: false });
+  await logIn(plain, url, "admin", "nine grey otters");
+  await plain.getByRole("link", { name: "Admin", exact: true }).click();
+  await plain.getByRole("heading", { name: "People" }).waitFor();
+});

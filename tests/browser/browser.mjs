@@ -1,0 +1,88 @@
+// A headless Chromium whose console must stay empty, pictures of pages, and axe's judgement of them.
+
+import { createRequire } from "node:module";
+import { mkdir, readFile } from "node:fs/promises";
+import { fileURLToPath } from "node:url";
+import { join } from "node:path";
+
+const root = fileURLToPath(new URL("../..", import.meta.url));
+const require = createRequire(join(root, "web/package.json"));
+const { chromium } = require("playwright-core");
+const axe = await readFile(require.resolve("axe-core/axe.min.js"), "utf8");
+
+const SIZES = [
+  { width: 1440, height: 900 },
+  { width: 820, height: 1180 },
+];
+const PALETTES = ["day", "dusk", "night"];
+
+/** Starts Chromium, runs `work`, and fails on anything the pages complained about. */
+export async function inBrowser(work) {
+  const browser = await chromium.launch({
+    executablePath: "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+  });
+  const complaints = [];
+  const open = async (options = {}) => {
+    const context = await browser.newContext({ viewport: SIZES[0], ...options });
+    context.setDefaultTimeout(15_000);
+    const page = await context.newPage();
+    page.on("console", (message) => {
+      // A refusal that a test provokes is told by the browser itself.
+      const told = /status of (401|403|422|429|503)|WebSocket connection|ERR_CONNECTION_REFUSED/.test(message.text());
+      if (["error", "warning"].includes(message.type()) && !told) complaints.push(message.text());
+    });
+    page.on("pageerror", (error) => complaints.push(String(error)));
+    page.on("request", (request) => {
+      const { protocol, hostname } = new URL(request.url());
+      if (protocol !== "data:" && hostname !== "127.0.0.1") complaints.push(`asked ${request.url()}`);
+    });
+    return page;
+  };
+  try {
+    await work(open);
+    if (complaints.length) throw new Error(`the browser complained:\n${complaints.join("\n")}`);
+  } finally {
+    await browser.close();
+  }
+}
+
+export function check(holds, text) {
+  if (!holds) throw new Error(text);
+}
+
+/** Logs in with a one-time password and chooses one. */
+export async function logIn(page, url, name, password, next) {
+  await page.goto(`${url}/login`);
+  await page.getByLabel("Name").fill(name);
+  await page.getByLabel("Password").fill(password);
+  await page.getByRole("button", { name: "Log in" }).click();
+  if (!next) return;
+  await page.getByLabel("One-time password").fill(password);
+  await page.getByLabel(/New password, at least/).fill(next);
+  await page.getByLabel("New password again").fill(next);
+  await page.getByRole("button", { name: "Change password" }).click();
+  await page.getByText("Your password is changed").waitFor();
+}
+
+/** Pictures of a page in all palettes and sizes under target/screenshots, and axe's violations, of which there must be none. */
+export async function look(page, name) {
+  const folder = join(root, "target/screenshots");
+  await mkdir(folder, { recursive: true });
+  for (const palette of PALETTES) {
+    await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
+    for (const size of SIZES) {
+      await page.setViewportSize(size);
+      // The map paints itself after the page.
+      await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+      await page.screenshot({ path: join(folder, `${name}-${palette}-${size.width}.png`), fullPage: true });
+    }
+    await page.evaluate(axe);
+    const { violations } = await page.evaluate(() =>
+      window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] }),
+    );
+    const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
+    check(!told.length, `${name} in ${palette}: ${told.join("\n")}`);
+  }
+  await page.setViewportSize(SIZES[0]);
+}

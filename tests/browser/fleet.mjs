@@ -1,0 +1,67 @@
+// The first page on a moving fleet: node fleet.mjs URL ONE-TIME-PASSWORD. Prints "stop the server" when it wants that.
+
+import { readFile } from "node:fs/promises";
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+
+const [url, oneTime] = process.argv.slice(2);
+
+await inBrowser(async (open) => {
+  const page = await open();
+  await logIn(page, url, "admin", oneTime, "nine grey otters");
+  await page.getByRole("link", { name: "Fleet" }).click();
+  await page.getByText("Live", { exact: true }).waitFor();
+
+  // Every system is there, also the one that nobody knows; a stale one says so.
+  const systems = page.getByRole("list", { name: "Systems" });
+  for (const name of ["otter-0", "otter-1", "otter-2", "unknown 0x0817"]) {
+    await systems.getByRole("button", { name }).waitFor();
+  }
+  // The third said its word once and is silent since.
+  await systems.getByRole("button", { name: "otter-2" }).getByText(/stale|lost/).waitFor();
+  const place = systems.getByRole("button", { name: "otter-0" }).locator(".num").first();
+  const before = await place.innerText();
+  check(/^63° \d\d\.\d{3}′ N 010° \d\d\.\d{3}′ E$/.test(before), before);
+  await page.waitForFunction(([node, before]) => node.textContent !== before, [await place.elementHandle(), before]);
+
+  // Choosing a system shows its latest values; text from a vessel stays text.
+  await systems.getByRole("button", { name: "otter-1" }).press("Enter");
+  const values = page.getByRole("region", { name: "otter-1" }).getByRole("table");
+  await values.getByRole("row", { name: /Voltage <b>Battery<\/b> value/ }).waitFor();
+  await values.getByRole("row", { name: /onerror=alert/ }).waitFor();
+  check((await values.getByRole("row", { name: /EstimatedState Navigation psi/ }).innerText()).includes("°"), "angles are in degrees");
+  check((await values.getByRole("row", { name: /Voltage.*Spare/ }).innerText()).includes("no number"), "NaN is no number");
+  await page.getByLabel("Filter").fill("voltage");
+  await values.getByRole("row", { name: /EstimatedState/ }).first().waitFor({ state: "detached" });
+  await page.getByLabel("Filter").fill("");
+  await systems.getByRole("button", { name: "otter-2" }).click();
+  await page.getByRole("region", { name: "otter-2" }).locator("tr.stale").first().waitFor();
+
+  // The map is drawn: pixels differ where a vessel is, and a click on it chooses it.
+  await page.getByRole("button", { name: "Show all" }).click();
+  await look(page, "fleet");
+  const canvas = page.locator(".map canvas").first();
+  const colours = await canvas.evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const seen = new Set();
+    for (let at = 0; at < data.length; at += 4) if (data[at + 3]) seen.add((data[at] << 16) | (data[at + 1] << 8) | data[at + 2]);
+    return seen.size;
+  });
+  check(colours > 20, `the map shows ${colours} colours`);
+
+  // CSV of the chosen message and time.
+  await page.locator("#messages option").first().waitFor({ state: "attached" });
+  await page.locator("#export").getByLabel("Vessel").selectOption("otter-0");
+  const download = page.waitForEvent("download");
+  await page.getByRole("button", { name: "CSV" }).click();
+  const csv = await readFile(await (await download).path(), "utf8");
+  check(csv.split("\n").length === 100_002 && csv.startsWith("time,vessel,u [m/s]\n"), "the CSV is whole");
+
+  // Without the server nothing looks fresh, and it comes back by itself to the login when the session is over.
+  const asked = Date.now();
+  console.log("stop the server");
+  await page.getByText("No link to the server").waitFor();
+  console.log(`greyed ${Date.now() - asked} ms after the server was told to stop`);
+  check((await page.locator("#fleet").evaluate((node) => getComputedStyle(node).filter)) !== "none", "greyed");
+  await systems.getByRole("button", { name: "otter-0" }).getByText("not known").waitFor();
+  await page.screenshot({ path: new URL("../../target/screenshots/fleet-lost.png", import.meta.url).pathname });
+});

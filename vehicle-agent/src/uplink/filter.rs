@@ -1,0 +1,96 @@
+//! Which packets go to the shore, how often, and which are kept longest.
+
+use imc::PacketView;
+use std::collections::{BTreeMap, BTreeSet};
+use units::UtcTime;
+
+/// What the configuration says of messages, by their ids.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Filter {
+    /// Those that are carried; `None` for all.
+    pub(super) carried: Option<BTreeSet<u16>>,
+    /// Greatest rate for each entity (1/s).
+    pub(super) most_per_s: BTreeMap<u16, f64>,
+    /// Those that are kept longest.
+    pub(super) important: BTreeSet<u16>,
+}
+
+/// What to do with a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// It is not carried.
+    Leave,
+    /// It came too soon after the last of its kind: only the map gets it.
+    LiveOnly,
+    /// It is recorded, and whether it is kept longest.
+    Record(bool),
+}
+
+/// A filter at work.
+#[derive(Debug)]
+pub(super) struct Sieve {
+    filter: Filter,
+    /// When the last of a kind was recorded, by message, entity and, for those numbered alike, number.
+    last: BTreeMap<(u16, u8, u8), UtcTime>,
+}
+
+impl Sieve {
+    pub(super) fn new(filter: Filter) -> Self {
+        Self { filter, last: BTreeMap::new() }
+    }
+
+    /// What to do with a packet that was said at this time.
+    pub(super) fn fate(&mut self, now: UtcTime, packet: &[u8]) -> Fate {
+        let Ok(view) = PacketView::unchecked(packet) else { return Fate::Leave };
+        let id = view.id();
+        if self.filter.carried.as_ref().is_some_and(|carried| !carried.contains(&id)) {
+            return Fate::Leave;
+        }
+        if let Some(rate) = self.filter.most_per_s.get(&id).filter(|rate| **rate > 0.0) {
+            // Thrusters of one entity differ by their first byte; of other messages that only lets more through.
+            let kind = (id, view.src_ent(), view.payload().first().copied().unwrap_or(0));
+            let kind = if id == SET_THRUSTER_ACTUATION { kind } else { (kind.0, kind.1, 0) };
+            let period_us = (1e6 / rate) as i64;
+            // A clock that was set back is no reason to wait.
+            if self.last.get(&kind).is_some_and(|last| (0..period_us).contains(&(now - *last))) {
+                return Fate::LiveOnly;
+            }
+            self.last.insert(kind, now);
+        }
+        Fate::Record(self.filter.important.contains(&id))
+    }
+}
+
+const SET_THRUSTER_ACTUATION: u16 = 301;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imc::messages::{Rpm, SetThrusterActuation, TBRFishTag};
+    use imc::{Header, Message, Packet};
+
+    fn packet(message: impl Into<Message>) -> Vec<u8> {
+        Packet::new(Header::default(), message.into()).encode().unwrap()
+    }
+
+    #[test]
+    fn rates_hold_for_each_thruster_and_detections_are_kept_longest() {
+        let filter = Filter {
+            carried: Some(BTreeSet::from([301, 2007])),
+            most_per_s: BTreeMap::from([(301, 1.0)]),
+            important: BTreeSet::from([2007]),
+        };
+        let mut sieve = Sieve::new(filter);
+        let thrust = |id| packet(SetThrusterActuation { id, value: 0.5 });
+        let at = |ms: i64| UtcTime::from_micros(ms * 1000);
+        let mut fates = Vec::new();
+        for (ms, id) in [(0, 0), (1, 1), (900, 0), (1000, 0), (1001, 1), (500, 0)] {
+            fates.push(sieve.fate(at(ms), &thrust(id)));
+        }
+        let recorded = Fate::Record(false);
+        assert_eq!(fates, [recorded, recorded, Fate::LiveOnly, recorded, recorded, recorded]);
+        assert_eq!(sieve.fate(at(0), &packet(TBRFishTag::default())), Fate::Record(true));
+        assert_eq!(sieve.fate(at(0), &packet(Rpm { value: 1 })), Fate::Leave);
+        assert_eq!(sieve.fate(at(0), b"no packet"), Fate::Leave);
+    }
+}

@@ -1,0 +1,114 @@
+//! The way to the shore: a queue that the loop fills without waiting, and a thread that spools and sends.
+//!
+//! The loop's side is [`Uplink`]. Its queue holds 4 MiB; what comes while it is full is counted and declared as a gap
+//! of the record. The thread puts everything on disk first ([`spool`]), talks to the shore by the
+//! rules of [`link`], and hands commands on as they come.
+
+mod filter;
+mod queue;
+mod settings;
+mod socket;
+mod spool;
+mod sync;
+#[cfg(test)]
+mod tests;
+mod worker;
+
+pub(crate) use settings::UplinkSettings;
+
+use crate::clock::Clock;
+use crate::disk::InUse;
+use anyhow::Context as _;
+use queue::Queue;
+use spool::Spool;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use worker::Worker;
+
+/// How long the end of the program waits for the last packets to be on disk.
+const END_WITHIN: Duration = Duration::from_secs(3);
+/// A spool that the disk refused is tried again this often.
+const OPEN_EVERY: Duration = Duration::from_secs(5);
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+
+/// Takes a command for the vessel; an error says why it is refused.
+pub(crate) type Deliver = Box<dyn FnMut(&[u8]) -> Result<(), String> + Send>;
+
+/// The loop's side of the way to the shore.
+#[derive(Debug)]
+pub(crate) struct Uplink {
+    queue: Arc<Queue>,
+    thread: Option<JoinHandle<()>>,
+    clock: Clock,
+}
+
+impl Uplink {
+    /// Opens the spool and starts the thread. A disk that refuses the spool is no reason for a vessel not to sail:
+    /// the thread tries again, and what finds no room in the queue until then is declared as a gap.
+    ///
+    /// # Errors
+    /// When another agent uses the spool, or the thread cannot be started.
+    pub(crate) fn start(settings: UplinkSettings, deliver: Deliver) -> anyhow::Result<Self> {
+        let clock = Clock::system();
+        let opened = match open(&settings, &clock) {
+            Ok(spool) => Some(spool),
+            Err(error) if error.is::<InUse>() => return Err(error),
+            Err(error) => {
+                tracing::error!("uplink: {error:#}; tried again every {} s", OPEN_EVERY.as_secs());
+                None
+            }
+        };
+        let (queue, wake) = Queue::new().context("making the queue to the shore")?;
+        let queue = Arc::new(queue);
+        let shared = Arc::clone(&queue);
+        let work = move || {
+            if let Some(spool) = opened.or_else(|| open_later(&settings, &shared)) {
+                Worker::new(settings, spool, shared, wake, deliver).run();
+            }
+        };
+        let thread = std::thread::Builder::new().name("uplink".to_owned()).spawn(work)?;
+        Ok(Self { queue, thread: Some(thread), clock })
+    }
+
+    /// A packet that the vessel said. Never waits.
+    pub(crate) fn record(&self, packet: &[u8]) {
+        self.queue.put(self.clock.utc(), packet);
+    }
+
+    /// Puts what is queued on disk and says farewell; answers whether that was done in time.
+    pub(crate) fn end(mut self) -> bool {
+        self.queue.end();
+        let Some(thread) = self.thread.take() else { return true };
+        let until = Instant::now() + END_WITHIN;
+        while !thread.is_finished() && Instant::now() < until {
+            std::thread::sleep(LOOK_EVERY);
+        }
+        thread.is_finished() && thread.join().is_ok()
+    }
+}
+
+fn open(settings: &UplinkSettings, clock: &Clock) -> anyhow::Result<Spool> {
+    let (spool, remarks) = Spool::open(&settings.spool, settings.bounds, clock.utc())?;
+    for remark in remarks {
+        tracing::warn!("spool: {remark}");
+    }
+    Ok(spool)
+}
+
+/// Tries until the disk gives the spool; `None` when the program ends before that.
+fn open_later(settings: &UplinkSettings, queue: &Queue) -> Option<Spool> {
+    let clock = Clock::system();
+    let mut next = OPEN_EVERY;
+    while !queue.is_ending() {
+        std::thread::sleep(LOOK_EVERY * 10);
+        if clock.elapsed() >= next {
+            next = clock.elapsed() + OPEN_EVERY;
+            if let Ok(spool) = open(settings, &clock) {
+                tracing::info!("uplink: the disk has given the spool");
+                return Some(spool);
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,136 @@
+//! What `[Transports.Lutra]` says.
+
+use super::filter::Filter;
+use super::spool::Bounds;
+use anyhow::{Context as _, bail};
+use config::schema::transport::{MESSAGES, RATES, lutra};
+use config::{Config, Section};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Everything that the way to the shore needs to know.
+#[derive(Debug, Clone)]
+pub(crate) struct UplinkSettings {
+    /// IMC address of the vessel.
+    pub(crate) address: u16,
+    /// The vessel's name.
+    pub(crate) name: String,
+    pub(crate) server: Server,
+    pub(crate) filter: Filter,
+    /// Folder of the spool.
+    pub(crate) spool: PathBuf,
+    pub(crate) bounds: Bounds,
+    /// Bytes a second over time; `None` for no bound.
+    pub(crate) budget_bytes_per_s: Option<u32>,
+    pub(crate) sync_every: Duration,
+}
+
+/// Where the shore is, and by what it knows this vessel.
+#[derive(Clone, PartialEq, Eq)]
+pub(crate) struct Server {
+    pub(crate) url: String,
+    pub(crate) host: String,
+    pub(crate) port: u16,
+    pub(crate) token: String,
+    /// Certificates to trust; only for `wss`.
+    pub(crate) authority: Option<PathBuf>,
+}
+
+impl std::fmt::Debug for Server {
+    /// Without the token.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Server").field("url", &self.url).finish_non_exhaustive()
+    }
+}
+
+impl UplinkSettings {
+    /// What the configuration says; `None` when it has the way to the shore off. Files without a path are beside
+    /// the configuration `file`, the spool is in the folder `data`.
+    ///
+    /// # Errors
+    /// When what it says cannot be used.
+    pub(crate) fn read(
+        config: &Config,
+        file: &Path,
+        data: &Path,
+        doubts: &mut Vec<String>,
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(section) = config.running(&lutra::LUTRA).next() else { return Ok(None) };
+        let name = config.vehicle().to_owned();
+        let address = config.address().with_context(|| format!("the vehicle `{name}` has no address"))?;
+        let beside = |path: String| file.parent().unwrap_or(Path::new(".")).join(path);
+        let server = Server::read(section, beside).with_context(|| format!("[{}]", section.name()))?;
+        let spool = section.get(&lutra::SPOOL_FOLDER);
+        let mebibytes = section.get(&lutra::SPOOL_SIZE).unsigned_abs();
+        let budget = section.get(&lutra::BYTE_BUDGET);
+        Ok(Some(Self {
+            address,
+            server,
+            filter: filter(section, doubts),
+            spool: if spool.is_empty() { data.join("spool").join(&name) } else { PathBuf::from(spool) },
+            bounds: Bounds::of(mebibytes << 20),
+            budget_bytes_per_s: u32::try_from(budget).ok().filter(|budget| *budget > 0),
+            sync_every: Duration::from_secs_f64(section.get(&lutra::SYNC_INTERVAL)),
+            name,
+        }))
+    }
+}
+
+impl Server {
+    fn read(section: &Section, beside: impl Fn(String) -> PathBuf) -> anyhow::Result<Self> {
+        let url = section.get(&lutra::URL);
+        let token_file = section.get(&lutra::TOKEN_FILE);
+        let authority = section.get(&lutra::AUTHORITY);
+        let path = beside(token_file);
+        let token = fs::read_to_string(&path).with_context(|| {
+            format!("Token File: reading {}; `lutra-server token create` makes one", path.display())
+        })?;
+        let token = token.trim().to_owned();
+        if token.is_empty() || !token.bytes().all(|byte| byte.is_ascii_graphic()) {
+            bail!("Token File: {} holds no token", path.display());
+        }
+        let authority = (!authority.is_empty()).then(|| beside(authority));
+        Self::at(url, token, authority)
+    }
+
+    /// The server at a URL.
+    pub(super) fn at(url: String, token: String, authority: Option<PathBuf>) -> anyhow::Result<Self> {
+        let uri: tungstenite::http::Uri = url.parse().with_context(|| format!("URL: `{url}`"))?;
+        let usual = match uri.scheme_str() {
+            Some("ws") => 80,
+            Some("wss") => 443,
+            _ => bail!("URL: `{url}` must begin with ws:// or wss://"),
+        };
+        if usual == 443 && authority.is_none() {
+            bail!("URL: wss:// needs `Certificate Authority`, the file that `lutra-server tls init` made");
+        }
+        let host = uri.host().with_context(|| format!("URL: `{url}` has no host"))?;
+        let host = host.trim_matches(['[', ']']).to_owned();
+        let port = uri.port_u16().unwrap_or(usual);
+        Ok(Self { url, host, port, token, authority })
+    }
+
+    pub(super) fn is_secure(&self) -> bool {
+        self.url.starts_with("wss:")
+    }
+}
+
+fn filter(section: &Section, doubts: &mut Vec<String>) -> Filter {
+    let mut id = |key: &str, name: &str| {
+        let found = imc::catalogue::by_abbrev(name).map(|message| message.id);
+        if found.is_none() {
+            doubts.push(format!("[{}] {key}: no message `{name}`", section.name()));
+        }
+        found
+    };
+    let listed = section.get(&MESSAGES);
+    let carried =
+        (!listed.is_empty()).then(|| listed.iter().filter_map(|name| id("Transports", name)).collect());
+    let rates = section.get(&RATES);
+    let most_per_s =
+        rates.into_iter().filter_map(|(name, rate)| Some((id("Rate Limiters", &name)?, rate))).collect();
+    let important = section.get(&lutra::KEPT_LONGEST);
+    let important = important.iter().filter_map(|name| id("Kept Longest", name)).collect();
+    Filter { carried, most_per_s, important }
+}

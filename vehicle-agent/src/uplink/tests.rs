@@ -1,0 +1,277 @@
+//! The thread against a small shore on a real socket.
+
+use super::*;
+use crate::uplink::filter::Filter;
+use crate::uplink::settings::Server;
+use crate::uplink::spool::Bounds;
+use link::{ConnectionId, Now, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
+use std::collections::BTreeMap;
+use std::io;
+use std::net::TcpListener;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use tungstenite::{Message, WebSocket};
+use units::MonoTime;
+
+const DEADLINE: Duration = Duration::from_mins(1);
+
+fn settings(folder: &std::path::Path, port: u16) -> UplinkSettings {
+    UplinkSettings {
+        address: 0x2810,
+        name: "ntnu-otter-01".to_owned(),
+        server: Server::at(format!("ws://127.0.0.1:{port}/link"), "secret".to_owned(), None).unwrap(),
+        filter: Filter::default(),
+        spool: folder.join("spool"),
+        bounds: Bounds::of(16 << 20),
+        budget_bytes_per_s: None,
+        sync_every: Duration::from_millis(20),
+    }
+}
+
+fn packet(number: u64) -> Vec<u8> {
+    let header = imc::Header { timestamp: number as f64, ..imc::Header::default() };
+    imc::Packet::new(header, imc::messages::Rpm { value: number as i16 }).encode().unwrap()
+}
+
+/// A shore that keeps records in memory and serves one connection after the other.
+struct SmallShore {
+    kept: BTreeMap<u64, Vec<u8>>,
+    shore: Shore,
+    outcomes: Vec<(u64, Outcome)>,
+    started: Instant,
+}
+
+impl SmallShore {
+    fn now(&self) -> Now {
+        let mono = MonoTime::default() + self.started.elapsed();
+        Now { mono, utc: Clock::system().utc() }
+    }
+
+    /// Serves a connection until `done`.
+    #[expect(clippy::result_large_err, reason = "the library's type for a refusal")]
+    fn serve(&mut self, id: u64, stream: std::net::TcpStream, done: impl Fn(&Self) -> bool) {
+        let token = |request: &tungstenite::handshake::server::Request, response| {
+            assert_eq!(request.headers()["authorization"], "Bearer secret");
+            Ok(response)
+        };
+        let mut socket = tungstenite::accept_hdr(stream, token).unwrap();
+        socket.get_ref().set_read_timeout(Some(Duration::from_millis(5))).unwrap();
+        let id = ConnectionId(id);
+        self.shore.handle(self.now(), ShoreInput::Opened(id));
+        let until = Instant::now() + DEADLINE;
+        while !done(self) {
+            assert!(Instant::now() < until, "{} kept", self.kept.len());
+            match socket.read() {
+                Ok(Message::Binary(bytes)) => self.shore.handle(self.now(), ShoreInput::Message(id, bytes)),
+                Ok(_) => {}
+                Err(tungstenite::Error::Io(error)) if error.kind() == io::ErrorKind::WouldBlock => {
+                    self.shore.handle(self.now(), ShoreInput::Timer);
+                }
+                Err(error) => panic!("{error}"),
+            }
+            self.carry_out(&mut socket);
+        }
+        self.shore.handle(self.now(), ShoreInput::Closed(id));
+    }
+
+    fn carry_out(&mut self, socket: &mut WebSocket<std::net::TcpStream>) {
+        while let Some(output) = self.shore.poll_output() {
+            match output {
+                ShoreOutput::Send(_, bytes) => socket.send(Message::Binary(bytes)).unwrap(),
+                ShoreOutput::Hello(id, hello) => {
+                    assert_eq!((hello.address, &hello.name[..]), (0x2810, "ntnu-otter-01"));
+                    let durable = self.kept.last_key_value().map(|(seq, _)| *seq);
+                    self.shore.handle(self.now(), ShoreInput::Resume(id, durable));
+                }
+                ShoreOutput::Records { stream, records } => {
+                    for record in records {
+                        assert_eq!(record.seq, self.kept.len() as u64, "in order and once");
+                        self.kept.insert(record.seq, record.packet.to_vec());
+                    }
+                    let seq = self.kept.len() as u64 - 1;
+                    self.shore.handle(self.now(), ShoreInput::Durable { stream, seq });
+                }
+                ShoreOutput::Outcome(id, outcome) => self.outcomes.push((id, outcome)),
+                ShoreOutput::Close(_, code, text) => panic!("{code:?} {text}"),
+                ShoreOutput::Gap { gap, .. } => panic!("{gap:?}"),
+                ShoreOutput::Up(_) | ShoreOutput::Down | ShoreOutput::Live(_) => {}
+            }
+        }
+    }
+}
+
+fn commands() -> (Deliver, Receiver<Vec<u8>>) {
+    let (sender, receiver): (Sender<Vec<u8>>, _) = channel();
+    let deliver = move |packet: &[u8]| match packet {
+        b"refused" => Err("not this one".to_owned()),
+        _ => sender.send(packet.to_vec()).map_err(|error| error.to_string()),
+    };
+    (Box::new(deliver), receiver)
+}
+
+#[test]
+fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() {
+    let folder = tempfile::tempdir().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let shore = Shore::new(ShoreSettings::default());
+    let mut small =
+        SmallShore { kept: BTreeMap::new(), shore, outcomes: Vec::new(), started: Instant::now() };
+    let mut said = 0;
+    let mut connection = 0;
+    for _ in 0..3 {
+        let (deliver, delivered) = commands();
+        let uplink = Uplink::start(settings(folder.path(), port), deliver).unwrap();
+        for _ in 0..3 {
+            for _ in 0..400 {
+                uplink.record(&packet(said));
+                said += 1;
+            }
+            connection += 1;
+            // The connection breaks when a part has arrived; the rest comes over the next.
+            let (stream, _) = listener.accept().unwrap();
+            let enough = said - 100;
+            small.serve(connection, stream, |small| small.kept.len() as u64 >= enough);
+        }
+        let command = |id, packet: &'static [u8]| ShoreInput::Command {
+            id,
+            ttl: Duration::from_secs(30),
+            packet: bytes::Bytes::from_static(packet),
+        };
+        small.shore.handle(small.now(), command(connection, b"go"));
+        small.shore.handle(small.now(), command(connection + 1000, b"refused"));
+        connection += 1;
+        let (stream, _) = listener.accept().unwrap();
+        let before = small.outcomes.len();
+        small.serve(connection, stream, |small| {
+            small.kept.len() as u64 == said && small.outcomes.len() == before + 2
+        });
+        assert_eq!(delivered.recv_timeout(DEADLINE).unwrap(), b"go");
+        assert!(uplink.end());
+    }
+    let refused = small.outcomes.iter().filter(|(_, outcome)| *outcome != Outcome::Received);
+    assert!(refused.clone().count() == 3);
+    assert!(refused.into_iter().all(|(_, how)| *how == Outcome::Refused("not this one".to_owned())));
+    for (seq, kept) in &small.kept {
+        assert_eq!(*kept, packet(*seq));
+    }
+    assert_eq!(small.kept.len() as u64, said);
+}
+
+#[test]
+fn a_url_says_where_the_shore_is_or_what_is_wrong() {
+    let at = |url: &str, authority: Option<&str>| {
+        let server = Server::at(url.to_owned(), "t".to_owned(), authority.map(Into::into));
+        server.map(|server| (server.host, server.port)).map_err(|error| format!("{error:#}"))
+    };
+    assert_eq!(at("ws://10.77.0.1:8080/link", None), Ok(("10.77.0.1".to_owned(), 8080)));
+    assert_eq!(at("ws://shore/link", None), Ok(("shore".to_owned(), 80)));
+    assert_eq!(at("wss://[fd00::1]/link", Some("ca.pem")), Ok(("fd00::1".to_owned(), 443)));
+    for (url, wrong) in [
+        ("http://x/", "ws:// or wss://"),
+        ("wss://x/", "Certificate Authority"),
+        ("ws//", "URL"),
+        ("", "URL"),
+    ] {
+        assert!(at(url, None).unwrap_err().contains(wrong), "{url}");
+    }
+}
+
+/// The answer to one attempt at a server whose first connection is handled so.
+fn attempt(
+    url: impl Fn(u16) -> String,
+    authority: Option<std::path::PathBuf>,
+    handle: impl FnOnce(std::net::TcpStream) + Send + 'static,
+) -> Result<socket::Socket, (link::Failure, String)> {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let serving = std::thread::spawn(move || handle(listener.accept().unwrap().0));
+    let server = Server::at(url(port), "secret".to_owned(), authority).unwrap();
+    let outcome = socket::connect(&server, Duration::from_secs(10));
+    serving.join().unwrap();
+    outcome
+}
+
+#[test]
+#[expect(clippy::result_large_err, reason = "the library's type for a refusal")]
+fn a_wrong_token_is_a_refusal_that_says_so() {
+    let outcome = attempt(
+        |port| format!("ws://127.0.0.1:{port}/link"),
+        None,
+        |stream| {
+            let refuse = |_: &tungstenite::handshake::server::Request, _| {
+                Err(tungstenite::http::Response::builder().status(401).body(None).unwrap())
+            };
+            assert!(tungstenite::accept_hdr(stream, refuse).is_err());
+        },
+    );
+    let (failure, text) = outcome.unwrap_err();
+    assert_eq!(failure, link::Failure::Refused);
+    assert!(text.contains("401") && text.contains("token"), "{text}");
+}
+
+#[test]
+fn over_tls_only_the_given_authority_is_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    let make = |name: &str| {
+        let made = rcgen::generate_simple_self_signed(vec!["127.0.0.1".to_owned()]).unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, made.cert.pem()).unwrap();
+        (path, made)
+    };
+    let ((ours, _), (theirs, made)) = (make("ours.pem"), make("theirs.pem"));
+    let connect = |trusted: std::path::PathBuf| {
+        let (certificate, key) = (made.cert.der().clone(), made.signing_key.serialize_der());
+        attempt(
+            |port| format!("wss://127.0.0.1:{port}/link"),
+            Some(trusted),
+            move |stream| {
+                let provider = Arc::new(rustls::crypto::ring::default_provider());
+                let key = rustls::pki_types::PrivateKeyDer::Pkcs8(key.into());
+                let config = rustls::ServerConfig::builder_with_provider(provider)
+                    .with_safe_default_protocol_versions()
+                    .unwrap()
+                    .with_no_client_auth()
+                    .with_single_cert(vec![certificate], key)
+                    .unwrap();
+                let tls = rustls::ServerConnection::new(Arc::new(config)).unwrap();
+                // A client that does not trust this one goes away.
+                if let Ok(mut socket) = tungstenite::accept(rustls::StreamOwned::new(tls, stream)) {
+                    socket.send(Message::Binary(bytes::Bytes::from_static(b"over tls"))).unwrap();
+                }
+            },
+        )
+    };
+    let (_, text) = connect(ours).unwrap_err();
+    assert!(text.contains("certificate"), "{text}");
+    let mut socket = connect(theirs).unwrap();
+    let until = Instant::now() + DEADLINE;
+    let heard = loop {
+        if let Some(heard) = socket.receive().unwrap() {
+            break heard;
+        }
+        assert!(Instant::now() < until);
+        std::thread::yield_now();
+    };
+    assert_eq!(&heard[..], b"over tls");
+}
+
+#[test]
+fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
+    let folder = tempfile::tempdir().unwrap();
+    let (deliver, _delivered) = commands();
+    let settings = settings(folder.path(), 1);
+    std::fs::write(&settings.spool, "in the way").unwrap();
+    let uplink = Uplink::start(settings.clone(), deliver).unwrap();
+    uplink.record(&packet(1));
+    std::fs::remove_file(&settings.spool).unwrap();
+    let until = Instant::now() + DEADLINE;
+    while !settings.spool.join("identity").exists() {
+        assert!(Instant::now() < until);
+        std::thread::sleep(LOOK_EVERY);
+    }
+    assert!(uplink.end());
+    let mut spool = Spool::open(&settings.spool, settings.bounds, Clock::system().utc()).unwrap().0;
+    assert!(
+        matches!(&spool.read(0, 1000)[..], [link::Entry::Record(record)] if record.packet[..] == packet(1))
+    );
+}

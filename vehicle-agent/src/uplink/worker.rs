@@ -1,0 +1,352 @@
+//! The thread that spools what the vessel says and carries it ashore. It waits for packets, the socket and the
+//! link's own deadlines at once; connecting and syncing, which can take long, have threads of their own.
+
+use super::Deliver;
+use super::filter::{Fate, Sieve};
+use super::queue::Queue;
+use super::settings::UplinkSettings;
+use super::socket::{Socket, connect};
+use super::spool::{Spool, random};
+use super::sync::Syncer;
+use crate::clock::Clock;
+use bytes::Bytes;
+use link::{Answer, ConnectionId, Failure, Now, Vessel, VesselInput, VesselOutput, VesselSettings};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::os::fd::AsFd as _;
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+use units::MonoTime;
+
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+/// Messages taken from the socket before packets are looked at again.
+const MESSAGES_AT_ONCE: usize = 32;
+/// Attempts that may hang, in the lookup of a name above all.
+const MOST_ATTEMPTS: usize = 3;
+/// A disk that goes on refusing is told of this often.
+const TROUBLE_TOLD: Duration = Duration::from_secs(30);
+const SOFTWARE: &str = concat!("lutra-agent ", env!("CARGO_PKG_VERSION"));
+
+type Attempt = (ConnectionId, Result<Socket, (Failure, String)>);
+
+pub(super) struct Worker {
+    settings: UplinkSettings,
+    clock: Clock,
+    queue: Arc<Queue>,
+    wake: UnixStream,
+    spool: Spool,
+    sieve: Sieve,
+    vessel: Vessel,
+    deliver: Deliver,
+    socket: Option<(ConnectionId, Socket)>,
+    /// The attempt that the link waits for, and until when.
+    opening: Option<(ConnectionId, MonoTime)>,
+    attempts: usize,
+    attempted: (Sender<Attempt>, Receiver<Attempt>),
+    syncer: Option<Syncer>,
+    next_sync: MonoTime,
+    /// What was last said of a connection that could not be made.
+    complaint: String,
+    next_trouble: MonoTime,
+    is_ending: bool,
+}
+
+impl Worker {
+    pub(super) fn new(
+        settings: UplinkSettings,
+        spool: Spool,
+        queue: Arc<Queue>,
+        wake: UnixStream,
+        deliver: Deliver,
+    ) -> Self {
+        let clock = Clock::system();
+        let now = now(&clock);
+        let vessel = VesselSettings {
+            address: settings.address,
+            name: settings.name.clone(),
+            software: SOFTWARE.to_owned(),
+            incarnation: spool.starts(),
+            seed: random().unwrap_or(u64::from(settings.address)),
+            budget_bytes_per_s: settings.budget_bytes_per_s,
+            spool: spool.state(),
+        };
+        let syncer = Syncer::start(Arc::clone(&queue)).inspect_err(|error| {
+            tracing::error!("uplink: no thread to sync the spool: {error}; it is synced when it is closed");
+        });
+        Self {
+            sieve: Sieve::new(settings.filter.clone()),
+            vessel: Vessel::new(now, vessel),
+            settings,
+            clock,
+            queue,
+            wake,
+            spool,
+            deliver,
+            socket: None,
+            opening: None,
+            attempts: 0,
+            attempted: channel(),
+            syncer: syncer.ok(),
+            next_sync: now.mono,
+            complaint: String::new(),
+            next_trouble: now.mono,
+            is_ending: false,
+        }
+    }
+
+    /// Works until the end of the program.
+    pub(super) fn run(mut self) {
+        loop {
+            self.is_ending = self.take_packets();
+            self.take_attempts();
+            let more = self.receive();
+            self.handle(if self.is_ending { VesselInput::Shutdown } else { VesselInput::Timer });
+            self.flush();
+            self.sync();
+            if self.is_ending {
+                if let Err(error) = self.spool.close() {
+                    tracing::error!("uplink: closing the spool: {error:#}");
+                }
+                return;
+            }
+            self.wait(more);
+        }
+    }
+
+    /// Spools what the loop has put; answers whether that was the last.
+    fn take_packets(&mut self) -> bool {
+        let waiting = self.queue.take(&mut self.wake);
+        if waiting.packets.is_empty() && waiting.missed.is_none() {
+            return waiting.ending;
+        }
+        let mut live = Vec::with_capacity(waiting.packets.len());
+        for (recorded, packet) in waiting.packets {
+            match self.sieve.fate(recorded, &packet) {
+                Fate::Leave => continue,
+                Fate::LiveOnly => {}
+                Fate::Record(important) => self.spool.append(recorded, &packet, important),
+            }
+            live.push(Bytes::from(packet));
+        }
+        if let Some(missed) = waiting.missed {
+            tracing::error!(packets = missed.count, "uplink: the queue was full; not recorded for the shore");
+            self.spool.missed(missed.count, missed.since, missed.until);
+        }
+        let thinned = self.spool.thinned();
+        if let Err(error) = self.spool.write() {
+            self.trouble(&format!("the disk does not take the spool: {error}"));
+        }
+        if self.spool.thinned() > thinned {
+            self.trouble("the spool is full: the oldest telemetry gives way");
+        }
+        // The disk first, then the map.
+        for packet in live {
+            self.vessel.handle(now(&self.clock), VesselInput::Live(packet));
+        }
+        self.handle(VesselInput::Spool(self.spool.state()));
+        waiting.ending
+    }
+
+    fn trouble(&mut self, text: &str) {
+        let now = now(&self.clock).mono;
+        if now >= self.next_trouble {
+            self.next_trouble = now + TROUBLE_TOLD;
+            tracing::error!("uplink: {text}");
+        }
+    }
+
+    fn take_attempts(&mut self) {
+        while let Ok((id, outcome)) = self.attempted.1.try_recv() {
+            self.attempts -= 1;
+            // One that the link does not wait for any more is closed by dropping it.
+            if self.opening.take_if(|(waited, _)| *waited == id).is_none() {
+                continue;
+            }
+            match outcome {
+                Ok(socket) => {
+                    self.socket = Some((id, socket));
+                    self.handle(VesselInput::Opened(id));
+                }
+                Err((failure, text)) => {
+                    self.complain(text);
+                    self.handle(VesselInput::Failed(id, failure));
+                }
+            }
+        }
+        let now = now(&self.clock).mono;
+        if let Some((id, _)) = self.opening.take_if(|(_, until)| now >= *until) {
+            self.complain(format!("{} does not answer", self.settings.server.url));
+            self.handle(VesselInput::Failed(id, Failure::Unanswered));
+        }
+    }
+
+    /// Says why there is no connection, once for each reason.
+    fn complain(&mut self, text: String) {
+        if text != self.complaint {
+            tracing::warn!("uplink: {text}");
+            self.complaint = text;
+        }
+    }
+
+    /// Takes messages; answers whether there may be more, which the kernel need not know of.
+    fn receive(&mut self) -> bool {
+        for _ in 0..MESSAGES_AT_ONCE {
+            let Some((id, socket)) = &mut self.socket else { return false };
+            let id = *id;
+            match socket.receive() {
+                Ok(None) => return false,
+                Ok(Some(message)) => self.handle(VesselInput::Message(id, message)),
+                Err(error) => {
+                    self.broken(id, error);
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    fn flush(&mut self) {
+        if let Some((id, socket)) = &mut self.socket {
+            let id = *id;
+            if let Err(error) = socket.flush() {
+                self.broken(id, error);
+            }
+        }
+    }
+
+    fn broken(&mut self, id: ConnectionId, error: String) {
+        self.socket = None;
+        self.complain(error);
+        self.handle(VesselInput::Closed(id));
+    }
+
+    /// Tells the link something and carries out what it wants.
+    fn handle(&mut self, input: VesselInput) {
+        self.vessel.handle(now(&self.clock), input);
+        while let Some(output) = self.vessel.poll_output() {
+            self.carry_out(output);
+        }
+    }
+
+    fn carry_out(&mut self, output: VesselOutput) {
+        let tell = |worker: &mut Self, input| {
+            let now = now(&worker.clock);
+            worker.vessel.handle(now, input);
+        };
+        match output {
+            VesselOutput::Open(id, patience) => self.attempt(id, patience),
+            VesselOutput::Send(id, message) => {
+                let Some((_, socket)) = self.socket.as_mut().filter(|(open, _)| *open == id) else { return };
+                if let Err(error) = socket.send(message) {
+                    self.socket = None;
+                    self.complain(error);
+                    tell(self, VesselInput::Closed(id));
+                }
+            }
+            VesselOutput::Close(id, reason) => {
+                if let Some((_, mut socket)) = self.socket.take_if(|(open, _)| *open == id) {
+                    // A last word, if the kernel takes it at once.
+                    socket.flush().ok();
+                }
+                if !self.is_ending {
+                    self.complain(reason);
+                }
+            }
+            VesselOutput::Need(from, bytes) => {
+                let entries = self.spool.read(from, bytes);
+                tell(self, VesselInput::Entries(from, entries));
+            }
+            VesselOutput::Acknowledged(next) => {
+                self.spool.acknowledged(next);
+                let state = self.spool.state();
+                tell(self, VesselInput::Spool(state));
+            }
+            VesselOutput::Renumber => {
+                tracing::error!("uplink: the shore has more than the spool ever knew; another stream begins");
+                if let Err(error) = self.spool.renumber() {
+                    self.trouble(&format!("{error:#}"));
+                }
+                let state = self.spool.state();
+                tell(self, VesselInput::Spool(state));
+            }
+            VesselOutput::Command { id, packet, expires } => {
+                let answer = if now(&self.clock).mono >= expires {
+                    Answer::Expired
+                } else {
+                    (self.deliver)(&packet).map_or_else(Answer::Refused, |()| Answer::Received)
+                };
+                tell(self, VesselInput::Answer(id, answer));
+            }
+            VesselOutput::Up => {
+                self.complaint.clear();
+                let now = now(&self.clock);
+                let backlog = self.vessel.status(now).backlog;
+                tracing::info!(backlog, "uplink: connected to {}", self.settings.server.url);
+            }
+        }
+    }
+
+    fn attempt(&mut self, id: ConnectionId, patience: Duration) {
+        let now = now(&self.clock).mono;
+        self.opening = Some((id, now + patience * 2));
+        if self.attempts >= MOST_ATTEMPTS {
+            return;
+        }
+        let (server, done, queue) =
+            (self.settings.server.clone(), self.attempted.0.clone(), Arc::clone(&self.queue));
+        let work = move || {
+            done.send((id, connect(&server, patience))).ok();
+            queue.ring();
+        };
+        match std::thread::Builder::new().name("uplink-connect".to_owned()).spawn(work) {
+            Ok(_) => self.attempts += 1,
+            Err(error) => self.complain(format!("no thread to connect with: {error}")),
+        }
+    }
+
+    fn sync(&mut self) {
+        let now = now(&self.clock).mono;
+        let Some(syncer) = &mut self.syncer else { return };
+        match syncer.outcome() {
+            Some(Ok(next)) => self.spool.synced(next),
+            Some(Err(error)) => self.trouble(&format!("the spool cannot be synced: {error}")),
+            None => {}
+        }
+        let Some(syncer) = self.syncer.as_mut().filter(|syncer| !syncer.is_busy()) else { return };
+        if now >= self.next_sync
+            && let Some(job) = self.spool.unsynced()
+        {
+            self.next_sync = now + self.settings.sync_every;
+            syncer.start_job(job);
+        }
+    }
+
+    /// Waits until there is something to do; with `more` it only looks.
+    fn wait(&mut self, more: bool) {
+        let now = now(&self.clock);
+        let mut due = if more { now.mono } else { now.mono + LONGEST_WAIT };
+        if let Some(at) = self.vessel.poll_timeout(now) {
+            due = due.min(at);
+        }
+        if let Some((_, until)) = self.opening {
+            due = due.min(until);
+        }
+        if self.spool.is_unsynced() && self.syncer.as_ref().is_some_and(|syncer| !syncer.is_busy()) {
+            due = due.min(self.next_sync);
+        }
+        let wait = due.since(now.mono);
+        let timeout = Timespec { tv_sec: wait.as_secs() as i64, tv_nsec: wait.subsec_nanos().into() };
+        let mut fds = vec![PollFd::from_borrowed_fd(self.wake.as_fd(), PollFlags::IN)];
+        if let Some((_, socket)) = &self.socket {
+            let write = if socket.wants_to_write { PollFlags::OUT } else { PollFlags::empty() };
+            fds.push(PollFd::from_borrowed_fd(socket.fd(), PollFlags::IN | write));
+        }
+        // Interrupted or not: everything is looked at next.
+        poll(&mut fds, Some(&timeout)).ok();
+    }
+}
+
+fn now(clock: &Clock) -> Now {
+    Now { mono: MonoTime::default() + clock.elapsed(), utc: clock.utc() }
+}

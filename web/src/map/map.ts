@@ -1,0 +1,154 @@
+// The map: tracks, vessels with heading and course, graticule, scale and cursor position. Needs no internet.
+
+import OlMap from "ol/Map";
+import View from "ol/View";
+import Feature from "ol/Feature";
+import { LineString, Point } from "ol/geom";
+import Graticule from "ol/layer/Graticule";
+import VectorLayer from "ol/layer/Vector";
+import VectorSource from "ol/source/Vector";
+import { defaults as defaultControls, MousePosition, ScaleLine } from "ol/control";
+import { boundingExtent } from "ol/extent";
+import { fromLonLat } from "ol/proj";
+import { Fill, Stroke, Text } from "ol/style";
+import type { Fix, System, TrackPoint } from "../api/types.gen";
+import { latitude, longitude, position } from "../ui/format";
+import { readPalette } from "./palette";
+import { courseStyle, trackStyle, vesselStyle } from "./symbols";
+
+/** The course vector shows so many seconds ahead. */
+const AHEAD_S = 60;
+const EARTH_M = 6_371_000;
+
+interface Drawn {
+  readonly vessel: Feature<Point>;
+  readonly course: Feature<LineString>;
+  readonly track: Feature<LineString>;
+}
+
+export interface FleetMap {
+  update(systems: readonly System[], selected: number | undefined): void;
+  track(address: number, points: readonly TrackPoint[]): void;
+  /** Brings all systems into view. */
+  showAll(): void;
+  dispose(): void;
+}
+
+/** Draws into `root`; `select` is called with the address of a vessel that is clicked. */
+export function createMap(root: HTMLElement, select: (address: number) => void): FleetMap {
+  let palette = readPalette();
+  const drawn = new Map<number, Drawn>();
+  const source = new VectorSource();
+  let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
+  const map = new OlMap({
+    target: root,
+    layers: [graticule, new VectorLayer({ source, updateWhileAnimating: true, updateWhileInteracting: true })],
+    controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up" } }).extend([
+      new ScaleLine({ units: "metric", minWidth: 80 }),
+      new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
+      new MousePosition({
+        projection: "EPSG:4326",
+        placeholder: "WGS 84",
+        coordinateFormat: ([lon, lat] = [0, 0]) => position({ lat_deg: lat ?? 0, lon_deg: lon ?? 0 }),
+      }),
+    ]),
+    view: new View({ center: fromLonLat([10.4, 63.44]), zoom: 12, maxZoom: 22, minZoom: 2 }),
+  });
+  map.on("singleclick", (event) => {
+    const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number, { hitTolerance: 8 });
+    if (hit !== undefined) select(hit);
+  });
+  let last: { systems: readonly System[]; selected: number | undefined } = { systems: [], selected: undefined };
+  let seen = false;
+
+  const features = (address: number): Drawn => {
+    const known = drawn.get(address);
+    if (known) return known;
+    const made: Drawn = {
+      track: new Feature(new LineString([])),
+      course: new Feature(new LineString([])),
+      vessel: new Feature(new Point([])),
+    };
+    for (const feature of Object.values(made) as Feature[]) feature.set("address", address, true);
+    made.track.setStyle(trackStyle(address, palette));
+    source.addFeatures([made.track, made.course, made.vessel]);
+    drawn.set(address, made);
+    return made;
+  };
+
+  const update = (systems: readonly System[], selected: number | undefined): void => {
+    last = { systems, selected };
+    for (const system of systems) {
+      if (!system.fix) continue;
+      const { vessel, course } = features(system.address);
+      vessel.getGeometry()?.setCoordinates(fromLonLat([system.fix.lon_deg, system.fix.lat_deg]));
+      vessel.setStyle(vesselStyle(system, palette, system.address === selected));
+      course.getGeometry()?.setCoordinates(system.liveness === "live" ? ahead(system.fix) : []);
+      course.setStyle(courseStyle(system, palette));
+    }
+    if (!seen && systems.some((system) => system.fix)) {
+      seen = true;
+      showAll();
+    }
+  };
+
+  const showAll = (): void => {
+    const places = last.systems.flatMap((system) => (system.fix ? [fromLonLat([system.fix.lon_deg, system.fix.lat_deg])] : []));
+    if (places.length) map.getView().fit(boundingExtent(places), { padding: [80, 80, 80, 80], maxZoom: 16, duration: 0 });
+  };
+
+  const repaint = (): void => {
+    palette = readPalette();
+    map.removeLayer(graticule);
+    graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
+    map.getLayers().insertAt(0, graticule);
+    for (const [address, { track }] of drawn) track.setStyle(trackStyle(address, palette));
+    update(last.systems, last.selected);
+  };
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  dark.addEventListener("change", repaint);
+  const chosen = new MutationObserver(repaint);
+  chosen.observe(document.documentElement, { attributeFilter: ["data-palette"] });
+
+  return {
+    update,
+    track(address, points) {
+      const line = features(address).track.getGeometry();
+      line?.setCoordinates(points.map((point) => fromLonLat([point.lon_deg, point.lat_deg])));
+    },
+    showAll,
+    dispose() {
+      dark.removeEventListener("change", repaint);
+      chosen.disconnect();
+      map.setTarget(undefined);
+    },
+  };
+}
+
+function graticuleLayer(ink: string, halo: string, grid: string): Graticule {
+  const text = new Text({ font: "12px system-ui, sans-serif", fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 3 }) });
+  const along = text.clone();
+  text.setTextBaseline("bottom");
+  along.setTextAlign("end");
+  return new Graticule({
+    strokeStyle: new Stroke({ color: grid, width: 1 }),
+    showLabels: true,
+    wrapX: false,
+    targetSize: 140,
+    intervals: [10, 5, 2, 1, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 12 / 3600, 6 / 3600, 3 / 3600, 1.2 / 3600, 0.6 / 3600],
+    lonLabelStyle: text,
+    latLabelStyle: along,
+    lonLabelFormatter: longitude,
+    latLabelFormatter: latitude,
+  });
+}
+
+/** The line from a fix to where the course leads in [`AHEAD_S`]. On a sphere, which is near enough for a minute. */
+function ahead(fix: Fix): number[][] {
+  const { course_rad: course, speed_mps: speed } = fix;
+  if (course === null || speed === null || speed < 0.05) return [];
+  const far = ((speed * AHEAD_S) / EARTH_M) * (180 / Math.PI);
+  const lat = fix.lat_deg + far * Math.cos(course);
+  const lon = fix.lon_deg + (far * Math.sin(course)) / Math.cos((fix.lat_deg * Math.PI) / 180);
+  return [fromLonLat([fix.lon_deg, fix.lat_deg]), fromLonLat([lon, lat])];
+}

@@ -1,0 +1,50 @@
+// How a vessel and its track are drawn: a dark and a light edge, so that they stand out on any chart.
+
+import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
+import type { System } from "../api/types.gen";
+import { systemName } from "../ui/format";
+import { type Palette, seriesColour } from "./palette";
+
+/** The style of a vessel: a hull that points where the vessel does, hollow when its position is old. */
+export function vesselStyle(system: System, palette: Palette, selected: boolean): Style[] {
+  const colour = seriesColour(palette, system.address);
+  const old = system.liveness === "stale" || system.liveness === "lost";
+  const fill = new Fill({ color: old ? "rgba(0, 0, 0, 0)" : colour });
+  const heading = system.fix?.heading_rad ?? null;
+  const label = new Text({
+    text: systemName(system) + (old ? ` (${system.liveness})` : ""),
+    font: "600 13px system-ui, sans-serif",
+    offsetY: 22,
+    fill: new Fill({ color: palette.ink }),
+    stroke: new Stroke({ color: palette.halo, width: 4 }),
+  });
+  const halo = new Stroke({ color: palette.halo, width: 5 });
+  const edge = new Stroke({ color: old ? colour : palette.ink, width: old ? 2.5 : 1.5 });
+  const styles = [halo, edge].map((stroke, index) => {
+    const image =
+      heading === null
+        ? new Circle({ radius: 7, fill, stroke })
+        : new RegularShape({ points: 3, radius: 12, scale: [0.72, 1.15], rotation: heading, rotateWithView: true, fill, stroke });
+    return index === 0 ? new Style({ image }) : new Style({ image, text: label });
+  });
+  if (selected) {
+    styles.unshift(new Style({ image: new Circle({ radius: 19, stroke: new Stroke({ color: palette.ink, width: 2, lineDash: [5, 4] }) }) }));
+  }
+  return styles;
+}
+
+/** Where the vessel will be in a minute if it goes on like this. */
+export function courseStyle(system: System, palette: Palette): Style[] {
+  return [
+    new Style({ stroke: new Stroke({ color: palette.halo, width: 5 }) }),
+    new Style({ stroke: new Stroke({ color: seriesColour(palette, system.address), width: 2, lineDash: [6, 4] }) }),
+  ];
+}
+
+/** The style of a track. */
+export function trackStyle(address: number, palette: Palette): Style[] {
+  return [
+    new Style({ stroke: new Stroke({ color: palette.halo, width: 4 }) }),
+    new Style({ stroke: new Stroke({ color: seriesColour(palette, address), width: 2 }) }),
+  ];
+}

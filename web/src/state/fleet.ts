@@ -1,0 +1,75 @@
+// The fleet as the browser knows it: a pure function from frames to state.
+
+import type { LiveFrame, System, Update } from "../api/types.gen";
+
+/** Events that are kept to be shown. */
+const EVENTS = 200;
+
+export interface FleetState {
+  readonly systems: ReadonlyMap<number, System>;
+  /** By system, then by message, entity and instance. */
+  readonly values: ReadonlyMap<number, ReadonlyMap<string, Update>>;
+  readonly events: readonly Update[];
+  /** Values that newer ones replaced before they were sent. */
+  readonly skipped: number;
+  readonly eventsMissed: number;
+  /** The server's clock when the last frame came, µs since 1970 UTC. */
+  readonly serverUs: number;
+  /** This browser's steady clock then, ms. */
+  readonly atMs: number;
+}
+
+export const EMPTY: FleetState = {
+  systems: new Map(),
+  values: new Map(),
+  events: [],
+  skipped: 0,
+  eventsMissed: 0,
+  serverUs: 0,
+  atMs: 0,
+};
+
+/** Tells the series of a system apart. */
+export function seriesKey(update: Update): string {
+  return `${update.abbrev}/${update.entity}/${update.instance ?? ""}`;
+}
+
+/** The state after a frame that came at `atMs`. */
+export function withFrame(state: FleetState, frame: LiveFrame, atMs: number): FleetState {
+  const values = new Map(frame.snapshot ? [] : state.values);
+  const touched = new Map<number, Map<string, Update>>();
+  for (const update of frame.values) {
+    let series = touched.get(update.system);
+    if (!series) {
+      series = new Map(values.get(update.system) ?? []);
+      touched.set(update.system, series);
+      values.set(update.system, series);
+    }
+    series.set(seriesKey(update), update);
+  }
+  const events = frame.snapshot ? frame.events : [...state.events, ...frame.events];
+  return {
+    systems: new Map(frame.systems.map((system) => [system.address, system])),
+    values,
+    events: events.slice(-EVENTS),
+    skipped: state.skipped + frame.skipped,
+    eventsMissed: state.eventsMissed + frame.events_missed,
+    serverUs: frame.now_us,
+    atMs,
+  };
+}
+
+/** The server's clock at `nowMs`, µs since 1970 UTC: its last word and the time that passed here since. */
+export function serverNowUs(state: FleetState, nowMs: number): number {
+  return state.serverUs + (nowMs - state.atMs) * 1_000;
+}
+
+/** Seconds since this value came. */
+export function ageS(update: Update, nowUs: number): number {
+  return Math.max(0, (nowUs - update.received_us) / 1e6);
+}
+
+/** After so many seconds a value is old: three of its usual intervals, within bounds. */
+export function freshForS(update: Update): number {
+  return update.period_s === null ? 10 : Math.min(60, Math.max(2, 3 * update.period_s));
+}

@@ -1,0 +1,38 @@
+// Where a vessel has been: recorded points first, live ones after them.
+
+import type { Fix, TrackPoint } from "../api/types.gen";
+
+/** Points kept of a vessel; the oldest half is thinned out when there are more. */
+const POINTS = 20_000;
+/** Points closer together than this are one, degrees (about 0.3 m). */
+const NEAR_DEG = 3e-6;
+
+export class Track {
+  private points: TrackPoint[] = [];
+
+  /** Puts what was recorded before what was seen live. */
+  recorded(points: readonly TrackPoint[]): void {
+    const last = points.at(-1)?.time_us ?? -Infinity;
+    this.points = [...points, ...this.points.filter((point) => point.time_us > last)];
+  }
+
+  /** Adds a live position; false when it says nothing new. */
+  add(fix: Fix): boolean {
+    const last = this.points.at(-1);
+    if (last) {
+      const near =
+        Math.abs(fix.lat_deg - last.lat_deg) < NEAR_DEG && Math.abs(fix.lon_deg - last.lon_deg) < NEAR_DEG;
+      if (near || fix.time_us <= last.time_us) return false;
+    }
+    this.points.push({ time_us: fix.time_us, lat_deg: fix.lat_deg, lon_deg: fix.lon_deg });
+    if (this.points.length > POINTS) {
+      const half = POINTS / 2;
+      this.points = this.points.filter((_, index) => index >= half || index % 2 === 0);
+    }
+    return true;
+  }
+
+  all(): readonly TrackPoint[] {
+    return this.points;
+  }
+}

@@ -1,0 +1,81 @@
+// The one place where numbers become text. Fixed decimals, so that nothing jumps.
+
+import type { Field, Fix } from "../api/types.gen";
+
+const DEG = 180 / Math.PI;
+const KNOTS = 3_600 / 1_852;
+
+/** A heading or course: three digits and T for true. */
+export function bearing(rad: number | null): string {
+  if (rad === null) return "—";
+  const deg = Math.round((((rad * DEG) % 360) + 360) % 360) % 360;
+  return `${String(deg).padStart(3, "0")}° T`;
+}
+
+/** A speed in knots. */
+export function knots(mps: number | null): string {
+  return mps === null ? "—" : `${(mps * KNOTS).toFixed(1)} kn`;
+}
+
+/** Degrees and decimal minutes with their hemisphere. */
+export function latitude(deg: number): string {
+  return minutes(deg, 2, deg < 0 ? "S" : "N");
+}
+
+/** Degrees and decimal minutes with their hemisphere. */
+export function longitude(deg: number): string {
+  return minutes(deg, 3, deg < 0 ? "W" : "E");
+}
+
+/** A position, WGS-84. */
+export function position(fix: Pick<Fix, "lat_deg" | "lon_deg">): string {
+  return `${latitude(fix.lat_deg)} ${longitude(fix.lon_deg)}`;
+}
+
+function minutes(deg: number, digits: number, hemisphere: string): string {
+  // In thousandths of a minute first, so that 59.9996 does not become 60.000.
+  const thousandths = Math.round(Math.abs(deg) * 60_000);
+  const whole = Math.floor(thousandths / 60_000);
+  const rest = ((thousandths % 60_000) / 1_000).toFixed(3).padStart(6, "0");
+  return `${String(whole).padStart(digits, "0")}° ${rest}′ ${hemisphere}`;
+}
+
+/** How long ago, in the largest unit that says enough. */
+export function age(seconds: number): string {
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
+  if (seconds < 120) return `${Math.round(seconds)} s`;
+  if (seconds < 7_200) return `${Math.floor(seconds / 60)} min`;
+  if (seconds < 172_800) return `${Math.floor(seconds / 3_600)} h`;
+  return `${Math.floor(seconds / 86_400)} d`;
+}
+
+/** A value with the unit that is shown beside it. Angles are shown in degrees. */
+export function field(field: Field): { text: string; unit: string } {
+  const { value, unit, meaning } = field;
+  if (meaning !== null) return { text: meaning, unit: "" };
+  if (value === null) return { text: "no number", unit };
+  if (typeof value === "string") return { text: short(value), unit };
+  if (typeof value !== "number") return { text: short(JSON.stringify(value)), unit };
+  if (unit === "rad") return { text: number(value * DEG, isPosition(field.name) ? 6 : 1), unit: "°" };
+  if (unit === "rad/s") return { text: number(value * DEG, 2), unit: "°/s" };
+  return { text: Number.isInteger(value) ? String(value) : number(value, 3), unit };
+}
+
+function isPosition(name: string): boolean {
+  return name === "lat" || name === "lon";
+}
+
+function number(value: number, decimals: number): string {
+  const size = Math.abs(value);
+  const text = size !== 0 && (size < 10 ** -decimals || size >= 1e9) ? value.toExponential(2) : value.toFixed(decimals);
+  return text.replace("-", "−");
+}
+
+function short(text: string): string {
+  return text.length > 120 ? `${text.slice(0, 119)}…` : text;
+}
+
+/** A system's name, or its address where nobody has named it. */
+export function systemName(system: { address: number; name: string | null }): string {
+  return system.name ?? `unknown 0x${system.address.toString(16).toUpperCase().padStart(4, "0")}`;
+}
