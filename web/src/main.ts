@@ -41,6 +41,8 @@ function start(root: HTMLElement, link: HTMLElement): void {
 
   const systems = (): System[] =>
     [...state.systems.values()]
+      // The server's own words and those of its people make no vessel.
+      .filter((system) => system.doors.length === 0 || system.doors.some((door) => door !== "shore"))
       .map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }))
       .sort((one, other) => systemName(one).localeCompare(systemName(other)));
 

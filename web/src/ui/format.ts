@@ -62,12 +62,12 @@ export function field(field: Field): { text: string; unit: string } {
 }
 
 function isPosition(name: string): boolean {
-  return name === "lat" || name === "lon";
+  return /(^|_)(lat|lon)$/.test(name);
 }
 
 function number(value: number, decimals: number): string {
   const size = Math.abs(value);
-  const text = size !== 0 && (size < 10 ** -decimals || size >= 1e9) ? value.toExponential(2) : value.toFixed(decimals);
+  const text = size !== 0 && (size < 10 ** -decimals || size >= 1e12) ? value.toExponential(2) : value.toFixed(decimals);
   return text.replace("-", "−");
 }
 

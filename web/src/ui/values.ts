@@ -83,13 +83,14 @@ function row(update: Update, name: string, entity: string): Row {
   const value = make("td", { class: "num value" });
   const unit = make("td");
   const old = make("td", { class: "num" });
-  const instance = update.instance === null ? "" : ` ${update.instance}`;
+  const from = update.instance === null ? entity : `${entity} ${update.instance}`;
   const root = make(
     "tr",
     {},
-    make("td", {}, update.abbrev),
-    make("td", {}, `${entity}${instance}`),
-    make("td", {}, name),
+    // What is too long for its column is told whole under the pointer.
+    make("td", { title: update.abbrev }, update.abbrev),
+    make("td", { title: from }, from),
+    make("td", { title: name }, name),
     value,
     unit,
     old,

@@ -74,7 +74,8 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
     };
     let config = configuration(common, listen, scratch.path())?;
     log::start(&config.log);
-    say!("A shore server and {} simulated Otters, with everything in {scratch}", arguments.otters);
+    let plural = if arguments.otters == 1 { "" } else { "s" };
+    say!("A shore server and {} simulated Otter{plural}, with everything in {scratch}", arguments.otters);
     let otters = fleet::otters(arguments.otters);
     let access = admit(&config.data, &otters)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
