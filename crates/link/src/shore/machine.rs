@@ -2,7 +2,7 @@
 
 use super::connected::Connected;
 use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
-use crate::clocks::Clocks;
+use crate::clocks::{ClockEstimate, Clocks};
 use crate::commands::{Pending, Waiting};
 use crate::frame::{
     Bye, ByeCode, Capabilities, Command, Frame, Hello, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome,
@@ -134,6 +134,11 @@ impl Shore {
         let greeting = self.greeting.values().map(|one| one.since + GREETING_WITHIN);
         let connected = self.connected.iter().map(|one| one.next_heartbeat.min(one.heard + DEAD_AFTER));
         greeting.chain(connected).chain(self.commands.next_end()).min()
+    }
+
+    /// How the vessel's clocks stand to ours.
+    pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
+        self.connected.as_ref().and_then(|one| one.clocks.estimate(now))
     }
 
     /// How the link is. Latencies begin anew.
