@@ -1,15 +1,22 @@
 //! The web server: who may come in, what is where, and how answers look.
 
+mod asked;
 mod assets;
 #[cfg(test)]
 mod browser_tests;
 mod caller;
 mod csrf;
+mod doors;
 mod error;
+mod export;
+#[cfg(test)]
+mod export_tests;
 pub(crate) mod guard;
 mod headers;
 mod health;
 mod history;
+#[cfg(test)]
+mod history_tests;
 mod listen;
 mod live;
 #[cfg(test)]

@@ -136,7 +136,7 @@ async fn run(
     say!("{} packets recorded", recording.borrow().recorded);
     let mut missing: Vec<String> = reports.iter().filter_map(Report::missing).collect();
     if let Some(trouble) = &recording.borrow().trouble {
-        missing.push(trouble.clone());
+        missing.push(trouble.text.clone());
     }
     // Whoever presses Ctrl-C in the first second knows that nothing has happened yet.
     Ok(if by_clock { missing } else { Vec::new() })
