@@ -200,10 +200,11 @@ impl Agent {
     /// Motors first, then the log.
     fn end(mut self, ending: &Ending) -> anyhow::Result<()> {
         self.edge.end();
+        // After a fault of its own the brain is asked nothing more.
         if !ending.has_fault() {
             self.tell(Input::Shutdown);
+            self.tell_lost();
         }
-        self.tell_lost();
         if self.uplink.take().is_some_and(|uplink| !uplink.end()) {
             tracing::error!("the disk did not take the rest of the spool in time");
         }

@@ -398,12 +398,12 @@ fn a_disk_that_hangs_holds_up_its_answer_and_nothing_else() {
         op: PlanDBOp::Set,
         request_id: 77,
         plan_id: "far".into(),
-        arg: Some(far_plan().into()),
+        arg: far_plan().into(),
         ..PlanDB::default()
     });
     console.wait_for::<PlanDB>("in progress", |reply| reply.r#type == PlanDBType::InProgress);
     let far = far_plan();
-    let goto = far.maneuvers.of::<PlanManeuver>().next().unwrap().data.clone().unwrap();
+    let goto = far.maneuvers.of::<PlanManeuver>().next().unwrap().data.get().unwrap();
     console.start("quick", Some(goto));
     console.wait_for::<EstimatedState>("way on", |state| state.u > 1.0);
     console.send(Abort);
@@ -431,7 +431,7 @@ fn a_disk_that_never_comes_back_stops_no_end() {
         r#type: PlanDBType::Request,
         op: PlanDBOp::Set,
         plan_id: "far".into(),
-        arg: Some(far_plan().into()),
+        arg: far_plan().into(),
         ..PlanDB::default()
     });
     console.wait_for::<PlanDB>("in progress", |reply| reply.r#type == PlanDBType::InProgress);

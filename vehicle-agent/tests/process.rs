@@ -22,7 +22,8 @@ fn a_scripted_mission_from_outside() {
     console.ready();
 
     let reply = console.database(PlanDBOp::Set, "far", Some(far_plan().into()));
-    let Some(Message::PlanDBInformation(information)) = reply.arg else { panic!("{reply:?}") };
+    let information =
+        reply.arg.of::<imc::messages::PlanDBInformation>().unwrap_or_else(|| panic!("{reply:?}"));
     assert_eq!(information.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     console.start("far", None);
     console.wait_for::<EstimatedState>("way on", |state| state.u > 0.5);
@@ -53,11 +54,11 @@ fn a_scripted_mission_from_outside() {
     console.send(Abort);
     console.wait_for::<Aborted>("aborted", |_| true);
     console.wait_for::<VehicleState>("service again", |state| state.op_mode == VehicleStateOpMode::Service);
-    let saved = std::fs::read_to_string(folder.path().join("ntnu-otter-01-saved.ini")).unwrap();
-    assert!(saved.contains("ILOS Lookahead Distance") && saved.contains("13"), "{saved}");
-
     let last = agent.terminate();
     assert!(last.starts_with("motors stopped"), "{last}");
+    // What was to be kept is on the disk at the end at the latest.
+    let saved = std::fs::read_to_string(folder.path().join("ntnu-otter-01-saved.ini")).unwrap();
+    assert!(saved.contains("ILOS Lookahead Distance") && saved.contains("13"), "{saved}");
     let replay = program().arg("replay").arg(folder.path().join("run.rec")).output().unwrap();
     let text = String::from_utf8_lossy(&replay.stdout).into_owned();
     assert!(
@@ -148,7 +149,7 @@ fn killed_in_a_plan_it_comes_back_safe_with_its_plans_and_a_readable_log() {
     let mut console = Console::connect(&agent);
     console.ready();
     let reply = console.database(PlanDBOp::GetState, "", None);
-    let Some(Message::PlanDBState(state)) = reply.arg else { panic!("{reply:?}") };
+    let state = reply.arg.of::<imc::messages::PlanDBState>().unwrap_or_else(|| panic!("{reply:?}"));
     let plan = state.plans_info.of::<PlanDBInformation>().next().unwrap();
     assert_eq!(plan.md5, imc::plan_digest::plan_md5(&far_plan()).unwrap());
     assert_eq!(plan.change_sid, CONSOLE.0);

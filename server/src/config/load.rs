@@ -101,16 +101,18 @@ pub fn load(file: Option<&Path>, overrides: &Overrides) -> Result<Config, Config
     if problems.is_empty() { Ok(config) } else { Err(ConfigError::Senseless(problems)) }
 }
 
-/// Every key as `section.key` with its default.
+/// Every key as `section.key` or `section.part.key` with its default.
 fn keys() -> Vec<(String, toml::Value)> {
     let defaults = toml::Table::try_from(Config::default()).expect("invariant: the defaults are TOML");
+    leaves(defaults, "")
+}
+
+fn leaves(table: toml::Table, prefix: &str) -> Vec<(String, toml::Value)> {
     let mut keys = Vec::new();
-    for (name, value) in defaults {
+    for (name, value) in table {
         match value {
-            toml::Value::Table(section) => {
-                keys.extend(section.into_iter().map(|(key, value)| (format!("{name}.{key}"), value)));
-            }
-            value => keys.push((name, value)),
+            toml::Value::Table(section) => keys.extend(leaves(section, &format!("{prefix}{name}."))),
+            value => keys.push((format!("{prefix}{name}"), value)),
         }
     }
     keys
@@ -154,9 +156,15 @@ fn lay(
     let value = match default {
         toml::Value::Integer(_) => toml::Value::Integer(text.parse().map_err(|_| wrong("a whole number"))?),
         toml::Value::Boolean(_) => toml::Value::Boolean(text.parse().map_err(|_| wrong("true or false"))?),
-        toml::Value::Array(_) => {
+        toml::Value::Array(list) => {
             let parts = text.split(',').map(str::trim).filter(|part| !part.is_empty());
-            toml::Value::Array(parts.map(|part| toml::Value::String(part.to_owned())).collect())
+            let numbers = matches!(list.first(), Some(toml::Value::Integer(_)));
+            let item = |part: &str| match part.parse() {
+                Ok(number) if numbers => Ok(toml::Value::Integer(number)),
+                Err(_) if numbers => Err(wrong("a list of whole numbers")),
+                _ => Ok(toml::Value::String(part.to_owned())),
+            };
+            toml::Value::Array(parts.map(item).collect::<Result<_, _>>()?)
         }
         _ => toml::Value::String(text.to_owned()),
     };
@@ -172,13 +180,13 @@ fn lay(
 }
 
 fn insert(table: &mut toml::Table, key: &str, value: toml::Value) {
-    let Some((section, key)) = key.split_once('.') else {
+    let Some((section, rest)) = key.split_once('.') else {
         table.insert(key.to_owned(), value);
         return;
     };
     let section = table.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new()));
     if let toml::Value::Table(section) = section {
-        section.insert(key.to_owned(), value);
+        insert(section, rest, value);
     }
 }
 
@@ -208,6 +216,17 @@ mod tests {
         assert_eq!(config.http.listen.port(), 3);
         assert_eq!(config.http.max_connections, 100);
         assert_eq!(config.data, PathBuf::from("/srv/lutra"));
+    }
+
+    #[test]
+    fn keys_of_parts_and_lists_of_numbers_are_laid_over() {
+        let overrides =
+            flags(&[("doors.imcproxy.listen", "127.0.0.1:9090"), ("doors.udp.announce_ports", "1, 2")]);
+        let config = load(None, &overrides).unwrap();
+        assert_eq!(config.doors.imcproxy.listen.get().unwrap().port(), 9090);
+        assert_eq!(config.doors.udp.announce_ports, [1, 2]);
+        let text = load(None, &flags(&[("doors.udp.announce_ports", "1,x")])).unwrap_err().to_string();
+        assert!(text.contains("a list of whole numbers"), "{text}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::inbox::Inbox;
 use anyhow::Context as _;
 use imc::{Deframer, Frame};
 use std::collections::{BTreeMap, VecDeque};
-use std::io::{Read as _, Write as _};
+use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -135,7 +135,10 @@ impl Client {
         while let Some(packet) = self.next() {
             if let Err(error) = (&self.stream).write_all(&packet) {
                 if !lock(&self.outbox).closed {
-                    tracing::warn!(client = %self.from, "disconnected: {error}");
+                    let stuck = matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut);
+                    let why =
+                        if stuck { "takes nothing of what it is sent".to_owned() } else { error.to_string() };
+                    tracing::warn!(client = %self.from, "disconnected: {why}");
                 }
                 break;
             }

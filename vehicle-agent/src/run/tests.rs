@@ -166,6 +166,8 @@ fn a_clock_that_is_set_is_noticed_in_words_states_and_times() {
 #[test]
 fn a_vessel_whose_loop_hangs_loses_its_thrust_and_goes_on_afterwards() {
     let mut bench = Bench::new();
+    // The watchdog goes by the computer's time, which may stand still for a test that waits for its turn.
+    bench.agent.world.motors = Motors::Direct;
     bench.pass(Duration::from_secs(5));
     bench.send(start());
     bench.pass(Duration::from_secs(10));
@@ -205,8 +207,11 @@ fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
     let mut bench = Bench::new();
     bench.pass(Duration::from_secs(5));
     bench.send(start());
-    bench.pass(Duration::from_secs(5));
-    assert!(bench.shafts() > 20.0);
+    let running = (0..60).any(|_| {
+        bench.pass(SECOND);
+        bench.shafts() > 20.0
+    });
+    assert!(running);
     bench.broken.set(true);
     let Bench { agent, folder, .. } = bench;
     let edge = Arc::clone(&agent.edge);

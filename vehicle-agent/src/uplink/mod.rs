@@ -17,6 +17,7 @@ mod worker;
 pub(crate) use settings::UplinkSettings;
 
 use crate::clock::Clock;
+use crate::disk::InUse;
 use anyhow::Context as _;
 use queue::Queue;
 use spool::Spool;
@@ -27,6 +28,8 @@ use worker::Worker;
 
 /// How long the end of the program waits for the last packets to be on disk.
 const END_WITHIN: Duration = Duration::from_secs(3);
+/// A spool that the disk refused is tried again this often.
+const OPEN_EVERY: Duration = Duration::from_secs(5);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Takes a command for the vessel; an error says why it is refused.
@@ -41,20 +44,29 @@ pub(crate) struct Uplink {
 }
 
 impl Uplink {
-    /// Opens the spool and starts the thread.
+    /// Opens the spool and starts the thread. A disk that refuses the spool is no reason for a vessel not to sail:
+    /// the thread tries again, and what finds no room in the queue until then is declared as a gap.
     ///
     /// # Errors
-    /// When the spool cannot be used.
+    /// When another agent uses the spool, or the thread cannot be started.
     pub(crate) fn start(settings: UplinkSettings, deliver: Deliver) -> anyhow::Result<Self> {
         let clock = Clock::system();
-        let (spool, remarks) = Spool::open(&settings.spool, settings.bounds, clock.utc())?;
-        for remark in remarks {
-            tracing::warn!("spool: {remark}");
-        }
+        let opened = match open(&settings, &clock) {
+            Ok(spool) => Some(spool),
+            Err(error) if error.is::<InUse>() => return Err(error),
+            Err(error) => {
+                tracing::error!("uplink: {error:#}; tried again every {} s", OPEN_EVERY.as_secs());
+                None
+            }
+        };
         let (queue, wake) = Queue::new().context("making the queue to the shore")?;
         let queue = Arc::new(queue);
         let shared = Arc::clone(&queue);
-        let work = move || Worker::new(settings, spool, shared, wake, deliver).run();
+        let work = move || {
+            if let Some(spool) = opened.or_else(|| open_later(&settings, &shared)) {
+                Worker::new(settings, spool, shared, wake, deliver).run();
+            }
+        };
         let thread = std::thread::Builder::new().name("uplink".to_owned()).spawn(work)?;
         Ok(Self { queue, thread: Some(thread), clock })
     }
@@ -74,4 +86,29 @@ impl Uplink {
         }
         thread.is_finished() && thread.join().is_ok()
     }
+}
+
+fn open(settings: &UplinkSettings, clock: &Clock) -> anyhow::Result<Spool> {
+    let (spool, remarks) = Spool::open(&settings.spool, settings.bounds, clock.utc())?;
+    for remark in remarks {
+        tracing::warn!("spool: {remark}");
+    }
+    Ok(spool)
+}
+
+/// Tries until the disk gives the spool; `None` when the program ends before that.
+fn open_later(settings: &UplinkSettings, queue: &Queue) -> Option<Spool> {
+    let clock = Clock::system();
+    let mut next = OPEN_EVERY;
+    while !queue.is_ending() {
+        std::thread::sleep(LOOK_EVERY * 10);
+        if clock.elapsed() >= next {
+            next = clock.elapsed() + OPEN_EVERY;
+            if let Ok(spool) = open(settings, &clock) {
+                tracing::info!("uplink: the disk has given the spool");
+                return Some(spool);
+            }
+        }
+    }
+    None
 }

@@ -68,6 +68,11 @@ impl Queue {
         self.ring();
     }
 
+    /// Whether no more will be put.
+    pub(super) fn is_ending(&self) -> bool {
+        self.lock().ending
+    }
+
     /// Wakes the thread.
     pub(super) fn ring(&self) {
         if !self.woken.swap(true, Ordering::AcqRel) {

@@ -175,3 +175,103 @@ fn a_url_says_where_the_shore_is_or_what_is_wrong() {
         assert!(at(url, None).unwrap_err().contains(wrong), "{url}");
     }
 }
+
+/// The answer to one attempt at a server whose first connection is handled so.
+fn attempt(
+    url: impl Fn(u16) -> String,
+    authority: Option<std::path::PathBuf>,
+    handle: impl FnOnce(std::net::TcpStream) + Send + 'static,
+) -> Result<socket::Socket, (link::Failure, String)> {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let serving = std::thread::spawn(move || handle(listener.accept().unwrap().0));
+    let server = Server::at(url(port), "secret".to_owned(), authority).unwrap();
+    let outcome = socket::connect(&server, Duration::from_secs(10));
+    serving.join().unwrap();
+    outcome
+}
+
+#[test]
+#[expect(clippy::result_large_err, reason = "the library's type for a refusal")]
+fn a_wrong_token_is_a_refusal_that_says_so() {
+    let outcome = attempt(
+        |port| format!("ws://127.0.0.1:{port}/link"),
+        None,
+        |stream| {
+            let refuse = |_: &tungstenite::handshake::server::Request, _| {
+                Err(tungstenite::http::Response::builder().status(401).body(None).unwrap())
+            };
+            assert!(tungstenite::accept_hdr(stream, refuse).is_err());
+        },
+    );
+    let (failure, text) = outcome.unwrap_err();
+    assert_eq!(failure, link::Failure::Refused);
+    assert!(text.contains("401") && text.contains("token"), "{text}");
+}
+
+#[test]
+fn over_tls_only_the_given_authority_is_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    let make = |name: &str| {
+        let made = rcgen::generate_simple_self_signed(vec!["127.0.0.1".to_owned()]).unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, made.cert.pem()).unwrap();
+        (path, made)
+    };
+    let ((ours, _), (theirs, made)) = (make("ours.pem"), make("theirs.pem"));
+    let connect = |trusted: std::path::PathBuf| {
+        let (certificate, key) = (made.cert.der().clone(), made.signing_key.serialize_der());
+        attempt(
+            |port| format!("wss://127.0.0.1:{port}/link"),
+            Some(trusted),
+            move |stream| {
+                let provider = Arc::new(rustls::crypto::ring::default_provider());
+                let key = rustls::pki_types::PrivateKeyDer::Pkcs8(key.into());
+                let config = rustls::ServerConfig::builder_with_provider(provider)
+                    .with_safe_default_protocol_versions()
+                    .unwrap()
+                    .with_no_client_auth()
+                    .with_single_cert(vec![certificate], key)
+                    .unwrap();
+                let tls = rustls::ServerConnection::new(Arc::new(config)).unwrap();
+                // A client that does not trust this one goes away.
+                if let Ok(mut socket) = tungstenite::accept(rustls::StreamOwned::new(tls, stream)) {
+                    socket.send(Message::Binary(bytes::Bytes::from_static(b"over tls"))).unwrap();
+                }
+            },
+        )
+    };
+    let (_, text) = connect(ours).unwrap_err();
+    assert!(text.contains("certificate"), "{text}");
+    let mut socket = connect(theirs).unwrap();
+    let until = Instant::now() + DEADLINE;
+    let heard = loop {
+        if let Some(heard) = socket.receive().unwrap() {
+            break heard;
+        }
+        assert!(Instant::now() < until);
+        std::thread::yield_now();
+    };
+    assert_eq!(&heard[..], b"over tls");
+}
+
+#[test]
+fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
+    let folder = tempfile::tempdir().unwrap();
+    let (deliver, _delivered) = commands();
+    let settings = settings(folder.path(), 1);
+    std::fs::write(&settings.spool, "in the way").unwrap();
+    let uplink = Uplink::start(settings.clone(), deliver).unwrap();
+    uplink.record(&packet(1));
+    std::fs::remove_file(&settings.spool).unwrap();
+    let until = Instant::now() + DEADLINE;
+    while !settings.spool.join("identity").exists() {
+        assert!(Instant::now() < until);
+        std::thread::sleep(LOOK_EVERY);
+    }
+    assert!(uplink.end());
+    let mut spool = Spool::open(&settings.spool, settings.bounds, Clock::system().utc()).unwrap().0;
+    assert!(
+        matches!(&spool.read(0, 1000)[..], [link::Entry::Record(record)] if record.packet[..] == packet(1))
+    );
+}

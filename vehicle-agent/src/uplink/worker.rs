@@ -100,7 +100,7 @@ impl Worker {
         loop {
             self.is_ending = self.take_packets();
             self.take_attempts();
-            self.receive();
+            let more = self.receive();
             self.handle(if self.is_ending { VesselInput::Shutdown } else { VesselInput::Timer });
             self.flush();
             self.sync();
@@ -110,7 +110,7 @@ impl Worker {
                 }
                 return;
             }
-            self.wait();
+            self.wait(more);
         }
     }
 
@@ -189,16 +189,21 @@ impl Worker {
         }
     }
 
-    fn receive(&mut self) {
+    /// Takes messages; answers whether there may be more, which the kernel need not know of.
+    fn receive(&mut self) -> bool {
         for _ in 0..MESSAGES_AT_ONCE {
-            let Some((id, socket)) = &mut self.socket else { return };
+            let Some((id, socket)) = &mut self.socket else { return false };
             let id = *id;
             match socket.receive() {
-                Ok(None) => return,
+                Ok(None) => return false,
                 Ok(Some(message)) => self.handle(VesselInput::Message(id, message)),
-                Err(error) => return self.broken(id, error),
+                Err(error) => {
+                    self.broken(id, error);
+                    return false;
+                }
             }
         }
+        true
     }
 
     fn flush(&mut self) {
@@ -317,10 +322,10 @@ impl Worker {
         }
     }
 
-    /// Waits until there is something to do.
-    fn wait(&mut self) {
+    /// Waits until there is something to do; with `more` it only looks.
+    fn wait(&mut self, more: bool) {
         let now = now(&self.clock);
-        let mut due = now.mono + LONGEST_WAIT;
+        let mut due = if more { now.mono } else { now.mono + LONGEST_WAIT };
         if let Some(at) = self.vessel.poll_timeout(now) {
             due = due.min(at);
         }

@@ -160,7 +160,7 @@ impl Console {
             op,
             request_id: self.request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanControl::default()
         });
         self.request
@@ -183,7 +183,7 @@ impl Console {
             op,
             request_id: request,
             plan_id: plan_id.into(),
-            arg,
+            arg: arg.into(),
             ..PlanDB::default()
         });
         self.wait_for::<PlanDB>("plan database", |reply| {
@@ -206,7 +206,7 @@ pub(crate) fn far_plan() -> PlanSpecification {
         speed: 1.5,
         ..Goto::default()
     };
-    let node = PlanManeuver { maneuver_id: "go".into(), data: Some(goto.into()), ..PlanManeuver::default() };
+    let node = PlanManeuver { maneuver_id: "go".into(), data: goto.into(), ..PlanManeuver::default() };
     PlanSpecification {
         plan_id: "far".into(),
         start_man_id: "go".into(),

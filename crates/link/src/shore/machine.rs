@@ -2,7 +2,7 @@
 
 use super::connected::Connected;
 use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
-use crate::clocks::Clocks;
+use crate::clocks::{ClockEstimate, Clocks};
 use crate::commands::{Pending, Waiting};
 use crate::frame::{
     Bye, ByeCode, Capabilities, Command, Frame, Hello, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome,
@@ -149,6 +149,11 @@ impl Shore {
             repeated: self.repeated,
             connections: self.connections,
         }
+    }
+
+    /// The vessel's clocks against ours, while the link stands.
+    pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
+        self.connected.as_ref()?.clocks.estimate(now)
     }
 
     fn opened(&mut self, now: Now, id: ConnectionId) {

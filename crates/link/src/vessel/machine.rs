@@ -316,6 +316,8 @@ impl Vessel {
                 }
             }
             (Frame::Heartbeat(beat), Some(_)) => {
+                // A shore that welcomes and then throws out is no success.
+                self.backoff.succeeded();
                 open.clocks.heard(now, beat.stamp);
                 if let Some(took) = open.pace.arrived(now.mono, beat.bytes) {
                     self.arriving.add(took);
@@ -345,7 +347,6 @@ impl Vessel {
         let Phase::Open(open) = &mut self.phase else { return Ok(()) };
         open.clocks.heard(now, welcome.stamp);
         open.up = Some(Up::new(now.mono, welcome, self.settings.budget_bytes_per_s));
-        self.backoff.succeeded();
         self.connections += 1;
         self.live.refresh();
         self.outputs.push_back(VesselOutput::Up);

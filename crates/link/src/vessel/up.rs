@@ -22,6 +22,7 @@ const SPOOL_RETRY: Duration = Duration::from_secs(1);
 const GREATEST_READ_BYTES: usize = 64 << 10;
 const LEAST_READ_BYTES: usize = 2 << 10;
 const LIVE_EVERY: Duration = Duration::from_millis(250);
+const LIVE_LOOK_EVERY: Duration = Duration::from_millis(25);
 const LIVE_FIRST_BYTES: usize = 64 << 10;
 const LIVE_BYTES: usize = 16 << 10;
 const LEAST_LIVE_BYTES: usize = 1 << 10;
@@ -114,7 +115,11 @@ impl Up {
         let now = step.now.mono;
         let due = self.live_is_first
             || (now >= self.next_live && step.growth.lags(now, self.cursor) && step.pace.room() > 0);
-        if !due || !self.capabilities.has(Capabilities::LIVE) {
+        if !self.capabilities.has(Capabilities::LIVE) {
+            self.live_is_first = false;
+            return None;
+        }
+        if !due {
             return None;
         }
         let most = if self.live_is_first {
@@ -167,7 +172,8 @@ impl Up {
         if self.live_is_first {
             due = step.now.mono;
         } else if self.cursor < step.spool.next && step.live.is_fresh() {
-            due = due.min(self.next_live.max(step.now.mono + Duration::from_millis(1)));
+            // Whether the lane lags by then is not known now.
+            due = due.min(self.next_live.max(step.now.mono + LIVE_LOOK_EVERY));
         }
         due
     }

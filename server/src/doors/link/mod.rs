@@ -4,6 +4,7 @@
 //! connection until the server ends. A connection is two halves: what comes is handed to the vessel's task, what
 //! the task says is written. A connection that takes nothing is closed by the task's bounded channel.
 
+mod figures;
 mod socket;
 mod vessel;
 
@@ -82,11 +83,17 @@ impl Links {
     fn vessel(&self, address: u16) -> mpsc::Sender<Event> {
         let shared = &self.shared;
         let mut vessels = shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        let index = vessels.len();
         let handle = vessels.entry(address).or_insert_with(|| {
             let (events, coming) = mpsc::channel(WAITING);
             let (told, status) = watch::channel(ShoreStatus::default());
-            let task =
-                vessel::Task::new(Address(address), shared.relay.clone(), shared.recorder.clone(), told);
+            let task = vessel::Task::new(
+                Address(address),
+                shared.relay.clone(),
+                shared.recorder.clone(),
+                told,
+                index,
+            );
             shared.tasks.spawn(task.run(coming, shared.stop.clone()));
             Handle { events, status }
         });

@@ -1,5 +1,6 @@
 //! One vessel's link: its session, between its connections, the hub and the recorder.
 
+use super::figures::Figures;
 use super::{Event, Out};
 use crate::relay::{Connection, Recorder, Relay};
 use bytes::Bytes;
@@ -49,6 +50,7 @@ pub(super) struct Task {
     /// Declared gaps of the stream that are kept: the first missing number and the one after the last.
     gaps: BTreeMap<u64, u64>,
     next_command: u64,
+    figures: Figures,
     status: watch::Sender<ShoreStatus>,
 }
 
@@ -58,9 +60,13 @@ impl Task {
         relay: Relay,
         recorder: Recorder,
         status: watch::Sender<ShoreStatus>,
+        index: usize,
     ) -> Self {
-        // Commands are numbered from the time of the start on, so that no start repeats another's numbers.
-        let next_command = relay.clock().now().utc.micros().unsigned_abs();
+        let figures = Figures::new(relay.address(), vessel, index);
+        // Commands are numbered from somewhere else at each start, so that no start repeats another's numbers,
+        // whatever the clock says.
+        let somewhere = getrandom::u64().unwrap_or_else(|_| relay.clock().now().utc.micros().unsigned_abs());
+        let next_command = somewhere >> 1;
         Self {
             vessel,
             relay,
@@ -72,6 +78,7 @@ impl Task {
             durable: None,
             gaps: BTreeMap::new(),
             next_command,
+            figures,
             status,
         }
     }
@@ -166,7 +173,7 @@ impl Task {
                 ShoreOutput::Down => tracing::warn!(vessel = %self.vessel, "the link is down"),
                 ShoreOutput::Records { stream, records } => {
                     let now = self.now();
-                    let ahead_us = self.shore.status(now).clocks.map_or(0, |clocks| clocks.utc_ahead_us);
+                    let ahead_us = self.vessel_ahead_us();
                     let batch = records.into_iter().map(|record| incoming(stream, record, now.utc, ahead_us));
                     hub.give(batch.collect()).await?;
                 }
@@ -248,7 +255,11 @@ impl Task {
     }
 
     /// Keeps a declared gap; its numbers are done once that is durable.
-    fn gap(&self, stream: u64, gap: Gap) {
+    fn gap(&mut self, stream: u64, gap: Gap) {
+        if gap.reason == GapReason::AcknowledgedBefore {
+            // Nothing is missing: they are here, or were when an older copy of this archive was put back.
+            return self.answered(Answer::Kept(stream, gap.from, gap.to));
+        }
         let (recorder, answers) = (self.recorder.clone(), self.answers.0.clone());
         let declared = store::Gap {
             system: self.vessel,
@@ -294,18 +305,14 @@ impl Task {
         let vessel = self.vessel.to_string();
         metrics::gauge!("lutra_link_up", "vessel" => vessel.clone()).set(f64::from(u8::from(status.up)));
         metrics::gauge!("lutra_link_backlog_records", "vessel" => vessel).set(status.backlog.records as f64);
-        if let Some(packet) = self.latency(&status, now.utc) {
+        for packet in self.figures.packets(&status, now.utc) {
             self.relay.send(packet).await.ok();
         }
     }
 
-    /// LinkLatency of the link: half of the last round trip, seconds.
-    fn latency(&self, status: &ShoreStatus, now: UtcTime) -> Option<Bytes> {
-        let value = status.round_trip?.as_secs_f32() / 2.0;
-        let header =
-            imc::Header { timestamp: now.seconds(), src: self.relay.address(), ..Default::default() };
-        let message = m::LinkLatency { value, sys_src: self.vessel.0 };
-        imc::Packet::new(header, message).encode().ok().map(Bytes::from)
+    /// By how much the vessel's clock is ahead of ours (µs), as far as it is known.
+    fn vessel_ahead_us(&self) -> i64 {
+        self.shore.clocks(self.now()).map_or(0, |clocks| clocks.utc_ahead_us)
     }
 }
 

@@ -1,6 +1,6 @@
-//! Who may use the spool, and what it is called: a lock, the stream's number, the count of starts.
+//! What the spool is called: the stream's number, the count of starts.
 
-use anyhow::{Context as _, bail};
+use anyhow::Context as _;
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -16,19 +16,6 @@ pub(crate) struct Identity {
     pub(crate) boot: String,
     /// Whether everything was on the disk when it was last closed.
     pub(crate) clean: bool,
-}
-
-/// Locks the folder for as long as the file lives.
-pub(crate) fn lock(folder: &Path) -> anyhow::Result<File> {
-    let path = folder.join("lock");
-    let file = File::create(&path).with_context(|| format!("making {}", path.display()))?;
-    if file.try_lock().is_err() {
-        bail!(
-            "the spool {} is in use by another lutra-agent; end that one, or give this one another folder",
-            folder.display()
-        );
-    }
-    Ok(file)
 }
 
 impl Identity {

@@ -21,6 +21,7 @@ mod tests;
 
 pub(crate) use identity::random;
 
+use crate::disk::DataLock;
 use anyhow::Context as _;
 use identity::{Identity, sync_folder};
 use link::{Gap, GapReason, SpoolState};
@@ -80,7 +81,7 @@ pub(crate) struct Spool {
     place: Option<Place>,
     /// Packets thinned out so far.
     thinned: u64,
-    _lock: File,
+    _lock: DataLock,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -103,7 +104,7 @@ impl Spool {
     /// Opens the spool in a folder, or makes one. Answers what had to be mended.
     ///
     /// # Errors
-    /// When another program uses it, or the disk refuses.
+    /// When another program uses it ([`InUse`](crate::disk::InUse)), or the disk refuses.
     pub(crate) fn open(folder: &Path, bounds: Bounds, now: UtcTime) -> anyhow::Result<(Self, Vec<String>)> {
         Self::open_after(folder, bounds, now, &identity::boot())
     }
@@ -114,8 +115,7 @@ impl Spool {
         now: UtcTime,
         boot: &str,
     ) -> anyhow::Result<(Self, Vec<String>)> {
-        fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
-        let lock = identity::lock(folder)?;
+        let lock = DataLock::take(folder)?;
         let mut remarks = Vec::new();
         let found = read::Found::look(folder, &mut remarks)?;
         let mut identity = if let Some(identity) = Identity::load(folder) {

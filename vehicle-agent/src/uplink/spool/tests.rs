@@ -117,8 +117,8 @@ fn killed_at_any_byte_nothing_whole_is_lost_and_it_goes_on() {
 fn it_is_not_opened_twice() {
     let folder = temporary();
     let spool = open(folder.path());
-    let error = Spool::open(folder.path(), Bounds::of(1 << 20), time(0)).unwrap_err().to_string();
-    assert!(error.contains("in use by another lutra-agent"), "{error}");
+    let error = Spool::open(folder.path(), Bounds::of(1 << 20), time(0)).unwrap_err();
+    assert!(error.is::<crate::disk::InUse>(), "{error:#}");
     drop(spool);
     open(folder.path());
 }
