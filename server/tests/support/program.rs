@@ -107,7 +107,7 @@ impl Server {
             let mut line = String::new();
             out.read_line(&mut line).unwrap();
             let address = line.trim().strip_prefix(prefix).map(str::parse);
-            address.unwrap_or_else(|| panic!("{line:?}")).unwrap()
+            address.unwrap_or_else(|| panic!("{line:?}; {}", std::fs::read_to_string(&log).unwrap())).unwrap()
         };
         let (web, proxy) = (told("listening http://"), told("imcproxy ws://"));
         Self { process: Process(child), web, proxy, log, _out: out }
