@@ -103,11 +103,13 @@ impl Task {
                     Some(event) => self.event(event),
                     None => break,
                 },
-                packets = hub.outbox.take() => {
-                    for packet in packets.into_iter().flatten() {
-                        self.command(packet);
+                packets = hub.outbox.take() => match packets {
+                    Ok(packets) => packets.into_iter().for_each(|packet| self.command(packet)),
+                    Err(_) => {
+                        tracing::warn!(vessel = %self.vessel, "too many commands at once: some are lost");
+                        hub.outbox.reopen();
                     }
-                }
+                },
                 Some(answer) = self.answers.1.recv() => self.answered(answer),
                 changed = durable.changed() => {
                     if changed.is_err() {
