@@ -132,3 +132,9 @@ fn a_part_that_lutra_does_not_watch_is_told() {
     let (_, doubts) = settings(&config, 1).unwrap();
     assert_eq!(doubts, ["[Monitors.Entities] `Simulation Engine` is no part that Lutra watches"]);
 }
+
+#[test]
+fn the_shipped_configuration_is_as_the_schema_writes_it() {
+    // Make it anew: cargo run -p config --example otter_ini > vehicle-agent/etc/otter.ini
+    assert!(crate::OTTER_INI == config::documented_ini(&config::Vessel::default()).unwrap());
+}
