@@ -82,6 +82,8 @@ bench: setup
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package store --bench store
+	cargo bench --locked --package hub --bench hub
+	cargo bench --locked --package server --bench relay
 	@sh scripts/bench-agent
 
 fuzz: setup
