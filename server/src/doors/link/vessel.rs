@@ -103,13 +103,14 @@ impl Task {
                     Some(event) => self.event(event),
                     None => break,
                 },
-                packets = hub.outbox.take() => match packets {
-                    Ok(packets) => packets.into_iter().for_each(|packet| self.command(packet)),
-                    Err(_) => {
+                packets = hub.outbox.take() => {
+                    if let Ok(packets) = packets {
+                        packets.into_iter().for_each(|packet| self.command(packet));
+                    } else {
                         tracing::warn!(vessel = %self.vessel, "too many commands at once: some are lost");
                         hub.outbox.reopen();
                     }
-                },
+                }
                 Some(answer) = self.answers.1.recv() => self.answered(answer),
                 changed = durable.changed() => {
                     if changed.is_err() {
