@@ -356,7 +356,7 @@ clock_ahead_s: number | null,
  */
 clock_uncertainty_s: number | null, 
 /**
- * From recording aboard to receiving here, mean, seconds; null before the first record.
+ * From recording aboard to receiving here, mean of the records of the last second, seconds; null without any.
  */
 transit_s: number | null, 
 /**
