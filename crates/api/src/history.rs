@@ -46,19 +46,3 @@ pub struct TrackPoint {
     /// WGS-84 longitude, degrees, east positive.
     pub lon_deg: f64,
 }
-
-/// What to export, and how it is written.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-pub struct ExportQuery {
-    /// Abbreviation of the message, like `EstimatedState`.
-    pub message: String,
-    /// IMC address of the vessel; all that one may export when left out.
-    pub vessel: Option<u16>,
-    /// From this time on, ISO 8601 UTC; from the beginning when left out or empty.
-    pub from: Option<String>,
-    /// Before this time, ISO 8601 UTC; to the end when left out or empty.
-    pub to: Option<String>,
-    /// `rad` or `deg` for angles; `rad` when left out.
-    pub angles: Option<String>,
-}

@@ -6,13 +6,26 @@
 //! Times are microseconds since 1970 UTC, as whole numbers that JavaScript holds exactly until the year 2255.
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
 
+mod doors;
+mod events;
 mod history;
 mod live;
 mod people;
+mod samples;
+mod transfer;
 
-pub use history::{ExportQuery, Recorded, TrackPoint, TrackQuery};
+pub use doors::{DoorPeer, LinkStatus, Recording};
+pub use events::{
+    Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,
+};
+pub use history::{Recorded, TrackPoint, TrackQuery};
 pub use live::{Field, Fix, LiveFrame, LiveRequest, Liveness, Subscription, System, Update};
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
+pub use samples::{
+    Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
+    ValueKind,
+};
+pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 
 #[cfg(test)]
 mod typescript;

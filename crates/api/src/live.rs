@@ -59,6 +59,8 @@ pub struct LiveFrame {
     /// Events that the server no longer had; the history has them.
     #[cfg_attr(test, ts(type = "number"))]
     pub events_missed: u64,
+    /// Why nothing is recorded, or why the history lags behind, and what to do; null while all is well.
+    pub recording: Option<String>,
 }
 
 /// Something that speaks IMC.

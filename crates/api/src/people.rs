@@ -10,9 +10,9 @@ use utoipa::ToSchema;
 pub enum Role {
     /// See the fleet and its history.
     Viewer,
-    /// Export data and import logs.
+    /// Export data.
     Researcher,
-    /// Command vessels.
+    /// Command vessels; on all vessels, also import logs.
     Operator,
     /// Manage people, vessels and the server.
     Admin,

@@ -1,25 +1,46 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Field, Fix, LiveFrame, LiveRequest, Liveness, Me, NewToken, Permission, Person, Recorded,
-    Role, Session, Subscription, System, Token, TokenMade, TrackPoint, Update, Vessel,
+    AuditEntry, Buckets, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import,
+    ImportState, Label, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me, NewToken,
+    Next, Permission, Person, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session,
+    Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
 fn text() -> String {
     let declarations = [
         <AuditEntry as TS>::decl(),
+        Buckets::decl(),
+        Detection::decl(),
+        Detections::decl(),
+        DoorPeer::decl(),
+        Entity::decl(),
         Field::decl(),
         Fix::decl(),
+        Gap::decl(),
+        GapKind::decl(),
+        Import::decl(),
+        ImportState::decl(),
+        Label::decl(),
+        LinkStatus::decl(),
         LiveFrame::decl(),
         LiveRequest::decl(),
         Liveness::decl(),
+        LogBook::decl(),
+        LogBookEntry::decl(),
         Me::decl(),
         NewToken::decl(),
+        Next::decl(),
         Permission::decl(),
         Person::decl(),
         Recorded::decl(),
+        Recording::decl(),
         Role::decl(),
+        SampleRow::decl(),
+        Samples::decl(),
+        Series::decl(),
+        SeriesField::decl(),
         Session::decl(),
         Subscription::decl(),
         System::decl(),
@@ -27,6 +48,7 @@ fn text() -> String {
         TokenMade::decl(),
         TrackPoint::decl(),
         Update::decl(),
+        ValueKind::decl(),
         Vessel::decl(),
     ];
     let mut text = "// Made from crates/api by `make types`. Do not edit.\n".to_owned();

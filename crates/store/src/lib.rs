@@ -77,8 +77,8 @@ pub use import::{ImportProgress, Imported};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
-    Bucket, Buckets, Cell, Detection, EntityName, LogEntry, Reader, Row, Samples, Series, Source, System,
-    Track, TrackPoint,
+    Bucket, Buckets, Cell, Detection, EntityName, LogEntry, Next, Page, Paged, Reader, Row, Samples, Series,
+    Source, System, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};

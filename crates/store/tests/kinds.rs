@@ -7,7 +7,7 @@ mod support;
 use imc::catalogue::{self, FieldKind, MESSAGES};
 use imc::messages::{LogBookEntry, LogBookEntryType, PowerChannelState, TBRFishTag, Temperature};
 use imc::{Header, PacketView};
-use store::{Cell, Door, Reader, Source, Store, TimeRange};
+use store::{Cell, Door, Page, Reader, Source, Store, TimeRange};
 use support::{OTTER, START_US, accept, packet, temperature, utc};
 
 fn header(time_us: i64) -> Header {
@@ -56,7 +56,8 @@ fn every_flat_message_of_the_catalogue_is_stored() {
     let mut reader = Reader::open(folder.path()).unwrap();
     for desc in flat {
         let fields: Vec<&str> = desc.fields.iter().map(|field| field.abbrev).collect();
-        let rows = reader.rows(&source(9, desc.abbrev), &fields, TimeRange::ALL, 10).unwrap();
+        let rows =
+            reader.rows(&source(9, desc.abbrev), &fields, TimeRange::ALL, Page::first(10)).unwrap().items;
         assert_eq!(rows.len(), 1, "{}", desc.abbrev);
         assert!(!rows[0].cells.contains(&Cell::Nothing), "{}: {rows:?}", desc.abbrev);
     }
@@ -85,7 +86,7 @@ fn nested_messages_are_the_json_of_the_protocol() {
             let range = TimeRange { from_us: time_us, to_us: time_us + 1 };
             let source =
                 Source { system: view.src(), entity: view.src_ent(), message: desc.abbrev.to_owned() };
-            let rows = reader.rows(&source, &[field.abbrev], range, 100).unwrap();
+            let rows = reader.rows(&source, &[field.abbrev], range, Page::first(100)).unwrap().items;
             let found = rows.iter().any(|row| match &row.cells[0] {
                 Cell::Text(text) => serde_json::from_str::<serde_json::Value>(text).unwrap() == *expected,
                 Cell::Nothing => expected.is_null(),
@@ -141,7 +142,7 @@ fn big_endian_senders_and_strange_values_are_read() {
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
     let cells = |reader: &mut Reader, message, field| -> Vec<Cell> {
-        let rows = reader.rows(&source(9, message), &[field], TimeRange::ALL, 10).unwrap();
+        let rows = reader.rows(&source(9, message), &[field], TimeRange::ALL, Page::first(10)).unwrap().items;
         rows.into_iter().flat_map(|row| row.cells).collect()
     };
     assert_eq!(
@@ -207,15 +208,70 @@ fn detections_of_both_sizes_and_log_books_are_told() {
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
-    let heard = reader.detections(None, TimeRange::ALL, 10).unwrap();
+    let heard = reader.detections(None, TimeRange::ALL, Page::first(10)).unwrap().items;
     let places: Vec<Option<(f64, f64)>> = heard.iter().map(|one| one.place_deg).collect();
     assert_eq!(places, [None, Some((1.0_f64.to_degrees(), 0.25_f64.to_degrees()))]);
     let one = &heard[1];
     assert_eq!((one.heard, one.serial_no, one.tag_id, one.snr_db), (utc(START_US + 250_000), 1_024, 77, 30));
-    assert_eq!(reader.detections(None, TimeRange::ALL, 1).unwrap().len(), 1);
-    assert_eq!(reader.detections(Some(imc::Address(1)), TimeRange::ALL, 9).unwrap(), []);
-    let book = reader.log_book(Some(OTTER), TimeRange::ALL, 10).unwrap();
+    assert_eq!(reader.detections(None, TimeRange::ALL, Page::first(1)).unwrap().items.len(), 1);
+    assert_eq!(reader.detections(Some(imc::Address(1)), TimeRange::ALL, Page::first(9)).unwrap().items, []);
+    let book = reader.log_book(Some(OTTER), TimeRange::ALL, Page::first(10)).unwrap().items;
     assert_eq!(book.len(), 1);
     assert_eq!((book[0].kind_name.as_deref(), book[0].text.as_str()), (Some("WARNING"), "hot"));
     assert_eq!(book[0].written, Some(utc(START_US)));
+}
+
+#[test]
+fn pages_together_hold_everything_once_and_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    // Two entities, often at the same time, across the end of a month.
+    let month_end_us = utc("2026-12-01T00:00:00Z".parse::<units::UtcTime>().unwrap().micros()).micros();
+    for number in 0..40_u8 {
+        let entry = LogBookEntry { text: format!("{number:03}").into(), ..LogBookEntry::default() };
+        let time_us = month_end_us + i64::from(number / 7) * 1_000_000 - 3_000_000;
+        accept(&mut store, &packet(time_us, 3 + number % 2, &entry), time_us, Door::Tcp);
+    }
+    store.commit().unwrap();
+    let mut reader = Reader::open(folder.path()).unwrap();
+    let all = reader.log_book(None, TimeRange::ALL, Page::first(100)).unwrap();
+    assert_eq!((all.items.len(), all.next), (40, None));
+    assert!(all.items.is_sorted_by_key(|entry| (entry.sent, entry.entity)));
+    for (rows, bytes) in [(1, 1_000), (3, 1_000), (16, 1_000), (100, 1), (100, 10)] {
+        let mut found = Vec::new();
+        let (mut range, mut skip) = (TimeRange::ALL, 0);
+        loop {
+            let page = reader.log_book(None, range, Page { skip, rows, bytes }).unwrap();
+            assert!(!page.items.is_empty() && page.items.len() <= rows.min(bytes.div_ceil(3)));
+            found.extend(page.items);
+            let Some(next) = page.next else { break };
+            (range.from_us, skip) = (next.time_us, next.skip);
+        }
+        assert_eq!(found, all.items, "{rows} rows, {bytes} bytes");
+        let one =
+            reader.rows(&source(3, "LogBookEntry"), &["text"], TimeRange::ALL, Page { skip: 2, rows, bytes });
+        let texts = all.items.iter().filter(|entry| entry.entity == 3).map(|entry| &entry.text);
+        let read = one.unwrap().items;
+        assert!(read.iter().filter_map(|row| row.cells[0].as_text()).eq(texts.skip(2).take(read.len())));
+    }
+}
+
+#[test]
+fn absurd_times_do_not_stretch_what_is_dated() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for time_us in [1_000_000, START_US, START_US + 2_000_000] {
+        let temperature = imc::messages::Temperature { value: 4.0 };
+        accept(&mut store, &packet(time_us, 9, &temperature), START_US, Door::Tcp);
+    }
+    store.commit().unwrap();
+    let mut reader = Reader::open(folder.path()).unwrap();
+    let series = reader.series(None).unwrap().remove(0);
+    assert_eq!((series.extent.count, series.extent.first_us), (3, 1_000_000));
+    assert_eq!((series.dated.count, series.dated.first_us, series.period_s()), (2, START_US, Some(2.0)));
+    // However absurd the range.
+    for range in [TimeRange::ALL, TimeRange { from_us: i64::MIN + 1, to_us: i64::MAX - 1 }] {
+        let buckets = reader.buckets(&source(9, "Temperature"), "value", range, 10).unwrap().buckets;
+        assert_eq!(buckets.iter().map(|bucket| bucket.count).sum::<u64>(), 2, "{range:?}");
+    }
 }

@@ -8,7 +8,7 @@ use imc::lsf::{LogItem, LogReader};
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use store::{Door, Reader, Source, Store, TimeRange};
+use store::{Door, Page, Reader, Source, Store, TimeRange};
 use support::{OTTER, START_US, accept, archived, dump, utc};
 
 /// Later than everything in the recordings.
@@ -169,5 +169,11 @@ fn entities_have_their_labels_and_systems_their_names() {
     let labelled = series.iter().filter(|series| series.label.is_some()).count();
     assert!(labelled * 10 > series.len() * 9, "{labelled} of {}", series.len());
     let source = Source { system: OTTER, entity: series[0].group.src_ent, message: "CpuUsage".to_owned() };
-    assert!(reader.rows(&source, &["no_such"], TimeRange::ALL, 1).unwrap_err().to_string().contains("value"));
+    assert!(
+        reader
+            .rows(&source, &["no_such"], TimeRange::ALL, Page::first(1))
+            .unwrap_err()
+            .to_string()
+            .contains("value")
+    );
 }

@@ -1,9 +1,9 @@
 //! The first page in a real browser, on a made-up fleet.
 
-use super::serve::serve_with;
-use super::testing::{Boats, MadeUpHistory};
+use super::serve::serve;
+use super::testing::{Boats, an_hour};
+use crate::clock;
 use crate::config::Config;
-use std::sync::Arc;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_first_page_shows_the_fleet() {
@@ -14,7 +14,8 @@ async fn the_first_page_shows_the_fleet() {
     let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
     config.imc.active = false;
     config.http.listen = "127.0.0.1:0".parse().unwrap();
-    let serving = serve_with(config, Some(Arc::new(MadeUpHistory { fails_after: None }))).await.unwrap();
+    an_hour(folder.path(), clock::now());
+    let serving = serve(config).await.unwrap();
     Boats::join(&serving.relay).await.sail();
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();

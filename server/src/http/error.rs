@@ -5,6 +5,7 @@ use axum::Json;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use store::StoreError;
 
 /// Something that did not work, ready to be answered.
 #[derive(Debug, Clone)]
@@ -44,6 +45,15 @@ impl ApiError {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", text)
     }
 
+    pub(crate) fn stopping() -> Self {
+        Self::unavailable("The server is stopping.")
+    }
+
+    /// Too many ask for the same.
+    pub(crate) fn busy(text: &str) -> Self {
+        Self { wait_s: Some(10), ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text) }
+    }
+
     pub(crate) fn not_logged_in() -> Self {
         let text = "Log in at /login, or send Authorization: Bearer TOKEN with a token that has not ended.";
         Self::new(StatusCode::UNAUTHORIZED, "not_logged_in", text)
@@ -61,8 +71,18 @@ impl From<Fault> for ApiError {
     fn from(fault: Fault) -> Self {
         match fault {
             Fault::Refused(text) => Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text),
-            Fault::Stopped => Self::unavailable("The server is stopping."),
+            Fault::Stopped => Self::stopping(),
             fault => Self::internal(&fault),
+        }
+    }
+}
+
+impl From<StoreError> for ApiError {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Query(text) => Self::bad_request(text),
+            StoreError::Cancelled => Self::stopping(),
+            error => Self::internal(&error),
         }
     }
 }

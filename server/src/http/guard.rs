@@ -15,6 +15,7 @@ use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
 use axum::middleware::Next;
 use axum::response::Response;
+use imc::Address;
 
 /// The cookie of a browser's session.
 pub(crate) const SESSION_COOKIE: &str = "lutra_session";
@@ -36,6 +37,18 @@ impl<S: Sync> FromRequestParts<S> for Who {
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
         let who = parts.extensions.get::<Principal>().cloned();
         who.map(Self).ok_or_else(ApiError::not_logged_in)
+    }
+}
+
+/// The vessel in the path, for handlers behind [`Need::OnVessel`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OfVessel(pub(crate) Address);
+
+impl<S: Sync> FromRequestParts<S> for OfVessel {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        let vessel = parts.extensions.get::<Self>().copied();
+        vessel.ok_or_else(|| ApiError::internal(&"a handler for a vessel behind a route that is none"))
     }
 }
 
@@ -137,6 +150,7 @@ async fn may(
         Need::Somewhere(least) => (who.grants.somewhere(), least, "any vessel".to_owned()),
         Need::OnVessel(least) => {
             let vessel = vessel_in_path(request).await?;
+            request.extensions_mut().insert(OfVessel(Address(vessel)));
             (who.grants.on(vessel), least, format!("vessel {vessel}"))
         }
         Need::Everywhere(least) => (who.grants.everywhere(), least, "all vessels".to_owned()),
@@ -155,7 +169,8 @@ async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
         request.extract_parts::<RawPathParams>().await.map_err(|error| ApiError::internal(&error))?;
     let vessel = parameters.iter().find(|(name, _)| *name == "vessel").map(|(_, value)| value);
     let vessel = vessel.ok_or_else(|| ApiError::internal(&"a route for a vessel without {vessel}"))?;
-    crate::people::vessels::address(vessel).map_err(ApiError::bad_request)
+    crate::people::vessels::address(vessel)
+        .map_err(|error| ApiError::bad_request(format!("vessel in the path: {error}")))
 }
 
 /// Refuses changes and sockets that a foreign page asks for with our cookie.

@@ -157,6 +157,7 @@ impl Client {
             events: changes.events,
             skipped,
             events_missed: changes.events_missed,
+            recording: self.state.recorder.state().borrow().problem(),
         };
         self.known = changes.revision.max(1);
         let text = serde_json::to_string(&frame).map_err(|_| (close_code::ERROR, "the server failed"))?;

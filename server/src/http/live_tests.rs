@@ -1,14 +1,13 @@
-//! The live socket and the export over real connections.
+//! The live socket over real connections.
 
-use super::serve::{Serving, serve_with};
-use super::testing::{Boats, FIRST, MadeUpHistory, boat, event, voltage};
+use super::serve::{Serving, serve};
+use super::testing::{Boats, FIRST, boat, event, voltage};
 use crate::clock;
 use crate::config::Config;
 use crate::people::{open, persons, sessions, tokens};
 use api::{LiveFrame, NewToken, Role};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::LogBookEntry;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
@@ -29,13 +28,12 @@ struct Shore {
 type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
 impl Shore {
-    async fn start(fails_after: Option<u32>) -> Self {
+    async fn start() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         config.http.listen = "127.0.0.1:0".parse().unwrap();
         config.imc.active = false;
-        let history = Arc::new(MadeUpHistory { fails_after });
-        let serving = serve_with(config, Some(history)).await.unwrap();
+        let serving = serve(config).await.unwrap();
         let boats = Boats::join(&serving.relay).await;
         Self { serving, boats, folder }
     }
@@ -79,7 +77,7 @@ async fn frame(socket: &mut Socket) -> Option<LiveFrame> {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_snapshot_comes_first_and_then_what_changes() {
-    let shore = Shore::start(None).await;
+    let shore = Shore::start().await;
     let token = shore.token(None, Role::Viewer);
     shore.boats.say(boat(0, clock::now())).await;
     let mut socket = shore.subscribed(&token, "{\"messages\":[\"Voltage\"],\"every_ms\":5}").await;
@@ -98,7 +96,7 @@ async fn a_snapshot_comes_first_and_then_what_changes() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_was_replaced_is_counted_and_events_all_come() {
-    let shore = Shore::start(None).await;
+    let shore = Shore::start().await;
     let token = shore.token(None, Role::Viewer);
     let now = clock::now().micros();
     let at = |index: i64| UtcTime::from_micros(now + index * 1_000);
@@ -124,7 +122,7 @@ async fn what_was_replaced_is_counted_and_events_all_come() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn nobody_sees_more_than_they_may() {
-    let shore = Shore::start(None).await;
+    let shore = Shore::start().await;
     for number in 0..3 {
         shore.boats.say(boat(number, clock::now())).await;
     }
@@ -139,7 +137,7 @@ async fn nobody_sees_more_than_they_may() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
-    let shore = Shore::start(None).await;
+    let shore = Shore::start().await;
     let db = open(shore.folder.path()).unwrap();
     let person = persons::add(&db, "nils", "x", false, clock::now()).unwrap();
     persons::set_permission(&db, person, None, Some(Role::Viewer)).unwrap();
@@ -168,7 +166,7 @@ async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_not_understood_is_answered_with_the_reason() {
-    let shore = Shore::start(None).await;
+    let shore = Shore::start().await;
     let token = shore.token(None, Role::Viewer);
     for request in ["{", "{\"subscribe\":{\"system\":1}}", "{\"unsubscribe\":{}}", "null"] {
         let mut socket =
@@ -185,7 +183,7 @@ async fn what_is_not_understood_is_answered_with_the_reason() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn sockets_are_closed_when_the_server_stops() {
-    let shore = Shore::start(None).await;
+    let shore = Shore::start().await;
     let token = shore.token(None, Role::Viewer);
     let mut socket = shore.subscribed(&token, "{}").await;
     assert!(frame(&mut socket).await.is_some());
@@ -200,37 +198,4 @@ async fn exchange(shore: &Shore, request: &str) -> String {
     let mut answer = Vec::new();
     tokio::time::timeout(DEADLINE, stream.read_to_end(&mut answer)).await.unwrap().unwrap();
     String::from_utf8_lossy(&answer).into_owned()
-}
-
-async fn export(shore: &Shore, token: &str, query: &str) -> String {
-    let request = format!(
-        "GET /api/v1/export.csv?{query} HTTP/1.1\r\nhost: a\r\nconnection: close\r\nauthorization: Bearer {token}\r\n\r\n"
-    );
-    exchange(shore, &request).await
-}
-
-/// How a whole answer in chunks ends.
-const WHOLE: &str = "0\r\n\r\n";
-
-#[tokio::test(flavor = "multi_thread")]
-async fn an_export_streams_and_says_when_it_was_cut() {
-    let shore = Shore::start(None).await;
-    let token = shore.token(Some(0x0815), Role::Researcher);
-    let whole = export(&shore, &token, "message=EstimatedState").await;
-    assert!(whole.starts_with("HTTP/1.1 200") && whole.ends_with(WHOLE));
-    assert!(whole.contains("filename=\"EstimatedState.csv\"") && whole.contains(",2069,"));
-    assert!(!whole.contains(",2068,"), "no more than the person may export");
-    assert!(export(&shore, &token, "message=EstimatedState&vessel=2068").await.starts_with("HTTP/1.1 403"));
-    let unknown = export(&shore, &token, "message=Nonsense").await;
-    assert!(unknown.starts_with("HTTP/1.1 400") && unknown.contains("There is no message"), "{unknown}");
-    assert!(export(&shore, &token, "mesage=EstimatedState").await.starts_with("HTTP/1.1 400"));
-
-    let packed =
-        export(&shore, &token, "message=EstimatedState HTTP/1.1\r\naccept-encoding: gzip\r\nx-rest:").await;
-    assert!(packed.contains("content-encoding: gzip") && packed.len() < whole.len());
-
-    let failing = Shore::start(Some(90_000)).await;
-    let token = failing.token(None, Role::Researcher);
-    let cut = export(&failing, &token, "message=EstimatedState").await;
-    assert!(cut.starts_with("HTTP/1.1 200") && !cut.ends_with(WHOLE));
 }

@@ -1,11 +1,13 @@
 //! The web server: who may come in, what is where, and how answers look.
 
+mod asked;
 mod assets;
 #[cfg(test)]
 mod browser_tests;
 mod caller;
 mod csrf;
 mod error;
+mod export;
 pub(crate) mod guard;
 mod headers;
 mod health;

@@ -1,5 +1,6 @@
 //! People, tokens and sessions for programs.
 
+use super::asked::{Asked, InPath};
 use super::caller::Caller;
 use super::error::ApiError;
 use super::guard::Who;
@@ -8,8 +9,8 @@ use crate::people::{Via, audit, persons, sessions, tokens};
 use crate::shore::AppState;
 use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
 use axum::Json;
+use axum::extract::State;
 use axum::extract::rejection::JsonRejection;
-use axum::extract::{Path, Query, State};
 use serde::Deserialize;
 use utoipa::IntoParams;
 
@@ -58,7 +59,7 @@ pub(crate) async fn token_revoke(
     State(state): State<AppState>,
     Who(who): Who,
     caller: Caller,
-    Path(id): Path<i64>,
+    InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
     let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
@@ -79,7 +80,7 @@ pub(crate) async fn session_end(
     State(state): State<AppState>,
     Who(who): Who,
     caller: Caller,
-    Path(id): Path<i64>,
+    InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
     let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
@@ -99,7 +100,7 @@ pub(crate) struct AuditQuery {
 /// `GET /api/v1/audit`.
 pub(crate) async fn audit_list(
     State(state): State<AppState>,
-    Query(query): Query<AuditQuery>,
+    Asked(query): Asked<AuditQuery>,
 ) -> Result<Json<Vec<AuditEntry>>, ApiError> {
     let count = query.count.unwrap_or(100).min(1_000);
     Ok(Json(state.people.ask(move |db| audit::entries(db, query.before, count)).await?))

@@ -2,12 +2,13 @@
 
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
-use super::{assets, error::ApiError, headers, health, history, live, measure, openapi, people};
+use super::{assets, error::ApiError, export, headers, health, history, live, measure, openapi, people};
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    AuditEntry, ExportQuery, LiveFrame, LiveRequest, Me, NewToken, Person, Recorded, Role, Session, System,
-    Token, TokenMade, TrackPoint, TrackQuery,
+    AuditEntry, Buckets, BucketsQuery, Detections, Entity, EventsQuery, ExportQuery, Gap, GapsQuery,
+    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Person, Recorded, Role, Samples, SamplesQuery,
+    Series, SeriesQuery, Session, System, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -16,6 +17,7 @@ use axum::response::Response;
 use std::time::Duration;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate as _};
 use tower_http::timeout::RequestBodyTimeoutLayer;
 
 /// Bytes of a request's body that are read unless a route allows more.
@@ -54,27 +56,73 @@ pub(crate) fn table() -> Vec<Route> {
             .gives::<LiveFrame>(),
         Route::get("/api/v1/recorded", viewer, "What the history holds.", history::recorded)
             .gives::<Vec<Recorded>>(),
+        Route::get("/api/v1/series", viewer, "Series of samples, with fields and units.", history::series)
+            .query::<SeriesQuery>()
+            .gives::<Vec<Series>>()
+            .packed(),
+    ];
+    table.extend(of_vessels());
+    table.extend(exports());
+    table.extend(pages::routes());
+    table
+}
+
+/// The history of one vessel.
+fn of_vessels() -> Vec<Route> {
+    let viewer = Need::OnVessel(Role::Viewer);
+    vec![
+        Route::get("/api/v1/vessels/{vessel}/track", viewer, "A vessel's track.", history::track)
+            .query::<TrackQuery>()
+            .gives::<Vec<TrackPoint>>()
+            .packed(),
         Route::get(
-            "/api/v1/vessels/{vessel}/track",
-            Need::OnVessel(Role::Viewer),
-            "A vessel's track.",
-            history::track,
+            "/api/v1/vessels/{vessel}/buckets",
+            viewer,
+            "Least, greatest and mean values of a field, for plots of any range.",
+            history::buckets,
         )
-        .query::<TrackQuery>()
-        .gives::<Vec<TrackPoint>>()
+        .query::<BucketsQuery>()
+        .gives::<Buckets>()
         .packed(),
+        Route::get("/api/v1/vessels/{vessel}/samples", viewer, "Samples as they are.", history::samples)
+            .query::<SamplesQuery>()
+            .gives::<Samples>()
+            .packed(),
+        Route::get("/api/v1/vessels/{vessel}/entities", viewer, "Labels of entities.", history::entities)
+            .gives::<Vec<Entity>>(),
+        Route::get("/api/v1/vessels/{vessel}/detections", viewer, "Tags heard.", history::detections)
+            .query::<EventsQuery>()
+            .gives::<Detections>()
+            .packed(),
+        Route::get("/api/v1/vessels/{vessel}/logbook", viewer, "The log book.", history::log_book)
+            .query::<EventsQuery>()
+            .gives::<LogBook>()
+            .packed(),
+        Route::get("/api/v1/vessels/{vessel}/gaps", viewer, "What is declared missing.", history::gaps)
+            .query::<GapsQuery>()
+            .gives::<Vec<Gap>>(),
+    ]
+}
+
+/// The ways out.
+fn exports() -> Vec<Route> {
+    let researcher = Need::Somewhere(Role::Researcher);
+    vec![
         Route::get(
             "/api/v1/export.csv",
-            Need::Somewhere(Role::Researcher),
-            "CSV of a message. An answer that ends without an error is whole.",
-            history::export,
+            researcher,
+            "CSV of messages. An answer that ends without an error is whole.",
+            export::csv,
         )
         .query::<ExportQuery>()
         .media("text/csv")
         .packed(),
-    ];
-    table.extend(pages::routes());
-    table
+        Route::get("/api/v1/export.json", researcher, "What stands in its columns.", export::description)
+            .query::<ExportQuery>(),
+        Route::get("/api/v1/export.lsf", researcher, "Packets as a log, as they came.", export::lsf)
+            .query::<LogQuery>()
+            .media("application/octet-stream"),
+    ]
 }
 
 /// The whole web server.
@@ -82,7 +130,10 @@ pub(crate) fn router(state: AppState) -> Router {
     let mut router = Router::new();
     for route in table() {
         let post = Post { state: state.clone(), need: route.need, kind: route.kind };
-        let handler = if route.packed { route.handler.layer(CompressionLayer::new()) } else { route.handler };
+        // What is asked for as a packed file is not packed again.
+        let unpacked = DefaultPredicate::new().and(NotForContentType::const_new("application/gzip"));
+        let pack = CompressionLayer::new().compress_when(unpacked);
+        let handler = if route.packed { route.handler.layer(pack) } else { route.handler };
         let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
         router = router.route(route.path, guarded);
     }

@@ -7,7 +7,7 @@ use crate::doors::link::Links;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History, Stored};
+use crate::shore::{AppState, Fleet, History};
 use crate::tls;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -64,14 +64,6 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
-    serve_with(config, None).await
-}
-
-/// As [`serve`], with this history.
-///
-/// # Errors
-/// As [`serve`].
-pub(super) async fn serve_with(config: Config, history: Option<Arc<dyn History>>) -> anyhow::Result<Serving> {
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
     let (people, first) = opened.await??;
@@ -92,14 +84,13 @@ pub(super) async fn serve_with(config: Config, history: Option<Arc<dyn History>>
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
-    // Tests show a history that they make up.
-    let history = history.unwrap_or_else(|| Arc::new(Stored::new(config.data.clone())));
+    let history = History::new(&config.data);
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
-        history: Some(history),
+        history,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),

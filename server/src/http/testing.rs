@@ -1,16 +1,15 @@
-//! Boats that tests make up, speaking IMC, and a history.
+//! Boats that tests make up, speaking IMC, and their history.
 
 use crate::relay::{Connection, Relay};
-use crate::shore::History;
-use api::{ExportQuery, Recorded, TrackPoint, TrackQuery};
 use bytes::Bytes;
 use hub::{Door, Incoming, Peer, Role, Sources};
 use imc::messages::{
     Announce, EntityList, EntityListOp, EstimatedState, LogBookEntry, Message, SystemType, Voltage,
 };
 use imc::{Address, Header, Packet};
-use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
+use store::{Accepted, Store};
 use units::UtcTime;
 
 /// The address of boat 0; the others follow.
@@ -107,52 +106,17 @@ fn place(number: u16, now: UtcTime) -> (f64, f64, f64) {
     (lat + 0.0027 * along.cos(), lon + 0.006 * along.sin(), along + std::f64::consts::FRAC_PI_2)
 }
 
-/// A history of an hour of [`boat`]s.
-pub(crate) struct MadeUpHistory {
-    /// Rows after which an export fails.
-    pub(crate) fails_after: Option<u32>,
-}
-
-impl History for MadeUpHistory {
-    fn recorded(&self) -> anyhow::Result<Vec<Recorded>> {
-        let recorded = |system| Recorded {
-            system,
-            abbrev: "EstimatedState".to_owned(),
-            count: 3,
-            first_us: 0,
-            last_us: 2_000_000,
-        };
-        Ok(vec![recorded(0x0814), recorded(0x0815)])
-    }
-
-    fn track(&self, vessel: u16, query: &TrackQuery) -> anyhow::Result<Vec<TrackPoint>> {
-        let step = (query.to_us - query.from_us).max(1) / 400;
-        let at = |index| {
-            let time_us = query.from_us + step * index;
-            let (lat_deg, lon_deg, _) = place(vessel - FIRST, UtcTime::from_micros(time_us));
-            TrackPoint { time_us, lat_deg, lon_deg }
-        };
-        Ok((0..400).map(at).collect())
-    }
-
-    fn export(
-        &self,
-        query: &ExportQuery,
-        may: &dyn Fn(u16) -> bool,
-        out: &mut dyn Write,
-    ) -> anyhow::Result<()> {
-        anyhow::ensure!(query.message == "EstimatedState", "There is no message {:?}.", query.message);
-        writeln!(out, "time,vessel,u [m/s]")?;
-        for row in 0..100_000 {
-            if self.fails_after == Some(row) {
-                anyhow::bail!("the disk failed");
-            }
-            for vessel in [0x0814, 0x0815] {
-                if may(vessel) && query.vessel.is_none_or(|wanted| wanted == vessel) {
-                    writeln!(out, "{row},{vessel},1.5")?;
-                }
-            }
+/// Fills a data folder with an hour that the first three boats sailed until now, a position every nine seconds,
+/// in place of a server that was there.
+pub(crate) fn an_hour(data: &Path, now: UtcTime) {
+    let mut store = Store::open(data).unwrap();
+    for step in (0..400).rev() {
+        let then = UtcTime::from_micros(now.micros() - step * 9_000_000);
+        for packet in (0..3).flat_map(|number| boat(number, then)) {
+            store
+                .accept(&Accepted { packet: &packet, received: then, door: store::Door::Tcp, link: None })
+                .unwrap();
         }
-        Ok(())
     }
+    store.close().unwrap();
 }

@@ -44,6 +44,14 @@ pub(crate) struct RecorderState {
     pub(crate) not_recorded: u64,
 }
 
+impl RecorderState {
+    /// What people must know, if anything.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let behind = |reason: &String| format!("the history is behind the archive: {reason}");
+        self.trouble.clone().or_else(|| self.history_behind.as_ref().map(behind))
+    }
+}
+
 /// The way to the thread; cheap to clone.
 #[derive(Clone)]
 pub(crate) struct Recorder {

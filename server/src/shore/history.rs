@@ -1,89 +1,315 @@
 //! The fleet as it was: the store's reader, in the words of the API.
 //!
 //! Each question opens a reader of its own, which costs little and shares nothing, so that a long export holds up
-//! no page.
+//! no page. Questions beyond [`QUESTIONS`] at once wait for their turn.
 
-use super::History;
-use api::{ExportQuery, Recorded, TrackPoint, TrackQuery};
+use api::{Recorded, ValueKind};
 use imc::Address;
-use std::io::Write;
-use std::path::PathBuf;
-use store::{Angles, CsvOptions, Reader, Selection, TimeRange};
-use units::UtcTime;
+use imc::catalogue::Meaning;
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use store::{Cell, Column, ColumnKind, Page, Reader, Source, StoreError, TimeRange};
+use tokio::sync::Semaphore;
 
-/// Points of a track that nobody asked for more of.
-const POINTS: u32 = 2_000;
+/// Questions that are answered at the same time: more would only wait for the disk.
+const QUESTIONS: usize = 16;
+/// Most exports at the same time.
+const EXPORTS: usize = 4;
+/// Bytes of text and raw data in one answer.
+const ANSWER_BYTES: usize = 8 << 20;
 
-/// The history of a data folder.
-pub(crate) struct Stored {
-    data: PathBuf,
+/// The history of a data folder; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct History {
+    data: Arc<Path>,
+    questions: Arc<Semaphore>,
+    /// Places for exports.
+    pub(crate) exports: Arc<Semaphore>,
 }
 
-impl Stored {
-    pub(crate) fn new(data: PathBuf) -> Self {
-        Self { data }
-    }
-}
-
-impl History for Stored {
-    fn recorded(&self) -> anyhow::Result<Vec<Recorded>> {
-        let mut all = std::collections::BTreeMap::<(u16, String), Recorded>::new();
-        for series in Reader::open(&self.data)?.series(None)? {
-            let abbrev = series.message.map_or_else(|| series.group.id.to_string(), str::to_owned);
-            let (first_us, last_us) = (series.extent.first_us, series.extent.last_us);
-            let system = series.group.src;
-            let entry = all.entry((system, abbrev.clone()));
-            let known = entry.or_insert_with(|| Recorded { system, abbrev, count: 0, first_us, last_us });
-            known.count += series.extent.count;
-            known.first_us = known.first_us.min(first_us);
-            known.last_us = known.last_us.max(last_us);
+impl History {
+    pub(crate) fn new(data: &Path) -> Self {
+        Self {
+            data: data.into(),
+            questions: Arc::new(Semaphore::new(QUESTIONS)),
+            exports: Arc::new(Semaphore::new(EXPORTS)),
         }
-        Ok(all.into_values().collect())
     }
 
-    fn track(&self, vessel: u16, query: &TrackQuery) -> anyhow::Result<Vec<TrackPoint>> {
-        let range = TimeRange::new(
-            Some(UtcTime::from_micros(query.from_us)),
-            Some(UtcTime::from_micros(query.to_us)),
-        );
-        let points = query.points.unwrap_or(POINTS) as usize;
-        let track = Reader::open(&self.data)?.track(Address(vessel), range, points, 0.0)?;
-        let point = |point: &store::TrackPoint| TrackPoint {
-            time_us: point.time.micros(),
-            lat_deg: point.place.lat_deg(),
-            lon_deg: point.place.lon_deg(),
-        };
-        Ok(track.points.iter().map(point).collect())
+    /// The folder.
+    pub(crate) fn data(&self) -> &Path {
+        &self.data
     }
 
-    fn export(
+    /// Asks where slow work may be done.
+    ///
+    /// # Errors
+    /// As the question; [`StoreError::Cancelled`] when the server ends.
+    pub(crate) async fn ask<R: Send + 'static>(
         &self,
-        query: &ExportQuery,
-        may: &dyn Fn(u16) -> bool,
-        out: &mut dyn Write,
-    ) -> anyhow::Result<()> {
-        let systems: Vec<Address> = match query.vessel {
-            Some(vessel) => vec![Address(vessel)],
-            None => Reader::open(&self.data)?.systems()?.into_iter().map(|system| system.address).collect(),
-        };
-        let systems: Vec<Address> = systems.into_iter().filter(|system| may(system.0)).collect();
-        // The store takes an empty list for all; here it means that there is nothing this person may have.
-        anyhow::ensure!(!systems.is_empty(), "nothing is recorded that you may export");
-        let selection = Selection {
-            messages: vec![query.message.clone()],
-            systems,
-            range: TimeRange::new(time(query.from.as_deref())?, time(query.to.as_deref())?),
-            ..Selection::default()
-        };
-        let angles = if query.angles.as_deref() == Some("deg") { Angles::Degrees } else { Angles::Radians };
-        store::export_csv(&self.data, &selection, &CsvOptions { angles, ..CsvOptions::default() }, out)?;
-        Ok(())
+        question: impl FnOnce(&mut Reader) -> store::Result<R> + Send + 'static,
+    ) -> store::Result<R> {
+        let place = Arc::clone(&self.questions).acquire_owned().await.map_err(|_| StoreError::Cancelled)?;
+        let data = Arc::clone(&self.data);
+        let answer = tokio::task::spawn_blocking(move || {
+            let _place = place;
+            question(&mut Reader::open(&data)?)
+        });
+        answer.await.map_err(|_| StoreError::Cancelled)?
     }
 }
 
-/// ISO 8601 UTC; nothing for no bound.
-fn time(text: Option<&str>) -> anyhow::Result<Option<UtcTime>> {
-    let Some(text) = text.map(str::trim).filter(|text| !text.is_empty()) else { return Ok(None) };
-    let time = text.parse().map_err(|error| anyhow::anyhow!("`{text}`: {error}"))?;
-    Ok(Some(time))
+/// Which messages there are of which system.
+pub(crate) fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
+    let mut all = BTreeMap::<(u16, String), Recorded>::new();
+    for series in reader.series(None)? {
+        let abbrev = series.message.map_or_else(|| series.group.id.to_string(), str::to_owned);
+        let (first_us, last_us) = (series.extent.first_us, series.extent.last_us);
+        let system = series.group.src;
+        let entry = all.entry((system, abbrev.clone()));
+        let known = entry.or_insert_with(|| Recorded { system, abbrev, count: 0, first_us, last_us });
+        known.count += series.extent.count;
+        known.first_us = known.first_us.min(first_us);
+        known.last_us = known.last_us.max(last_us);
+    }
+    Ok(all.into_values().collect())
+}
+
+/// Every series of the systems that `may` admits.
+pub(crate) fn series(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::Result<Vec<api::Series>> {
+    let all = reader.series(None)?;
+    let describe = |series: store::Series| {
+        let period_s = series.period_s();
+        let dated = (series.dated.count > 0).then_some(series.dated);
+        let columns = reader.table_of(series.group).map_or_else(Vec::new, |table| fields(&table.columns));
+        api::Series {
+            system: series.group.src,
+            message: series.message.map_or_else(|| series.group.id.to_string(), str::to_owned),
+            id: series.group.id,
+            entity: series.group.src_ent,
+            label: series.label,
+            fields: columns,
+            count: series.extent.count,
+            undated: series.extent.count - series.dated.count,
+            first_us: dated.map(|extent| extent.first_us),
+            last_us: dated.map(|extent| extent.last_us),
+            period_s,
+        }
+    };
+    let mut found: Vec<_> = all.into_iter().filter(|one| may(one.group.src)).map(describe).collect();
+    found.sort_by(|a, b| (a.system, &a.message, a.entity).cmp(&(b.system, &b.message, b.entity)));
+    Ok(found)
+}
+
+fn fields<'c>(columns: impl IntoIterator<Item = &'c Column>) -> Vec<api::SeriesField> {
+    columns.into_iter().map(field).collect()
+}
+
+fn field(column: &Column) -> api::SeriesField {
+    let meaning = column.desc.map_or(Meaning::Plain, |desc| desc.meaning);
+    let (kind, values) = match (column.kind, meaning) {
+        (ColumnKind::Integer, Meaning::Enumeration(desc)) => (ValueKind::Enumeration, desc.values),
+        (ColumnKind::Integer, Meaning::Bitfield(desc)) => (ValueKind::Bits, desc.values),
+        (ColumnKind::Integer, Meaning::Plain) => (ValueKind::Integer, &[][..]),
+        (ColumnKind::Single | ColumnKind::Double, _) => (ValueKind::Real, &[][..]),
+        (ColumnKind::Text, _) => (ValueKind::Text, &[][..]),
+        (ColumnKind::Raw, _) => (ValueKind::Raw, &[][..]),
+        (ColumnKind::Nested, _) => (ValueKind::Nested, &[][..]),
+    };
+    let label =
+        |label: &imc::catalogue::Label| api::Label { value: label.value, name: label.abbrev.to_owned() };
+    api::SeriesField {
+        name: column.name.to_owned(),
+        title: column.desc.map_or("computed from the message", |desc| desc.name).to_owned(),
+        unit: column.unit.unwrap_or_default().to_owned(),
+        kind,
+        labels: values.iter().map(label).collect(),
+    }
+}
+
+/// A field as about `pixels` buckets.
+pub(crate) fn buckets(
+    reader: &mut Reader,
+    source: &Source,
+    name: &str,
+    range: TimeRange,
+    pixels: usize,
+) -> store::Result<api::Buckets> {
+    let found = reader.buckets(source, name, range, pixels)?;
+    let unit = reader.table(&source.message)?.column(name).and_then(|column| column.unit);
+    let mut buckets = api::Buckets {
+        unit: unit.unwrap_or_default().to_owned(),
+        width_us: found.width_us,
+        ..api::Buckets::default()
+    };
+    for bucket in found.buckets {
+        buckets.start_us.push(bucket.start_us);
+        buckets.first_us.push(bucket.first_us);
+        buckets.count.push(bucket.count);
+        buckets.min.push(bucket.min);
+        buckets.max.push(bucket.max);
+        buckets.mean.push(Some(bucket.mean).filter(|mean| mean.is_finite()));
+        buckets.first.push(bucket.first);
+        buckets.last.push(bucket.last);
+    }
+    Ok(buckets)
+}
+
+/// Samples as they are; all fields when none are named.
+pub(crate) fn samples(
+    reader: &mut Reader,
+    source: &Source,
+    names: &[String],
+    range: TimeRange,
+    page: Page,
+) -> store::Result<api::Samples> {
+    let table = reader.table(&source.message)?;
+    let columns: Vec<Column> = if names.is_empty() {
+        table.columns.clone()
+    } else {
+        // Names that are none are left out here and refused below, where all are compared.
+        names.iter().filter_map(|name| table.column(name)).cloned().collect()
+    };
+    let asked: Vec<&str> = if names.is_empty() {
+        columns.iter().map(|column| column.name).collect()
+    } else {
+        names.iter().map(String::as_str).collect()
+    };
+    let found = reader.rows(source, &asked, range, page)?;
+    let row = |row: store::Row| api::SampleRow {
+        time_us: row.time.micros(),
+        received_us: row.received.micros(),
+        values: row.cells.into_iter().zip(&columns).map(|(cell, column)| value(cell, column.kind)).collect(),
+    };
+    Ok(api::Samples {
+        fields: fields(&columns),
+        rows: found.items.into_iter().map(row).collect(),
+        next: found.next.map(next),
+    })
+}
+
+fn value(cell: Cell, kind: ColumnKind) -> Json {
+    match cell {
+        Cell::Nothing => Json::Null,
+        Cell::Integer(number) => number.into(),
+        // The shortest decimal that is this single, not the double's many digits.
+        Cell::Real(number) if kind == ColumnKind::Single => {
+            (number as f32).to_string().parse::<f64>().map_or(Json::Null, Json::from)
+        }
+        Cell::Real(number) => number.into(),
+        Cell::Text(text) if kind == ColumnKind::Nested => {
+            serde_json::from_str(&text).unwrap_or_else(|_| Json::from(text))
+        }
+        Cell::Text(text) => text.into(),
+        Cell::Raw(bytes) if kind == ColumnKind::Text => String::from_utf8_lossy(&bytes).into(),
+        Cell::Raw(bytes) => super::decode::hex(&bytes).into(),
+    }
+}
+
+/// A page of at most so many rows and [`ANSWER_BYTES`].
+pub(crate) fn page(rows: usize, skip: usize) -> Page {
+    Page { skip, rows, bytes: ANSWER_BYTES }
+}
+
+fn next(next: store::Next) -> api::Next {
+    api::Next { from_us: next.time_us, skip: u32::try_from(next.skip).unwrap_or(u32::MAX) }
+}
+
+/// A track of at most about so many points.
+pub(crate) fn track(
+    reader: &mut Reader,
+    vessel: Address,
+    range: TimeRange,
+    points: usize,
+) -> store::Result<Vec<api::TrackPoint>> {
+    let track = reader.track(vessel, range, points, 0.0)?;
+    let point = |point: &store::TrackPoint| api::TrackPoint {
+        time_us: point.time.micros(),
+        lat_deg: point.place.lat_deg(),
+        lon_deg: point.place.lon_deg(),
+    };
+    Ok(track.points.iter().map(point).collect())
+}
+
+/// All labels that a vessel's entities had.
+pub(crate) fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::Entity>> {
+    let entity = |name: store::EntityName| api::Entity {
+        entity: name.entity,
+        label: name.label,
+        from_us: name.from.micros(),
+        last_us: name.last.micros(),
+    };
+    Ok(reader.entities(vessel)?.into_iter().map(entity).collect())
+}
+
+/// Tags that a vessel heard.
+pub(crate) fn detections(
+    reader: &mut Reader,
+    vessel: Address,
+    range: TimeRange,
+    page: Page,
+) -> store::Result<api::Detections> {
+    let detection = |one: store::Detection| {
+        // 0/0 is what senders say that do not know.
+        let place = one
+            .place_deg
+            .filter(|(lat, lon)| lat.abs() <= 90.0 && lon.abs() <= 180.0 && (*lat != 0.0 || *lon != 0.0));
+        api::Detection {
+            entity: one.entity,
+            time_us: one.reported.micros(),
+            heard_us: one.heard.micros(),
+            received_us: one.received.micros(),
+            serial_no: one.serial_no,
+            protocol: one.protocol,
+            protocol_name: one.protocol_name,
+            tag_id: one.tag_id,
+            data: one.data,
+            snr_db: one.snr_db,
+            frequency_khz: one.frequency_khz,
+            memory_address: one.memory_address,
+            lat_deg: place.map(|place| place.0),
+            lon_deg: place.map(|place| place.1),
+        }
+    };
+    let found = reader.detections(Some(vessel), range, page)?;
+    let detections = found.items.into_iter().map(detection).collect();
+    Ok(api::Detections { detections, next: found.next.map(next) })
+}
+
+/// A vessel's log book.
+pub(crate) fn log_book(
+    reader: &mut Reader,
+    vessel: Address,
+    range: TimeRange,
+    page: Page,
+) -> store::Result<api::LogBook> {
+    let entry = |one: store::LogEntry| api::LogBookEntry {
+        entity: one.entity,
+        time_us: one.sent.micros(),
+        written_us: one.written.map(units::UtcTime::micros),
+        kind: one.kind,
+        kind_name: one.kind_name,
+        context: one.context,
+        text: one.text,
+    };
+    let found = reader.log_book(Some(vessel), range, page)?;
+    Ok(api::LogBook { entries: found.items.into_iter().map(entry).collect(), next: found.next.map(next) })
+}
+
+/// What a vessel declared missing.
+pub(crate) fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Result<Vec<api::Gap>> {
+    let gap = |gap: store::Gap| api::Gap {
+        from_us: gap.from.micros(),
+        to_us: gap.to.micros(),
+        kind: match gap.kind {
+            store::GapKind::NotRecorded => api::GapKind::NotRecorded,
+            store::GapKind::NotDelivered => api::GapKind::NotDelivered,
+            store::GapKind::Lost => api::GapKind::Lost,
+        },
+        reason: gap.reason,
+        declared_us: gap.declared.micros(),
+    };
+    Ok(reader.gaps(Some(vessel), range)?.into_iter().map(gap).collect())
 }

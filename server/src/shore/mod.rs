@@ -4,20 +4,20 @@
 //! [`History`], on threads where slow work may be done.
 
 mod decode;
+pub(crate) mod export;
 mod fleet;
-mod history;
+pub(crate) mod history;
 
 pub(crate) use fleet::Fleet;
-pub(crate) use history::Stored;
+pub(crate) use history::History;
 
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::people::{Grants, People};
 use crate::relay::{Recorder, Relay};
-use api::{ExportQuery, Recorded, System, TrackPoint, TrackQuery, Update};
+use api::{System, Update};
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
@@ -31,8 +31,8 @@ pub(crate) struct AppState {
     pub(crate) people: People,
     /// The fleet as it is.
     pub(crate) fleet: Fleet,
-    /// The fleet as it was; `None` where nothing is recorded.
-    pub(crate) history: Option<Arc<dyn History>>,
+    /// The fleet as it was.
+    pub(crate) history: History,
     /// Figures for Prometheus.
     pub(crate) metrics: PrometheusHandle,
     /// Says that the server is about to end.
@@ -86,31 +86,4 @@ pub(crate) struct Changes {
     pub(crate) events: Vec<Update>,
     /// Events that were forgotten since.
     pub(crate) events_missed: u64,
-}
-
-/// What was recorded. All of it may take long and is called where that is allowed.
-pub(crate) trait History: Send + Sync + 'static {
-    /// Which messages there are of which system.
-    ///
-    /// # Errors
-    /// The history cannot be read.
-    fn recorded(&self) -> anyhow::Result<Vec<Recorded>>;
-
-    /// A track, simplified to the points asked for.
-    ///
-    /// # Errors
-    /// The history cannot be read.
-    fn track(&self, vessel: u16, query: &TrackQuery) -> anyhow::Result<Vec<TrackPoint>>;
-
-    /// Writes CSV of the vessels that `may` admits. Stops when `out` fails, which it does when nobody reads any
-    /// more.
-    ///
-    /// # Errors
-    /// The history cannot be read, or `out` failed.
-    fn export(
-        &self,
-        query: &ExportQuery,
-        may: &dyn Fn(u16) -> bool,
-        out: &mut dyn Write,
-    ) -> anyhow::Result<()>;
 }

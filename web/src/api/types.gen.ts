@@ -30,6 +30,172 @@ subject: string,
  */
 outcome: string, };
 
+export type Buckets = { 
+/**
+ * Unit of the values; empty for none.
+ */
+unit: string, 
+/**
+ * How long each bucket is, µs. Where it is shorter than the samples are apart, each holds one.
+ */
+width_us: number, 
+/**
+ * Where each begins, µs since 1970 UTC.
+ */
+start_us: number[], 
+/**
+ * Time of the first sample of each, µs since 1970 UTC.
+ */
+first_us: number[], 
+/**
+ * How many samples; those that are no number count for nothing.
+ */
+count: number[], 
+/**
+ * The least.
+ */
+min: Array<number>, 
+/**
+ * The greatest.
+ */
+max: Array<number>, 
+/**
+ * The mean; null where the sum is beyond what a double holds.
+ */
+mean: Array<number | null>, 
+/**
+ * The first.
+ */
+first: Array<number>, 
+/**
+ * The last.
+ */
+last: Array<number>, };
+
+export type Detection = { 
+/**
+ * The entity that reported it.
+ */
+entity: number, 
+/**
+ * When the vessel reported it, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC.
+ */
+heard_us: number, 
+/**
+ * When the report first came ashore, µs since 1970 UTC.
+ */
+received_us: number, 
+/**
+ * Serial number of the receiver.
+ */
+serial_no: number, 
+/**
+ * Number of the tag's protocol, by IMC.
+ */
+protocol: number, 
+/**
+ * Its name, such as `R64K`.
+ */
+protocol_name: string | null, 
+/**
+ * The tag's number.
+ */
+tag_id: number, 
+/**
+ * The tag's measurement, as it was sent.
+ */
+data: number, 
+/**
+ * Signal to noise ratio, dB.
+ */
+snr_db: number, 
+/**
+ * Frequency, kHz.
+ */
+frequency_khz: number, 
+/**
+ * Place in the receiver's memory.
+ */
+memory_address: number, 
+/**
+ * WGS-84 latitude of the vessel then, degrees, north positive; null where it did not know.
+ */
+lat_deg: number | null, 
+/**
+ * WGS-84 longitude of the vessel then, degrees, east positive; null where it did not know.
+ */
+lon_deg: number | null, };
+
+export type Detections = { 
+/**
+ * In order of the report.
+ */
+detections: Array<Detection>, 
+/**
+ * How to ask for those that did not fit; null when these are all.
+ */
+next: Next | null, };
+
+export type DoorPeer = { 
+/**
+ * Its number, never used twice while the server runs.
+ */
+id: number, 
+/**
+ * The door: `link`, `imcproxy`, `tcp` or `udp`.
+ */
+door: string, 
+/**
+ * An address and port, or what it is called otherwise.
+ */
+name: string, 
+/**
+ * When it came, µs since 1970 UTC.
+ */
+since_us: number, 
+/**
+ * IMC addresses heard there that the caller may see, the most recent last.
+ */
+systems: Array<number>, 
+/**
+ * Packets that came from it.
+ */
+received: number, 
+/**
+ * Those of them that it may not send, or that are no packets.
+ */
+refused: number, 
+/**
+ * Packets for it.
+ */
+delivered: number, 
+/**
+ * Those of them that were dropped because it does not read.
+ */
+dropped: number, };
+
+export type Entity = { 
+/**
+ * Number of the entity.
+ */
+entity: number, 
+/**
+ * Its label.
+ */
+label: string, 
+/**
+ * When it was first heard, µs since 1970 UTC.
+ */
+from_us: number, 
+/**
+ * When it was last heard, µs since 1970 UTC.
+ */
+last_us: number, };
+
 export type Field = { 
 /**
  * Name in the message.
@@ -74,6 +240,138 @@ course_rad: number | null,
  */
 speed_mps: number | null, };
 
+export type Gap = { 
+/**
+ * From when, µs since 1970 UTC.
+ */
+from_us: number, 
+/**
+ * Until when, µs since 1970 UTC.
+ */
+to_us: number, 
+/**
+ * Why.
+ */
+kind: GapKind, 
+/**
+ * Why, in words.
+ */
+reason: string, 
+/**
+ * When it was declared, by the shore's clock, µs since 1970 UTC.
+ */
+declared_us: number, };
+
+export type GapKind = "not_recorded" | "not_delivered" | "lost";
+
+export type Import = { 
+/**
+ * Its number, growing while the server runs.
+ */
+id: number, 
+/**
+ * The file's name.
+ */
+name: string, 
+/**
+ * Who uploaded it.
+ */
+person: string, 
+/**
+ * When it was uploaded, µs since 1970 UTC.
+ */
+since_us: number, 
+/**
+ * Where it stands.
+ */
+state: ImportState, 
+/**
+ * Bytes of the upload.
+ */
+upload_bytes: number, 
+/**
+ * Bytes of the log read so far, unpacked.
+ */
+read_bytes: number, 
+/**
+ * Packets found so far.
+ */
+packets: number, 
+/**
+ * Those of them that were new.
+ */
+added: number, 
+/**
+ * Bytes that are no packets.
+ */
+damaged_bytes: number, 
+/**
+ * What is wrong with the log, and what to do about it.
+ */
+problems: Array<string>, };
+
+export type ImportState = "running" | "done" | "failed";
+
+export type Label = { 
+/**
+ * The number.
+ */
+value: number, 
+/**
+ * Its name.
+ */
+name: string, };
+
+export type LinkStatus = { 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * Whether the link stands.
+ */
+up: boolean, 
+/**
+ * Records that wait aboard to be delivered.
+ */
+backlog_records: number, 
+/**
+ * Age of the oldest of them, seconds.
+ */
+backlog_age_s: number, 
+/**
+ * From sending a record to the vessel knowing that it is kept, the last time, seconds.
+ */
+keeping_s: number, 
+/**
+ * The last round trip, seconds; null before the first.
+ */
+round_trip_s: number | null, 
+/**
+ * The vessel's clock minus the server's, seconds; null while unknown.
+ */
+clock_ahead_s: number | null, 
+/**
+ * That estimate is wrong by at most this, seconds.
+ */
+clock_uncertainty_s: number | null, 
+/**
+ * From recording aboard to receiving here, mean, seconds; null before the first record.
+ */
+transit_s: number | null, 
+/**
+ * Bytes received over all connections.
+ */
+received_bytes: number, 
+/**
+ * Records that came again after they were received.
+ */
+repeated: number, 
+/**
+ * Connections that stood so far.
+ */
+connections: number, };
+
 export type LiveFrame = { 
 /**
  * The server's clock, µs since 1970 UTC.
@@ -102,11 +400,55 @@ skipped: number,
 /**
  * Events that the server no longer had; the history has them.
  */
-events_missed: number, };
+events_missed: number, 
+/**
+ * Why nothing is recorded, or why the history lags behind, and what to do; null while all is well.
+ */
+recording: string | null, };
 
 export type LiveRequest = { "subscribe": Subscription };
 
 export type Liveness = "live" | "late" | "stale" | "lost";
+
+export type LogBook = { 
+/**
+ * In the order in which they were sent.
+ */
+entries: Array<LogBookEntry>, 
+/**
+ * How to ask for those that did not fit; null when these are all.
+ */
+next: Next | null, };
+
+export type LogBookEntry = { 
+/**
+ * The entity that wrote it.
+ */
+entity: number, 
+/**
+ * When it was sent, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * When it was written, µs since 1970 UTC.
+ */
+written_us: number | null, 
+/**
+ * How serious it is: 0 information, 1 warning, 2 error, 3 critical, 4 debug.
+ */
+kind: number, 
+/**
+ * The name of that.
+ */
+kind_name: string | null, 
+/**
+ * The part of the vessel's program.
+ */
+context: string, 
+/**
+ * What it says.
+ */
+text: string, };
 
 export type Me = { 
 /**
@@ -135,6 +477,16 @@ vessel: number | null,
  * Days until it ends.
  */
 days: number, };
+
+export type Next = { 
+/**
+ * The new `from_us`.
+ */
+from_us: number, 
+/**
+ * The new `skip`.
+ */
+skip: number, };
 
 export type Permission = { 
 /**
@@ -186,7 +538,129 @@ first_us: number,
  */
 last_us: number, };
 
+export type Recording = { 
+/**
+ * Why nothing can be recorded at the moment, and what to do; null while all is well.
+ */
+trouble: string | null, 
+/**
+ * Why the history does not hold all that is archived; null while it does.
+ */
+history_behind: string | null, 
+/**
+ * Packets recorded since the server started.
+ */
+recorded: number, 
+/**
+ * Packets that could not wait for the disk any longer and are not recorded.
+ */
+not_recorded: number, 
+/**
+ * Bytes that wait for the disk.
+ */
+waiting_bytes: number, 
+/**
+ * Bytes of other doors than the link that may wait; what comes beyond is not recorded.
+ */
+waiting_bytes_most: number, };
+
 export type Role = "viewer" | "researcher" | "operator" | "admin";
+
+export type SampleRow = { 
+/**
+ * When it was said, by the sender's clock, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * When it first came ashore, µs since 1970 UTC.
+ */
+received_us: number, 
+/**
+ * Numbers, texts, nested messages; null for what is no number or absent.
+ */
+values: unknown[], };
+
+export type Samples = { 
+/**
+ * What stands in each value of a row.
+ */
+fields: Array<SeriesField>, 
+/**
+ * The samples, in order of time.
+ */
+rows: Array<SampleRow>, 
+/**
+ * How to ask for those that did not fit; null when these are all.
+ */
+next: Next | null, };
+
+export type Series = { 
+/**
+ * IMC address of the source.
+ */
+system: number, 
+/**
+ * Abbreviation of the message, or its number where the catalogue has none.
+ */
+message: string, 
+/**
+ * Number of the message.
+ */
+id: number, 
+/**
+ * Number of the entity; 255 for none.
+ */
+entity: number, 
+/**
+ * The entity's last label.
+ */
+label: string | null, 
+/**
+ * What each sample holds, in order; empty where the catalogue does not know the message.
+ */
+fields: Array<SeriesField>, 
+/**
+ * How many samples.
+ */
+count: number, 
+/**
+ * How many of them have no believable time (before 2000, or from 2100 on); plots leave them out.
+ */
+undated: number, 
+/**
+ * Time of the first that has a believable time, µs since 1970 UTC.
+ */
+first_us: number | null, 
+/**
+ * Time of the last that has a believable time, µs since 1970 UTC.
+ */
+last_us: number | null, 
+/**
+ * Mean time between two of them, seconds; null for fewer than two.
+ */
+period_s: number | null, };
+
+export type SeriesField = { 
+/**
+ * Name in the message, such as `psi`.
+ */
+name: string, 
+/**
+ * What it is, in words.
+ */
+title: string, 
+/**
+ * Unit, like `rad`; empty for none.
+ */
+unit: string, 
+/**
+ * What its values are.
+ */
+kind: ValueKind, 
+/**
+ * What its numbers stand for, by number; empty where they are just numbers. Of bit fields, the bits.
+ */
+labels: Array<Label>, };
 
 export type Session = { 
 /**
@@ -365,6 +839,8 @@ period_s: number | null,
  * Values by field, in the order of the message.
  */
 fields: Array<Field>, };
+
+export type ValueKind = "integer" | "enumeration" | "bits" | "real" | "text" | "raw" | "nested";
 
 export type Vessel = { 
 /**

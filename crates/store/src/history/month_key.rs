@@ -26,6 +26,9 @@ pub enum MonthKey {
 }
 
 impl MonthKey {
+    /// All months.
+    pub(crate) const DATED: TimeRange = TimeRange { from_us: FIRST_US, to_us: END_US };
+
     /// The file of a sample.
     pub fn of(time_us: i64) -> Self {
         if !(FIRST_US..END_US).contains(&time_us) {

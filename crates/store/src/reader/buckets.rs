@@ -91,7 +91,7 @@ impl Reader {
             let problem = format!("{} has no field `{field}` that holds numbers", source.message);
             return Err(StoreError::Query(problem));
         };
-        let range = self.bounded(group, range)?;
+        let range = self.bounded(group, range)?.within(MonthKey::DATED);
         let grid = Grid::new(range, count);
         let mut cells = vec![None; grid.buckets(range)];
         for (key, part) in self.parts(range)? {

@@ -2,7 +2,7 @@
 
 use super::Reader;
 use crate::error::Result;
-use crate::history::{Extent, GroupKey, Names, Table};
+use crate::history::{Extent, GroupKey, MonthKey, Names, Table};
 use crate::range::TimeRange;
 use imc::Address;
 use std::collections::BTreeMap;
@@ -47,12 +47,14 @@ pub struct Series {
     pub label: Option<String>,
     /// First and last sample, and how many.
     pub extent: Extent,
+    /// The same of those that have a believable time.
+    pub dated: Extent,
 }
 
 impl Series {
-    /// Mean time between samples (s); `None` for fewer than two.
+    /// Mean time between samples that have a believable time (s); `None` for fewer than two.
     pub fn period_s(&self) -> Option<f64> {
-        let Extent { first_us, last_us, count } = self.extent;
+        let Extent { first_us, last_us, count } = self.dated;
         (count > 1).then(|| (last_us - first_us) as f64 / 1e6 / (count - 1) as f64)
     }
 }
@@ -103,14 +105,16 @@ impl Reader {
     pub fn series(&mut self, system: Option<Address>) -> Result<Vec<Series>> {
         self.parts(TimeRange::ALL)?;
         let names = self.names()?;
+        let dated = self.months_extents(|key| key != MonthKey::Undated)?;
         let wanted = |group: &GroupKey| system.is_none_or(|system| system.0 == group.src);
         let series = |(group, extent): (GroupKey, Extent)| Series {
             group,
             message: self.schema.table(group.id).map(|table| table.desc.abbrev),
             label: names.entities.get(&(group.src, group.src_ent)).and_then(|runs| runs.latest()).cloned(),
             extent,
+            dated: dated.get(&group).copied().unwrap_or(Extent::NONE),
         };
-        let extents = self.months_extents()?;
+        let extents = self.months_extents(|_| true)?;
         Ok(extents.into_iter().filter(|(group, _)| wanted(group)).map(series).collect())
     }
 
@@ -122,12 +126,12 @@ impl Reader {
     /// How much there is of each group, over all months.
     pub(crate) fn extents(&mut self) -> Result<BTreeMap<GroupKey, Extent>> {
         self.parts(TimeRange::ALL)?;
-        self.months_extents()
+        self.months_extents(|_| true)
     }
 
-    fn months_extents(&self) -> Result<BTreeMap<GroupKey, Extent>> {
+    fn months_extents(&self, wanted: impl Fn(MonthKey) -> bool) -> Result<BTreeMap<GroupKey, Extent>> {
         let mut extents: BTreeMap<GroupKey, Extent> = BTreeMap::new();
-        for key in crate::history::months(self.folder())? {
+        for key in crate::history::months(self.folder())?.into_iter().filter(|key| wanted(*key)) {
             let Ok(connection) = self.month(key) else { continue };
             let mut read = || -> rusqlite::Result<()> {
                 let mut statement =

@@ -1,9 +1,14 @@
 //! Messages that each matter: tags that were heard, and what the log book says.
 
-use super::{Cell, Reader, Row, Source};
+use super::page::Pager;
+use super::samples::read_row;
+use super::{Cell, Page, Paged, Reader, Row, has_group, select_list};
 use crate::error::Result;
+use crate::history::GroupKey;
 use crate::range::TimeRange;
 use imc::Address;
+use rusqlite::{Connection, Rows, Statement};
+use std::ops::ControlFlow;
 use units::UtcTime;
 
 const DETECTION_FIELDS: [&str; 11] = [
@@ -76,7 +81,7 @@ pub struct LogEntry {
 }
 
 impl Reader {
-    /// The tags heard in a range, by when they were reported, at most `limit`; of one system or of all.
+    /// A page of the tags heard in a range, by when they were reported; of one system or of all.
     ///
     /// # Errors
     /// When the history cannot be read.
@@ -84,18 +89,18 @@ impl Reader {
         &mut self,
         system: Option<Address>,
         range: TimeRange,
-        limit: usize,
-    ) -> Result<Vec<Detection>> {
+        page: Page,
+    ) -> Result<Paged<Detection>> {
         let protocols = imc::catalogue::by_abbrev("TBRFishTag").and_then(|desc| desc.field("trans_protocol"));
-        let detection = |(source, row): (Source, Row)| {
+        let detection = |group: GroupKey, row: Row| {
             let integer = |at: usize| match row.cells[at] {
                 Cell::Integer(value) => value,
                 _ => 0,
             };
             let degrees = |at: usize| row.cells[at].as_f64().map(f64::to_degrees);
             Detection {
-                system: source.system,
-                entity: source.entity,
+                system: Address(group.src),
+                entity: group.src_ent,
                 reported: row.time,
                 heard: UtcTime::from_micros(integer(1) * 1_000_000 + integer(2) * 1_000),
                 received: row.received,
@@ -110,11 +115,10 @@ impl Reader {
                 place_deg: degrees(9).zip(degrees(10)),
             }
         };
-        let rows = self.events("TBRFishTag", &DETECTION_FIELDS, system, range, limit)?;
-        Ok(rows.into_iter().map(detection).collect())
+        self.events("TBRFishTag", &DETECTION_FIELDS, system, range, page, detection)
     }
 
-    /// The log books' entries in a range, by when they were sent, at most `limit`; of one system or of all.
+    /// A page of the log books' entries in a range, by when they were sent; of one system or of all.
     ///
     /// # Errors
     /// When the history cannot be read.
@@ -122,10 +126,10 @@ impl Reader {
         &mut self,
         system: Option<Address>,
         range: TimeRange,
-        limit: usize,
-    ) -> Result<Vec<LogEntry>> {
+        page: Page,
+    ) -> Result<Paged<LogEntry>> {
         let kinds = imc::catalogue::by_abbrev("LogBookEntry").and_then(|desc| desc.field("type"));
-        let entry = |(source, row): (Source, Row)| {
+        let entry = |group: GroupKey, row: Row| {
             let kind = row.cells[0].as_f64().unwrap_or_default() as i64;
             let text = |at: usize| match &row.cells[at] {
                 Cell::Text(text) => text.clone(),
@@ -133,8 +137,8 @@ impl Reader {
                 Cell::Nothing | Cell::Integer(_) | Cell::Real(_) => String::new(),
             };
             LogEntry {
-                system: source.system,
-                entity: source.entity,
+                system: Address(group.src),
+                entity: group.src_ent,
                 sent: row.time,
                 written: row.cells[1].as_f64().and_then(UtcTime::from_seconds),
                 kind,
@@ -143,33 +147,97 @@ impl Reader {
                 text: text(3),
             }
         };
-        let rows = self.events("LogBookEntry", &LOG_FIELDS, system, range, limit)?;
-        Ok(rows.into_iter().map(entry).collect())
+        self.events("LogBookEntry", &LOG_FIELDS, system, range, page, entry)
     }
 
-    /// The first messages of a kind from all entities, in order of time.
-    fn events(
+    /// A page of the messages of a kind from all entities, in order of time, system and entity.
+    fn events<T>(
         &mut self,
         message: &str,
         fields: &[&str],
         system: Option<Address>,
         range: TimeRange,
-        limit: usize,
-    ) -> Result<Vec<(Source, Row)>> {
+        page: Page,
+        make: impl Fn(GroupKey, Row) -> T,
+    ) -> Result<Paged<T>> {
         let id = self.table(message)?.desc.id;
         let wanted = |src: u16| system.is_none_or(|system| system.0 == src);
-        let groups: Vec<_> =
+        let groups: Vec<GroupKey> =
             self.extents()?.into_keys().filter(|key| key.id == id && wanted(key.src)).collect();
         let mut found = Vec::new();
-        for group in groups {
-            let source =
-                Source { system: Address(group.src), entity: group.src_ent, message: message.to_owned() };
-            found.extend(
-                self.rows(&source, fields, range, limit)?.into_iter().map(|row| (source.clone(), row)),
-            );
+        let mut pager = Pager::new(page);
+        for (key, part) in self.parts(range)? {
+            let (connection, table) = (self.month(key)?, self.table(message)?);
+            let mut read = || -> rusqlite::Result<ControlFlow<()>> {
+                let sql = format!(
+                    "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
+                     AND time_us<?4 ORDER BY time_us,hash",
+                    select_list(connection, table, fields)?,
+                    table.desc.abbrev
+                );
+                let mut statements = prepare(connection, &groups, &sql)?;
+                let mut heads = Vec::with_capacity(statements.len());
+                for (group, statement) in &mut statements {
+                    let rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
+                    heads.push(Head { group: *group, rows, ahead: None }.advanced(fields.len())?);
+                }
+                // Of what each entity says next, the earliest.
+                while let Some(head) = heads
+                    .iter_mut()
+                    .filter(|head| head.ahead.is_some())
+                    .min_by_key(|head| (head.ahead.as_ref().map(|row| row.time), head.group))
+                {
+                    let Some(row) = head.take(fields.len())? else { break };
+                    let step = pager.step(row.time.micros(), || {
+                        let bytes = row.bytes();
+                        found.push(make(head.group, row));
+                        Ok(bytes)
+                    });
+                    if step?.is_break() {
+                        return Ok(ControlFlow::Break(()));
+                    }
+                }
+                Ok(ControlFlow::Continue(()))
+            };
+            if self.named(key, read())?.is_break() {
+                break;
+            }
         }
-        found.sort_by(|a, b| (a.1.time, &a.0).cmp(&(b.1.time, &b.0)));
-        found.truncate(limit);
-        Ok(found)
+        Ok(pager.end(found))
+    }
+}
+
+/// A question for each group that the month has.
+fn prepare<'c>(
+    connection: &'c Connection,
+    groups: &[GroupKey],
+    sql: &str,
+) -> rusqlite::Result<Vec<(GroupKey, Statement<'c>)>> {
+    let mut statements = Vec::new();
+    for group in groups {
+        if has_group(connection, *group)? {
+            statements.push((*group, connection.prepare(sql)?));
+        }
+    }
+    Ok(statements)
+}
+
+/// One entity's messages, the next of them read.
+struct Head<'s> {
+    group: GroupKey,
+    rows: Rows<'s>,
+    ahead: Option<Row>,
+}
+
+impl Head<'_> {
+    fn advanced(mut self, fields: usize) -> rusqlite::Result<Self> {
+        self.take(fields)?;
+        Ok(self)
+    }
+
+    /// The message that was read; reads the next.
+    fn take(&mut self, fields: usize) -> rusqlite::Result<Option<Row>> {
+        let next = self.rows.next()?.map(|row| read_row(row, fields)).transpose()?;
+        Ok(std::mem::replace(&mut self.ahead, next))
     }
 }

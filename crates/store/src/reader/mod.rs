@@ -6,12 +6,14 @@
 mod buckets;
 mod catalogue;
 mod events;
+mod page;
 mod samples;
 mod track;
 
 pub use buckets::{Bucket, Buckets};
 pub use catalogue::{EntityName, Series, System};
 pub use events::{Detection, LogEntry};
+pub use page::{Next, Page, Paged};
 pub use samples::{Cell, Row, Samples};
 pub use track::{Track, TrackPoint};
 

@@ -1,6 +1,7 @@
 //! Samples as they are.
 
-use super::{Reader, Source, has_group, select_list};
+use super::page::Pager;
+use super::{Page, Paged, Reader, Source, has_group, select_list};
 use crate::error::{Result, StoreError};
 use crate::history::rollup::number;
 use crate::range::TimeRange;
@@ -74,6 +75,18 @@ pub struct Row {
     pub cells: Vec<Cell>,
 }
 
+impl Row {
+    /// Bytes of its texts and raw data.
+    pub(super) fn bytes(&self) -> usize {
+        let bytes = |cell: &Cell| match cell {
+            Cell::Text(text) => text.len(),
+            Cell::Raw(bytes) => bytes.len(),
+            Cell::Nothing | Cell::Integer(_) | Cell::Real(_) => 0,
+        };
+        self.cells.iter().map(bytes).sum()
+    }
+}
+
 impl Reader {
     /// The numbers of some fields in a range, at most `limit` samples.
     ///
@@ -101,7 +114,7 @@ impl Reader {
         Ok(samples)
     }
 
-    /// Messages of a series with values of any type, at most `limit`.
+    /// A page of a series' messages with values of any type.
     ///
     /// # Errors
     /// When there is no such message or field, or the history cannot be read.
@@ -110,17 +123,19 @@ impl Reader {
         source: &Source,
         fields: &[&str],
         range: TimeRange,
-        limit: usize,
-    ) -> Result<Vec<Row>> {
+        page: Page,
+    ) -> Result<Paged<Row>> {
         let mut found = Vec::new();
+        let mut pager = Pager::new(page);
         self.scan(source, fields, range, |row| {
-            if found.len() == limit {
-                return Ok(ControlFlow::Break(()));
-            }
-            found.push(read_row(row, fields.len())?);
-            Ok(ControlFlow::Continue(()))
+            pager.step(row.get(0)?, || {
+                let row = read_row(row, fields.len())?;
+                let bytes = row.bytes();
+                found.push(row);
+                Ok(bytes)
+            })
         })?;
-        Ok(found)
+        Ok(pager.end(found))
     }
 
     /// The last message of a series in a range.
@@ -205,7 +220,7 @@ impl Reader {
     }
 }
 
-fn read_row(row: &rusqlite::Row<'_>, fields: usize) -> rusqlite::Result<Row> {
+pub(super) fn read_row(row: &rusqlite::Row<'_>, fields: usize) -> rusqlite::Result<Row> {
     Ok(Row {
         time: UtcTime::from_micros(row.get(0)?),
         received: UtcTime::from_micros(row.get(1)?),

@@ -1,0 +1,164 @@
+//! What each matters by itself: names of entities, tags that were heard, log books, gaps.
+
+use crate::Next;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+/// A label of an entity, and from when to when it was heard.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Entity {
+    /// Number of the entity.
+    pub entity: u8,
+    /// Its label.
+    pub label: String,
+    /// When it was first heard, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub from_us: i64,
+    /// When it was last heard, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub last_us: i64,
+}
+
+/// Which detections or entries.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct EventsQuery {
+    /// From this time on, µs since 1970 UTC.
+    pub from_us: i64,
+    /// Before this time, µs since 1970 UTC.
+    pub to_us: i64,
+    /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
+    pub limit: Option<u32>,
+    /// Those to pass over, 0 to 100000; from the answer before.
+    pub skip: Option<u32>,
+}
+
+/// Tags that were heard, by when they were reported.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Detections {
+    /// In order of the report.
+    pub detections: Vec<Detection>,
+    /// How to ask for those that did not fit; null when these are all.
+    pub next: Option<Next>,
+}
+
+/// A tag that a receiver heard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Detection {
+    /// The entity that reported it.
+    pub entity: u8,
+    /// When the vessel reported it, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub heard_us: i64,
+    /// When the report first came ashore, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub received_us: i64,
+    /// Serial number of the receiver.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub serial_no: i64,
+    /// Number of the tag's protocol, by IMC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub protocol: i64,
+    /// Its name, such as `R64K`.
+    pub protocol_name: Option<String>,
+    /// The tag's number.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub tag_id: i64,
+    /// The tag's measurement, as it was sent.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub data: i64,
+    /// Signal to noise ratio, dB.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub snr_db: i64,
+    /// Frequency, kHz.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub frequency_khz: i64,
+    /// Place in the receiver's memory.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub memory_address: i64,
+    /// WGS-84 latitude of the vessel then, degrees, north positive; null where it did not know.
+    pub lat_deg: Option<f64>,
+    /// WGS-84 longitude of the vessel then, degrees, east positive; null where it did not know.
+    pub lon_deg: Option<f64>,
+}
+
+/// A vessel's log book.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LogBook {
+    /// In the order in which they were sent.
+    pub entries: Vec<LogBookEntry>,
+    /// How to ask for those that did not fit; null when these are all.
+    pub next: Option<Next>,
+}
+
+/// An entry of a vessel's log book.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LogBookEntry {
+    /// The entity that wrote it.
+    pub entity: u8,
+    /// When it was sent, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// When it was written, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub written_us: Option<i64>,
+    /// How serious it is: 0 information, 1 warning, 2 error, 3 critical, 4 debug.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub kind: i64,
+    /// The name of that.
+    pub kind_name: Option<String>,
+    /// The part of the vessel's program.
+    pub context: String,
+    /// What it says.
+    pub text: String,
+}
+
+/// Which gaps.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct GapsQuery {
+    /// From this time on, µs since 1970 UTC.
+    pub from_us: i64,
+    /// Before this time, µs since 1970 UTC.
+    pub to_us: i64,
+}
+
+/// A stretch of a vessel's time from which something is missing, as it was declared.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Gap {
+    /// From when, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub from_us: i64,
+    /// Until when, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub to_us: i64,
+    /// Why.
+    pub kind: GapKind,
+    /// Why, in words.
+    pub reason: String,
+    /// When it was declared, by the shore's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub declared_us: i64,
+}
+
+/// Why something is not there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum GapKind {
+    /// It was never recorded.
+    NotRecorded,
+    /// The vessel has it and has yet to send it.
+    NotDelivered,
+    /// It was recorded and is gone.
+    Lost,
+}

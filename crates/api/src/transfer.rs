@@ -1,0 +1,107 @@
+//! Taking data out and bringing it in: exports and imports.
+
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+/// What to export as CSV, and how it is written. Lists are separated by commas.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct ExportQuery {
+    /// Messages by abbreviation, like `EstimatedState,Voltage`; `*` for all.
+    pub message: String,
+    /// IMC addresses of vessels; all that one may export when left out or empty.
+    pub vessel: Option<String>,
+    /// Entities by number or label; all when left out or empty.
+    pub entity: Option<String>,
+    /// Fields, of all messages that have them (`psi`) or of one (`EulerAngles.psi`); all when left out or empty.
+    pub field: Option<String>,
+    /// From this time on, ISO 8601 UTC; from the beginning when left out or empty.
+    pub from: Option<String>,
+    /// Before this time, ISO 8601 UTC; to the end when left out or empty.
+    pub to: Option<String>,
+    /// `rad` or `deg` for angles; `rad` when left out.
+    pub angles: Option<String>,
+    /// `wide`: a row for each message, a column for each field. `long`: a row for each value. `wide` when left out.
+    pub shape: Option<String>,
+    /// Whether a wide table's header gives units, as in `psi [rad]`; true when left out.
+    pub units: Option<bool>,
+    /// Whether numbers that stand for something are written as its name; false when left out.
+    pub labels: Option<bool>,
+    /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it; true when left out.
+    pub guard: Option<bool>,
+    /// Whether the file is packed by gzip; false when left out.
+    pub gzip: Option<bool>,
+}
+
+/// What to export as a log. Lists are separated by commas.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct LogQuery {
+    /// Messages by abbreviation; all when left out, empty or `*`.
+    pub message: Option<String>,
+    /// IMC addresses of vessels; all that one may export when left out or empty.
+    pub vessel: Option<String>,
+    /// Entities by number or label; all when left out or empty.
+    pub entity: Option<String>,
+    /// From this time on, ISO 8601 UTC; from the beginning when left out or empty.
+    pub from: Option<String>,
+    /// Before this time, ISO 8601 UTC; to the end when left out or empty.
+    pub to: Option<String>,
+    /// Whether the file is packed by gzip; false when left out.
+    pub gzip: Option<bool>,
+}
+
+/// What is uploaded.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct ImportQuery {
+    /// The file's name, to be told by; 1 to 200 letters.
+    pub name: String,
+}
+
+/// A log that was uploaded, and how far its import is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Import {
+    /// Its number, growing while the server runs.
+    pub id: u32,
+    /// The file's name.
+    pub name: String,
+    /// Who uploaded it.
+    pub person: String,
+    /// When it was uploaded, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub since_us: i64,
+    /// Where it stands.
+    pub state: ImportState,
+    /// Bytes of the upload.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub upload_bytes: u64,
+    /// Bytes of the log read so far, unpacked.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub read_bytes: u64,
+    /// Packets found so far.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub packets: u64,
+    /// Those of them that were new.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub added: u64,
+    /// Bytes that are no packets.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub damaged_bytes: u64,
+    /// What is wrong with the log, and what to do about it.
+    pub problems: Vec<String>,
+}
+
+/// Where an import stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum ImportState {
+    /// It is being read.
+    Running,
+    /// It was read to its end.
+    Done,
+    /// It ended before; what was read stays, and uploading it again adds only the rest.
+    Failed,
+}
