@@ -32,6 +32,7 @@ fn text() -> String {
         Me::decl(),
         NewToken::decl(),
         Next::decl(),
+        Ordered::decl(),
         Permission::decl(),
         Person::decl(),
         Recorded::decl(),

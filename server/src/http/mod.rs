@@ -5,6 +5,7 @@ mod assets;
 #[cfg(test)]
 mod browser_tests;
 mod caller;
+mod commands;
 mod csrf;
 mod error;
 mod export;
@@ -31,5 +32,5 @@ pub(crate) use assets::path as asset_path;
 pub(crate) use caller::Caller;
 
 pub(crate) use error::ApiError;
-pub(crate) use guard::{SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};
+pub(crate) use guard::{OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};
 pub(crate) use route::{Kind, Need, Route};

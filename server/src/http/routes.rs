@@ -2,12 +2,12 @@
 
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
-use super::{assets, error::ApiError, export, headers, health, history, live, measure, openapi, people};
+use super::{commands, assets, error::ApiError, export, headers, health, history, live, measure, openapi, people};
 use crate::pages;
 use crate::shore::AppState;
 use api::{
     AuditEntry, Buckets, BucketsQuery, Detections, Entity, EventsQuery, ExportQuery, Gap, GapsQuery,
-    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Person, Recorded, Role, Samples, SamplesQuery,
+    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Ordered, Person, Recorded, Role, Samples, SamplesQuery,
     Series, SeriesQuery, Session, System, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
@@ -62,6 +62,7 @@ pub(crate) fn table() -> Vec<Route> {
             .packed(),
     ];
     table.extend(of_vessels());
+    table.extend(orders());
     table.extend(exports());
     table.extend(pages::routes());
     table
@@ -101,6 +102,19 @@ fn of_vessels() -> Vec<Route> {
         Route::get("/api/v1/vessels/{vessel}/gaps", viewer, "What is declared missing.", history::gaps)
             .query::<GapsQuery>()
             .gives::<Vec<Gap>>(),
+    ]
+}
+
+/// What people order a vessel to do.
+fn orders() -> Vec<Route> {
+    vec![
+        Route::post(
+            "/api/v1/vessels/{vessel}/abort",
+            Need::OnVessel(Role::Operator),
+            "Stop: what the vessel does ends and its motors stand still. Never asks back.",
+            commands::abort,
+        )
+        .gives::<Ordered>(),
     ]
 }
 
