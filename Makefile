@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help test demo interop bench fuzz fmt audit setup web types chromium
+.PHONY: help test demo demo-vessel interop bench fuzz fmt audit setup web types chromium
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
@@ -14,7 +14,8 @@ help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
 	@echo "make web     check and bundle the pages' scripts and styles into web/dist"
 	@echo "make types   write web/src/api/types.gen.ts anew from crates/api"
-	@echo "make demo    sail a simulated Otter through a short plan and look into its log"
+	@echo "make demo    start a shore server and three simulated Otters that sail before a browser, until Ctrl-C"
+	@echo "make demo-vessel  sail one simulated Otter through a short plan and look into its log"
 	@echo "make interop sail a scripted mission with pyimclsts (from PyPI) as the console"
 	@echo "make bench   measure and print speeds"
 	@echo "make fuzz    let each parser meet random bytes for FUZZ_SECONDS=$(FUZZ_SECONDS)"
@@ -53,16 +54,23 @@ test: setup web chromium
 	$(call say,Tests of the scripts)
 	cd web && npm run --silent test
 	$(call say,Tests)
-	LUTRA_BROWSER=required cargo nextest run --workspace --locked --no-fail-fast
+	LUTRA_BROWSER=required LUTRA_AGENT=required cargo nextest run --workspace --locked --no-fail-fast
 	$(call say,Examples in the documentation)
 	cargo test --doc --workspace --locked --quiet
 	$(call say,Documentation)
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked --quiet
 
-demo: setup
+# LUTRA_DEMO_SECONDS=30 ends it by itself, 30 s after all Otters have begun to sail.
+demo: setup web
+	$(call say,Building)
+	cargo build --release --locked --package server --package vehicle-agent
+	$(call say,Three Otters before a browser)
+	@exec target/release/lutra-server demo
+
+demo-vessel: setup
 	$(call say,Building)
 	cargo build --release --locked --package vehicle-agent --package imc-cli
-	@sh scripts/demo
+	@sh scripts/demo-vessel
 
 interop: setup
 	$(call say,A mission by a foreign console)
@@ -74,6 +82,8 @@ bench: setup
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package store --bench store
+	cargo bench --locked --package hub --bench hub
+	cargo bench --locked --package server --bench relay
 	@sh scripts/bench-agent
 
 fuzz: setup

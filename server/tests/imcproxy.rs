@@ -4,30 +4,19 @@
 
 mod support;
 
-use bytes::Bytes;
 use futures_util::{SinkExt as _, StreamExt as _};
+use imc::Address;
 use imc::messages;
-use imc::{Address, ByteOrder, Header, Packet};
-use support::{CONSOLE, Client, OTTER, PATIENCE, Shore, packet};
+use support::{CONSOLE, Client, OTTER, PATIENCE, Shore, odd_packets, packet};
 use tokio_tungstenite::tungstenite::Message as Frame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
-
-/// What nobody may change: big-endian packets, ids nobody knows, bytes after the last field.
-fn odd_packets() -> Vec<Bytes> {
-    let known = Packet::new(Header { timestamp: 5.0, src: OTTER, ..Header::default() }, messages::Heartbeat);
-    let big = Packet { order: ByteOrder::Big, ..known.clone() };
-    let body = imc::Body::Unknown { id: 60_001, payload: vec![1, 2, 3] };
-    let unknown = Packet { body, ..known.clone() };
-    let trailing = Packet { trailing: vec![9; 7], ..known };
-    [big, unknown, trailing].iter().map(|packet| packet.encode().unwrap().into()).collect()
-}
 
 #[tokio::test]
 async fn original_bytes_go_to_all_others_and_never_back() {
     let shore = Shore::start(|_| {}).await;
     let mut vessel = Client::connect(shore.proxy()).await;
     let mut consoles = [Client::connect(shore.proxy()).await, Client::connect(shore.proxy()).await];
-    let said = odd_packets();
+    let said = odd_packets(5.0);
     vessel.0.send(Frame::text("ignored, as ever")).await.unwrap();
     for packet in &said {
         vessel.say(packet).await;

@@ -76,6 +76,8 @@ test("numbers are written in one way", () => {
   const field = (value, unit = "", name = "x", meaning = null) => format.field({ name, value, unit, meaning });
   assert.deepEqual(field(Math.PI / 2, "rad"), { text: "90.0", unit: "°" });
   assert.deepEqual(field(1.1073, "rad", "lat"), { text: "63.443617", unit: "°" });
+  assert.deepEqual(field(1.1073, "rad", "start_lat"), { text: "63.443617", unit: "°" });
+  assert.deepEqual(field(1_795_268_766.25, "s"), { text: "1795268766.250", unit: "s" });
   assert.deepEqual(field(null, "V"), { text: "no number", unit: "V" });
   assert.deepEqual(field(3, "", "state", "Service"), { text: "Service", unit: "" });
   assert.deepEqual(field(-0.5, "m"), { text: "−0.500", unit: "m" });

@@ -53,7 +53,7 @@ pub struct LinkStatus {
     pub clock_ahead_s: Option<f64>,
     /// That estimate is wrong by at most this, seconds.
     pub clock_uncertainty_s: Option<f64>,
-    /// From recording aboard to receiving here, mean, seconds; null before the first record.
+    /// From recording aboard to receiving here, mean of the records of the last second, seconds; null without any.
     pub transit_s: Option<f64>,
     /// Bytes received over all connections.
     #[cfg_attr(test, ts(type = "number"))]

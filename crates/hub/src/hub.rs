@@ -260,8 +260,14 @@ impl Hub {
         let packet = packet.slice(..view.bytes().len());
         let source = view.src();
         if !slot.peer.sources.allow(source) {
-            slot.refused += 1;
-            self.counters.refused += 1;
+            if link.is_some() {
+                // What the vessel recorded of what others told it, a console in its own radio's reach above all.
+                // That is kept, but the vessel speaks for nobody else.
+                self.records.push(Record { packet, received: now.utc, door, link });
+            } else {
+                slot.refused += 1;
+                self.counters.refused += 1;
+            }
             return;
         }
         if source == self.settings.address {

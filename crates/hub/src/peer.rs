@@ -60,7 +60,8 @@ pub enum Role {
 pub enum Sources {
     /// Any. For doors that are bound to loopback or the VPN.
     Any,
-    /// These alone; a packet of another source is refused and counted.
+    /// These alone; a packet of another source is refused and counted. What a vessel recorded of others is
+    /// recorded here too, but neither relayed nor shown.
     Only(Vec<Address>),
 }
 

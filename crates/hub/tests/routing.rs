@@ -84,6 +84,12 @@ fn a_token_speaks_for_its_own_vessel_only() {
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(OTTER, Address::NULL, 1.0)), [listener]);
     assert_eq!(pass(&mut hub, at(0.0), vessel, &voltage(CONSOLE, Address::NULL, 1.0)), []);
     assert_eq!((hub.counters().refused, hub.drain_records().len()), (1, 1));
+    // What it recorded of what others told it is kept all the same, and goes nowhere.
+    let heard = packet(CONSOLE, OTTER, 2.0, messages::Abort);
+    let link = Some(LinkSeq { stream: 7, seq: 1 });
+    hub.packets(at(0.0), vessel, [Incoming { packet: heard, link, lane: Lane::Present }]);
+    assert!(drain(&mut hub).is_empty() && hub.fleet().system(CONSOLE).is_none());
+    assert_eq!((hub.counters().refused, hub.drain_records().len()), (1, 1));
 }
 
 #[test]

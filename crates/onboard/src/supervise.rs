@@ -285,10 +285,14 @@ impl Supervise {
         let (power_w, used_wh) = sensors.power_w();
         let left_wh = desk.capacity_wh * percent / 100.0;
         let hours = (power_w > 1.0).then(|| left_wh / power_w);
-        let next = self
-            .battery
-            .outlook()
-            .map_or("nothing further".to_owned(), |outlook| outlook_text(desk.bus, &outlook));
+        let next = match (self.battery.outlook(), self.battery.next_warning()) {
+            (Some(outlook), _) => outlook_text(desk.bus, &outlook),
+            (None, Some((charge, at))) => {
+                let at = at.map_or_else(String::new, |at| format!(" at {}", clock_text(desk.bus, at)));
+                format!("a warning below {:.0} %{at}", 100.0 * charge)
+            }
+            (None, None) => "nothing further".to_owned(),
+        };
         let mut parts = vec![format!("{percent:.0} %, {power_w:.0} W, {used_wh:.0} Wh used")];
         if !silent.is_empty() {
             parts.push(format!("{} does not report", silent.join(", ")));

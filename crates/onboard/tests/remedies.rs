@@ -160,6 +160,21 @@ fn every_supervisor_tells_what_it_will_do_before_anything_happens() {
 }
 
 #[test]
+fn a_battery_that_is_only_watched_says_when_it_will_warn() {
+    let mut settings = settings();
+    settings.watch.battery =
+        BatteryConfig { reserve_remedy: None, critical_remedy: None, ..BatteryConfig::default() };
+    let low = format!("next: a warning below {:.0} %", 100.0 * settings.watch.battery.low);
+    let reserve = format!("next: a warning below {:.0} %", 100.0 * settings.watch.battery.reserve);
+    let mut sea = Sea::with(settings, |_| {}).ready();
+    sea.run(3.0);
+    assert!(says(&sea, Entity::Fuel, &low), "{:?}", state(&sea, Entity::Fuel));
+    sea.world.vessel.drain_to(25.0);
+    sea.run(60.0);
+    assert!(says(&sea, Entity::Fuel, &reserve), "{:?}", state(&sea, Entity::Fuel));
+}
+
+#[test]
 fn a_low_voltage_counts_whatever_the_charge() {
     let mut sea = under_way(|settings| {
         // Above what the simulated batteries have.

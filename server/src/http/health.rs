@@ -1,19 +1,63 @@
-//! Whether the server lives, and its figures for Prometheus.
+//! Whether the server does its work, and its figures for Prometheus.
+//!
+//! `/healthz` is for what watches and alarms. It answers 503 while nothing can be recorded: a server that loses
+//! what it hears is not well, however alive. Nothing should restart the server for that: a start makes no room on
+//! a disk, and what waits in memory would be lost. systemd watches the process itself.
 
+use crate::relay::PeerFigures;
 use crate::shore::AppState;
 use axum::Json;
 use axum::extract::State;
-use axum::http::header;
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use std::collections::BTreeMap;
 
-/// `GET /healthz`.
-pub(crate) async fn healthz() -> Response {
-    Json(json!({ "status": "ok", "version": env!("CARGO_PKG_VERSION") })).into_response()
+/// `GET /healthz`. For anyone, so without the names of folders.
+pub(crate) async fn healthz(State(state): State<AppState>) -> Response {
+    let trouble = state.recorder.state().borrow().trouble.as_ref().map(|trouble| trouble.short);
+    let version = env!("CARGO_PKG_VERSION");
+    match trouble {
+        None => Json(json!({ "status": "ok", "version": version })).into_response(),
+        Some(reason) => {
+            let more = "the log and /api/v1/recording say more; a restart does not help";
+            let body = json!({ "status": "trouble", "reason": reason, "more": more, "version": version });
+            (StatusCode::SERVICE_UNAVAILABLE, Json(body)).into_response()
+        }
+    }
 }
 
 /// `GET /metrics` in Prometheus' text format.
 pub(crate) async fn metrics(State(state): State<AppState>) -> Response {
+    measure(&state).await;
     let kind = [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")];
     (kind, state.metrics.render()).into_response()
+}
+
+/// Figures that others keep, as they are now.
+async fn measure(state: &AppState) {
+    let recorder = state.recorder.state().borrow().clone();
+    metrics::gauge!("lutra_recording_trouble").set(f64::from(u8::from(recorder.trouble.is_some())));
+    metrics::gauge!("lutra_history_behind").set(f64::from(u8::from(recorder.history_behind.is_some())));
+    metrics::gauge!("lutra_waiting_bytes").set(state.recorder.waiting_bytes() as f64);
+    let Ok(peers) = state.relay.peers().await else { return };
+    let mut doors: BTreeMap<&str, u32> =
+        ["link", "imcproxy", "tcp", "udp"].into_iter().map(|door| (door, 0)).collect();
+    for PeerFigures { state, .. } in &peers {
+        *doors.entry(state.peer.door.name()).or_default() += 1;
+    }
+    for (door, count) in doors {
+        metrics::gauge!("lutra_door_peers", "door" => door).set(f64::from(count));
+    }
+    let Ok(counters) = state.relay.look(|hub, _| hub.counters()).await else { return };
+    for (what, count) in [
+        ("received", counters.received),
+        ("damaged", counters.damaged),
+        ("refused", counters.refused),
+        ("duplicates", counters.duplicates),
+        ("delivered", counters.delivered),
+        ("unroutable", counters.unroutable),
+    ] {
+        metrics::counter!("lutra_relay_packets_total", "what" => what).absolute(count);
+    }
 }

@@ -7,12 +7,17 @@ mod browser_tests;
 mod caller;
 mod commands;
 mod csrf;
+mod doors;
 mod error;
 mod export;
+#[cfg(test)]
+mod export_tests;
 pub(crate) mod guard;
 mod headers;
 mod health;
 mod history;
+#[cfg(test)]
+mod history_tests;
 mod listen;
 mod live;
 #[cfg(test)]

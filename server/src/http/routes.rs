@@ -2,13 +2,16 @@
 
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
-use super::{commands, assets, error::ApiError, export, headers, health, history, live, measure, openapi, people};
+use super::{
+    assets, commands, doors, error::ApiError, export, headers, health, history, live, measure, openapi, people,
+};
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    AuditEntry, Buckets, BucketsQuery, Detections, Entity, EventsQuery, ExportQuery, Gap, GapsQuery,
-    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Ordered, Person, Recorded, Role, Samples, SamplesQuery,
-    Series, SeriesQuery, Session, System, Token, TokenMade, TrackPoint, TrackQuery,
+    AuditEntry, Buckets, BucketsQuery, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
+    GapsQuery, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Ordered, Person,
+    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, System, Token, TokenMade,
+    TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -30,7 +33,12 @@ pub(crate) fn table() -> Vec<Route> {
     let viewer = Need::Somewhere(Role::Viewer);
     let admin = Need::Everywhere(Role::Admin);
     let mut table = vec![
-        Route::get("/healthz", Need::Anyone, "Whether the server lives.", health::healthz),
+        Route::get(
+            "/healthz",
+            Need::Anyone,
+            "Whether the server does its work: 503 while nothing can be recorded.",
+            health::healthz,
+        ),
         Route::get("/metrics", Need::Figures, "Figures for Prometheus.", health::metrics).media("text/plain"),
         Route::get("/static/{name}", Need::Anyone, "Scripts and styles.", assets::serve),
         Route::get("/favicon.ico", Need::Anyone, "The picture in the tab.", assets::favicon),
@@ -60,6 +68,11 @@ pub(crate) fn table() -> Vec<Route> {
             .query::<SeriesQuery>()
             .gives::<Vec<Series>>()
             .packed(),
+        Route::get("/api/v1/doors", viewer, "Who is connected by which door.", doors::doors)
+            .gives::<Vec<DoorPeer>>(),
+        Route::get("/api/v1/links", viewer, "How the vessels' links are.", doors::links)
+            .gives::<Vec<LinkStatus>>(),
+        Route::get("/api/v1/recording", viewer, "How recording goes.", doors::recording).gives::<Recording>(),
     ];
     table.extend(of_vessels());
     table.extend(orders());

@@ -11,8 +11,9 @@ use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, History};
 use api::{NewToken, Role};
 use axum::Router;
-use axum::body::{Body, to_bytes};
+use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
+use std::path::Path;
 use std::sync::Arc;
 use store::Store;
 use tokio_util::sync::CancellationToken;
@@ -22,17 +23,20 @@ use tower::ServiceExt as _;
 /// The vessel on which some people have a role.
 const OWN: u16 = 7;
 
-struct Shore {
+pub(super) struct Shore {
     router: Router,
     people: People,
     first_password: String,
-    _folder: tempfile::TempDir,
+    pub(super) state: AppState,
+    folder: tempfile::TempDir,
 }
 
-struct Answer {
-    status: StatusCode,
-    headers: HeaderMap,
-    body: String,
+#[derive(Debug)]
+pub(super) struct Answer {
+    pub(super) status: StatusCode,
+    pub(super) headers: HeaderMap,
+    pub(super) body: String,
+    pub(super) bytes: Bytes,
 }
 
 impl Answer {
@@ -57,7 +61,13 @@ impl Answer {
 
 impl Shore {
     fn start() -> Self {
+        Self::with(|_| ())
+    }
+
+    /// A server on a data folder that was filled before.
+    pub(super) fn with(fill: impl FnOnce(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
+        fill(folder.path());
         let config = Config { data: folder.path().to_owned(), ..Config::default() };
         let (people, first) = People::start(&config.data, &config.people).unwrap();
         let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
@@ -82,22 +92,36 @@ impl Shore {
             links,
         };
         let first_password = first.unwrap().one_time_password;
-        Self { router: routes::router(state), people, first_password, _folder: folder }
+        Self { router: routes::router(state.clone()), people, first_password, state, folder }
+    }
+
+    pub(super) fn data(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// What `path` gives to who holds `token`.
+    pub(super) async fn get(&self, path: &str, token: &str) -> Answer {
+        self.ask(bearer(Request::get(path), token), "").await
     }
 
     async fn ask(&self, request: axum::http::request::Builder, body: &str) -> Answer {
-        let mut request = request.body(Body::from(body.to_owned())).unwrap();
+        self.send(request, Body::from(body.to_owned())).await
+    }
+
+    pub(super) async fn send(&self, request: axum::http::request::Builder, body: Body) -> Answer {
+        let mut request = request.body(body).unwrap();
         request
             .extensions_mut()
             .insert(Peer { address: "198.51.100.9:40000".parse().unwrap(), encrypted: false });
         let response = self.router.clone().oneshot(request).await.unwrap();
         let (parts, body) = response.into_parts();
-        let body = String::from_utf8_lossy(&to_bytes(body, 10 << 20).await.unwrap()).into_owned();
-        Answer { status: parts.status, headers: parts.headers, body }
+        let bytes = to_bytes(body, 64 << 20).await.unwrap();
+        let body = String::from_utf8_lossy(&bytes).into_owned();
+        Answer { status: parts.status, headers: parts.headers, body, bytes }
     }
 
     /// A token for a new person with this role on `vessel` (`None`: all).
-    async fn token(&self, vessel: Option<u16>, role: Role) -> String {
+    pub(super) async fn token(&self, vessel: Option<u16>, role: Role) -> String {
         let made = self.people.change(move |db| {
             let count: i64 = db.query_row("SELECT count(*) FROM person", [], |row| row.get(0))?;
             let person = persons::add(db, &format!("person{count}"), "x", false, clock::now())?;
@@ -154,7 +178,7 @@ fn request(route: &super::Route) -> axum::http::request::Builder {
     Request::builder().method(route.method.clone()).uri(path)
 }
 
-fn bearer(request: axum::http::request::Builder, token: &str) -> axum::http::request::Builder {
+pub(super) fn bearer(request: axum::http::request::Builder, token: &str) -> axum::http::request::Builder {
     request.header(header::AUTHORIZATION, format!("Bearer {token}"))
 }
 

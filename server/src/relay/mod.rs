@@ -8,10 +8,10 @@ mod outbox;
 mod recorder;
 
 pub(crate) use outbox::Outbox;
-pub(crate) use recorder::Recorder;
+pub(crate) use recorder::{Recorder, RecorderState, WAITING_BYTES};
 
 use bytes::Bytes;
-use hub::{Hub, Incoming, Now, Peer, PeerId, Settings};
+use hub::{Hub, Incoming, Now, Peer, PeerId, PeerState, Settings};
 use imc::Address;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -36,6 +36,16 @@ enum Ask {
     Leave(PeerId),
     Packets(PeerId, Vec<Incoming>),
     Look(Look),
+    Peers(oneshot::Sender<Vec<PeerFigures>>),
+}
+
+/// A peer and how it keeps up.
+#[derive(Debug)]
+pub(crate) struct PeerFigures {
+    /// As the hub knows it.
+    pub(crate) state: PeerState,
+    /// Telemetry packets that were dropped because it does not read.
+    pub(crate) dropped: u64,
 }
 
 /// The server has ended.
@@ -127,6 +137,13 @@ impl Relay {
         answer.await.map_err(|_| Stopped)
     }
 
+    /// Everyone who is connected.
+    pub(crate) async fn peers(&self) -> Result<Vec<PeerFigures>, Stopped> {
+        let (reply, answer) = oneshot::channel();
+        self.asks.send(Ask::Peers(reply)).await.map_err(|_| Stopped)?;
+        answer.await.map_err(|_| Stopped)
+    }
+
     /// Sends a packet of the server's own. Whether a peer was there to hear it.
     pub(crate) async fn send(&self, packet: Bytes) -> Result<bool, Stopped> {
         self.look(move |hub, now| hub.send(now, &packet)).await
@@ -196,6 +213,11 @@ impl Task {
             Ask::Leave(peer) => self.leave(peer),
             Ask::Packets(peer, batch) => self.hub.packets(now, peer, batch),
             Ask::Look(look) => look(&mut self.hub, now),
+            Ask::Peers(reply) => {
+                let dropped = |peer| self.outboxes.get(&peer).map_or(0, |outbox| outbox.dropped());
+                let figures = |state: PeerState| PeerFigures { dropped: dropped(state.id), state };
+                reply.send(self.hub.peers().into_iter().map(figures).collect()).ok();
+            }
         }
     }
 

@@ -70,8 +70,33 @@ impl Outbox {
         }
     }
 
+    /// Starts anew after an overflow, for a peer that is not let go for it. What waited is lost.
+    pub(crate) fn reopen(&self) {
+        self.overflow.store(false, Ordering::Relaxed);
+    }
+
     /// Telemetry packets that were dropped because the peer did not read.
     pub(crate) fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use imc::{Address, Header, Packet, messages};
+
+    #[tokio::test]
+    async fn what_has_no_room_is_an_overflow_until_it_is_reopened() {
+        let header = Header { dst: Address(0x2810), timestamp: 1.0, ..Header::default() };
+        let stop = Bytes::from(Packet::new(header, messages::Abort).encode().unwrap());
+        let outbox = Outbox::new(1_000);
+        outbox.push(vec![stop.clone(); 100]);
+        assert!(outbox.take().await.is_err());
+        outbox.push(vec![stop.clone()]);
+        assert!(outbox.take().await.is_err(), "the peer is to be let go");
+        outbox.reopen();
+        outbox.push(vec![stop.clone()]);
+        assert_eq!(outbox.take().await.unwrap(), [stop]);
     }
 }

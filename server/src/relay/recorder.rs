@@ -21,7 +21,7 @@ const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
 /// Bytes of packets of other doors than the link that may wait.
-const WAITING_BYTES: usize = 64 << 20;
+pub(crate) const WAITING_BYTES: usize = 64 << 20;
 /// What a waiting packet costs beside its bytes.
 const OVERHEAD_BYTES: usize = size_of::<Record>();
 
@@ -31,11 +31,20 @@ pub(crate) type Durable = BTreeMap<u64, u64>;
 /// Work that needs the store itself.
 type Work = Box<dyn FnOnce(&mut Store) + Send>;
 
+/// Why nothing can be recorded.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Trouble {
+    /// For anyone.
+    pub(crate) short: &'static str,
+    /// With what to do and the system's own words, for people who are logged in.
+    pub(crate) text: String,
+}
+
 /// How recording goes, for people.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct RecorderState {
     /// Why nothing can be recorded at the moment.
-    pub(crate) trouble: Option<String>,
+    pub(crate) trouble: Option<Trouble>,
     /// Why the history does not hold all of the archive.
     pub(crate) history_behind: Option<String>,
     /// Packets recorded since the start.
@@ -48,7 +57,8 @@ impl RecorderState {
     /// What people must know, if anything.
     pub(crate) fn problem(&self) -> Option<String> {
         let behind = |reason: &String| format!("the history is behind the archive: {reason}");
-        self.trouble.clone().or_else(|| self.history_behind.as_ref().map(behind))
+        let trouble = self.trouble.as_ref().map(|trouble| trouble.text.clone());
+        trouble.or_else(|| self.history_behind.as_ref().map(behind))
     }
 }
 
@@ -274,7 +284,7 @@ impl Thread {
         self.shared.state.send_if_modified(|state| {
             let before = state.clone();
             if let Some(trouble) = state.trouble.take() {
-                tracing::warn!(%trouble, "recording goes on");
+                tracing::warn!(trouble = %trouble.text, "recording goes on");
             }
             if history_behind.is_some() && history_behind != state.history_behind {
                 tracing::warn!(reason = ?history_behind, "the history is behind the archive");
@@ -287,17 +297,19 @@ impl Thread {
     }
 
     fn trouble(&self, error: &StoreError) {
-        let text = if error.is_disk_full() {
-            format!("the disk is full, nothing is recorded: make room, or remove old history ({error})")
+        let trouble = if error.is_disk_full() {
+            let short = "the disk is full, nothing is recorded";
+            Trouble { short, text: format!("{short}: make room, or remove old history ({error})") }
         } else {
-            format!("nothing can be recorded: {error}")
+            let short = "nothing can be recorded";
+            Trouble { short, text: format!("{short}: {error}") }
         };
         let not_recorded = self.shared.lock().not_recorded;
         self.shared.state.send_if_modified(|state| {
-            if state.trouble.as_ref() != Some(&text) {
-                tracing::error!("{text}");
+            if state.trouble.as_ref() != Some(&trouble) {
+                tracing::error!("{}", trouble.text);
             }
-            (state.trouble, state.not_recorded) = (Some(text), not_recorded);
+            (state.trouble, state.not_recorded) = (Some(trouble), not_recorded);
             true
         });
     }

@@ -4,16 +4,20 @@
 
 use bytes::Bytes;
 use futures_util::{SinkExt as _, StreamExt as _};
-use imc::messages::Message;
-use imc::{Address, Header, Packet};
+use imc::lsf::{LogItem, LogReader};
+use imc::messages::{self, Message};
+use imc::{Address, ByteOrder, Header, Packet};
 use server::Serving;
 use server::config::Config;
 use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::TempDir;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message as Frame;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+
+pub(crate) mod program;
 
 pub(crate) const OTTER: Address = Address(0x2810);
 pub(crate) const CONSOLE: Address = Address(0x4001);
@@ -74,4 +78,45 @@ impl Client {
 pub(crate) fn packet(src: Address, dst: Address, timestamp: f64, message: impl Into<Message>) -> Bytes {
     let header = Header { timestamp, src, src_ent: 3, dst, dst_ent: 255 };
     Packet::new(header, message).encode().unwrap().into()
+}
+
+/// What nobody may change: big-endian packets, ids nobody knows, bytes after the last field.
+pub(crate) fn odd_packets(timestamp: f64) -> Vec<Bytes> {
+    let known = Packet::new(Header { timestamp, src: OTTER, ..Header::default() }, messages::Heartbeat);
+    let big = Packet { order: ByteOrder::Big, ..known.clone() };
+    let body = imc::Body::Unknown { id: 60_001, payload: vec![1, 2, 3] };
+    let unknown = Packet { body, ..known.clone() };
+    let trailing = Packet { trailing: vec![9; 7], ..known };
+    [big, unknown, trailing].iter().map(|packet| packet.encode().unwrap().into()).collect()
+}
+
+/// All packets of a log, in order.
+pub(crate) fn packets_of(log: &Path) -> Vec<Bytes> {
+    let mut reader = LogReader::open(log).unwrap();
+    let mut packets = Vec::new();
+    while let Ok(Some(item)) = reader.next_item() {
+        if let LogItem::Packet { view, .. } = item {
+            packets.push(Bytes::copy_from_slice(view.bytes()));
+        }
+    }
+    packets
+}
+
+/// The logs of a system's archive, day after day.
+pub(crate) fn archive_of(data: &Path, system: Address) -> Vec<PathBuf> {
+    let days = std::fs::read_dir(data.join(format!("archive/{:#06x}", system.0)));
+    let mut logs: Vec<PathBuf> =
+        days.into_iter().flatten().map(|day| day.unwrap().path().join("Data.lsf")).collect();
+    logs.sort();
+    logs
+}
+
+/// All bytes of a system's archive, day after day.
+pub(crate) fn archived(data: &Path, system: Address) -> Vec<u8> {
+    archive_of(data, system).iter().flat_map(|log| std::fs::read(log).unwrap()).collect()
+}
+
+/// All packets of a system's archive, day after day.
+pub(crate) fn archived_packets(data: &Path, system: Address) -> Vec<Bytes> {
+    archive_of(data, system).iter().flat_map(|log| packets_of(log)).collect()
 }

@@ -166,8 +166,13 @@ fn fish_swim_where_the_configuration_has_them() {
 
 #[test]
 fn a_fish_that_cannot_be_names_its_section() {
-    let wrong =
-        "[Simulators.Fish/odd]\nEnabled = Simulation\nEntity Label = Odd\nTag Interval = 90, 30\n";
+    let wrong = "[Simulators.Fish/odd]\nEnabled = Simulation\nEntity Label = Odd\nTag Interval = 90, 30\n";
     let told = format!("{:#}", vessel_with(wrong).unwrap_err());
     assert!(told.contains("[Simulators.Fish/odd]") && told.contains("longest tag interval"), "{told}");
+}
+
+#[test]
+fn the_shipped_configuration_is_as_the_schema_writes_it() {
+    // Make it anew: cargo run -p config --example otter_ini > vehicle-agent/etc/otter.ini
+    assert!(crate::OTTER_INI == config::documented_ini(&config::Vessel::default()).unwrap());
 }

@@ -42,8 +42,10 @@ export function startFleet(root: HTMLElement): void {
 
   const systems = (): System[] =>
     [...state.systems.values()]
+      // The server's own words and those of its people make no vessel.
+      .filter((system) => !isShore(system))
       .map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }))
-      .sort((one, other) => Number(isShore(one)) - Number(isShore(other)) || systemName(one).localeCompare(systemName(other)));
+      .sort((one, other) => systemName(one).localeCompare(systemName(other)));
   const labels = (system: System): Map<number, string> =>
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
@@ -59,7 +61,7 @@ export function startFleet(root: HTMLElement): void {
     list.update(known.map((system) => listed(system, nowUs)), selected, nowUs, linked);
     const chosen = known.find((system) => system.address === selected);
     setAttribute(valueBox, "hidden", chosen ? null : "");
-    chrome.stop?.target(chosen && !isShore(chosen) ? { address: chosen.address, name: systemName(chosen) } : undefined);
+    chrome.stop?.target(chosen ? { address: chosen.address, name: systemName(chosen) } : undefined);
     if (chosen) values.update(systemName(chosen), [...(state.values.get(chosen.address)?.values() ?? [])], labels(chosen), nowUs);
   };
 

@@ -62,12 +62,12 @@ export function field(field: Field): { text: string; unit: string } {
 }
 
 function isPosition(name: string): boolean {
-  return name === "lat" || name === "lon";
+  return /(^|_)(lat|lon)$/.test(name);
 }
 
 function number(value: number, decimals: number): string {
   const size = Math.abs(value);
-  const text = size !== 0 && (size < 10 ** -decimals || size >= 1e9) ? value.toExponential(2) : value.toFixed(decimals);
+  const text = size !== 0 && (size < 10 ** -decimals || size >= 1e12) ? value.toExponential(2) : value.toFixed(decimals);
   return text.replace("-", "−");
 }
 
@@ -87,7 +87,6 @@ export function isShore(system: { doors: readonly string[] }): boolean {
 }
 
 /** A system's name, or its address where nobody has named it. */
-export function systemName(system: { address: number; name: string | null; doors?: readonly string[] }): string {
-  if (system.name === null && system.doors && isShore({ doors: system.doors })) return "this server";
+export function systemName(system: { address: number; name: string | null }): string {
   return system.name ?? `unknown 0x${system.address.toString(16).toUpperCase().padStart(4, "0")}`;
 }

@@ -136,6 +136,11 @@ impl Shore {
         greeting.chain(connected).chain(self.commands.next_end()).min()
     }
 
+    /// How the vessel's clocks stand to ours.
+    pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
+        self.connected.as_ref().and_then(|one| one.clocks.estimate(now))
+    }
+
     /// How the link is. Latencies begin anew.
     pub fn status(&mut self, now: Now) -> ShoreStatus {
         let connected = self.connected.as_ref();
@@ -149,11 +154,6 @@ impl Shore {
             repeated: self.repeated,
             connections: self.connections,
         }
-    }
-
-    /// The vessel's clocks against ours, while the link stands.
-    pub fn clocks(&self, now: Now) -> Option<ClockEstimate> {
-        self.connected.as_ref()?.clocks.estimate(now)
     }
 
     fn opened(&mut self, now: Now, id: ConnectionId) {

@@ -170,12 +170,26 @@ impl BatteryReserve {
         } else {
             return None;
         };
-        let at =
-            self.last.zip(self.drain_per_s.filter(|drain| *drain > 0.0)).and_then(|((at, charge), drain)| {
-                let left = Duration::try_from_secs_f64(((charge - bound) / drain).max(0.0)).ok()?;
-                Some(at + left + self.config.lasting)
-            });
-        Some(Outlook { remedy, at })
+        Some(Outlook { remedy, at: self.reaches(bound) })
+    }
+
+    /// The charge below which it will next tell that things got worse, and when at the present drain.
+    pub fn next_warning(&self) -> Option<(f64, Option<MonoTime>)> {
+        let bound = match self.stage {
+            BatteryStage::Normal => self.config.low,
+            BatteryStage::Low => self.config.reserve,
+            BatteryStage::Reserve => self.config.critical,
+            BatteryStage::Critical => return None,
+        };
+        Some((bound, self.reaches(bound)))
+    }
+
+    /// When the charge will have been below `bound` for long enough.
+    fn reaches(&self, bound: f64) -> Option<MonoTime> {
+        let (at, charge) = self.last?;
+        let drain = self.drain_per_s.filter(|drain| *drain > 0.0)?;
+        let left = Duration::try_from_secs_f64(((charge - bound) / drain).max(0.0)).ok()?;
+        Some(at + left + self.config.lasting)
     }
 
     /// The worse of what charge and voltage say.
@@ -261,6 +275,8 @@ mod tests {
         for second in 0..200_u32 {
             machine.handle_charge(at(second.into()), 1.0005 - f64::from(second) / 1_000.0);
         }
+        let (bound, when) = machine.next_warning().unwrap();
+        assert!(bound > machine.config.reserve && when.unwrap() < machine.outlook().unwrap().at.unwrap());
         let outlook = machine.outlook().unwrap();
         let foreseen_s = outlook.at.unwrap().micros() as f64 / 1e6;
         assert!((foreseen_s - 810.5).abs() < 1.0, "{foreseen_s}");

@@ -104,7 +104,7 @@ impl Otter {
              [Transports.UDP]\nEnabled = Never\n\n\
              [Transports.TCP.Server]\nEnabled = Never\n\n\
              [Transports.Lutra]\nEnabled = Always\nURL = ws://{server}/link\nToken File = {name}.token\n\n\
-             [Simulators.GPS]\nInitial Position = {:.7}, {:.7}\nPosition Noise = 0.1\n\n\
+             [Simulators.GPS]\nInitial Position = {:.7}, {:.7}\n\n\
              [Simulators.StreamVelocity]\nDefault Speed North = 0.05\nDefault Speed East = 0.1\n",
             address.0,
             start.lat_deg(),

@@ -74,7 +74,8 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
     };
     let config = configuration(common, listen, scratch.path())?;
     log::start(&config.log);
-    say!("A shore server and {} simulated Otters, with everything in {scratch}", arguments.otters);
+    let plural = if arguments.otters == 1 { "" } else { "s" };
+    say!("A shore server and {} simulated Otter{plural}, with everything in {scratch}", arguments.otters);
     let otters = fleet::otters(arguments.otters);
     let access = admit(&config.data, &otters)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -135,7 +136,7 @@ async fn run(
     say!("{} packets recorded", recording.borrow().recorded);
     let mut missing: Vec<String> = reports.iter().filter_map(Report::missing).collect();
     if let Some(trouble) = &recording.borrow().trouble {
-        missing.push(trouble.clone());
+        missing.push(trouble.text.clone());
     }
     // Whoever presses Ctrl-C in the first second knows that nothing has happened yet.
     Ok(if by_clock { missing } else { Vec::new() })

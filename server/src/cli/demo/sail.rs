@@ -53,7 +53,7 @@ impl Report {
     /// What it should have done and did not.
     pub(super) fn missing(&self) -> Option<String> {
         let what = match self {
-            Self { given_up: true, .. } => "its agent ended by itself too often",
+            Self { given_up: true, .. } => "its agent does not keep running",
             Self { linked: false, .. } => "its link never stood",
             Self { sailed: false, .. } => "it never began its plan",
             Self { place: None, .. } => "nobody knows where it is",

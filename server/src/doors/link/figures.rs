@@ -45,6 +45,8 @@ impl Figures {
                 timestamp: now.seconds(),
                 src: self.own,
                 src_ent: entity + place,
+                // For nobody else: what is for all would go to every vessel by its radio.
+                dst: self.own,
                 ..Header::default()
             };
             packets.extend(Packet::new(header, message).encode().ok().map(Bytes::from));

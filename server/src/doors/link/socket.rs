@@ -2,9 +2,11 @@
 
 use super::{Event, Links, OUTGOING, Out};
 use crate::http::guard::LinkOf;
+use crate::people::People;
 use crate::shore::AppState;
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
+use axum::http::{HeaderMap, header};
 use axum::response::Response;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
@@ -14,21 +16,27 @@ use tokio::sync::mpsc;
 
 /// How long good-bye may take.
 const GOOD_BYE: Duration = Duration::from_secs(1);
+/// How often a connection's token is looked at anew: one that was revoked or ended holds no door open.
+const LOOK: Duration = Duration::from_secs(5);
 
 /// `GET /link`, by a vessel whose token was looked at.
 pub(crate) async fn open(
     State(state): State<AppState>,
     LinkOf(vessel): LinkOf,
+    headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     let (links, tasks) = (state.links, state.tasks);
+    let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
+    let token = given.and_then(|given| given.strip_prefix("Bearer ")).unwrap_or_default().trim().to_owned();
+    let invalid = until_invalid(state.people, token, vessel);
     upgrade
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(move |socket| tasks.track_future(serve(links, vessel, socket)))
+        .on_upgrade(move |socket| tasks.track_future(serve(links, vessel, socket, invalid)))
 }
 
-async fn serve(links: Links, vessel: u16, socket: WebSocket) {
+async fn serve(links: Links, vessel: u16, socket: WebSocket, invalid: impl Future<Output = ()>) {
     let (id, events) = (links.next_connection(), links.vessel(vessel));
     let (sender, outgoing) = mpsc::channel(OUTGOING);
     if events.send(Event::Opened(id, sender)).await.is_err() {
@@ -38,8 +46,20 @@ async fn serve(links: Links, vessel: u16, socket: WebSocket) {
     tokio::select! {
         () = receive(stream, id, &events) => {}
         () = send(sink, outgoing) => {}
+        () = invalid => tracing::warn!(vessel = %imc::Address(vessel), "its token does not hold any more"),
     }
     events.send(Event::Closed(id)).await.ok();
+}
+
+/// Waits until a token does not open the door of `vessel` any more.
+async fn until_invalid(people: People, token: String, vessel: u16) {
+    loop {
+        tokio::time::sleep(LOOK).await;
+        // Trouble with the database is no reason to part with a vessel.
+        if people.by_link_token(token.clone()).await.is_ok_and(|holder| holder != Some(vessel)) {
+            return;
+        }
+    }
 }
 
 /// Hands on what comes. The session decides when silence is death; this ends with the socket.

@@ -23,8 +23,10 @@ use units::UtcTime;
 const OUTBOX_BYTES: usize = 256 * 1024;
 /// A record that is older than this when it comes belongs to the past: the live lane shows the present.
 const PRESENT: Duration = Duration::from_secs(5);
-/// How often the link's figures are told and recorded.
-const FIGURES: Duration = Duration::from_secs(10);
+/// How often the link's figures are told.
+const FIGURES: Duration = Duration::from_secs(1);
+/// Every so many times its latency is recorded.
+const RECORD_EVERY: u32 = 10;
 
 /// What the recorder answers.
 #[derive(Clone, Copy)]
@@ -52,6 +54,8 @@ pub(super) struct Task {
     next_command: u64,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
+    /// How often the figures were told.
+    told: u32,
 }
 
 impl Task {
@@ -80,6 +84,7 @@ impl Task {
             next_command,
             figures,
             status,
+            told: 0,
         }
     }
 
@@ -99,8 +104,11 @@ impl Task {
                     None => break,
                 },
                 packets = hub.outbox.take() => {
-                    for packet in packets.into_iter().flatten() {
-                        self.command(packet);
+                    if let Ok(packets) = packets {
+                        packets.into_iter().for_each(|packet| self.command(packet));
+                    } else {
+                        tracing::warn!(vessel = %self.vessel, "too many commands at once: some are lost");
+                        hub.outbox.reopen();
                     }
                 }
                 Some(answer) = self.answers.1.recv() => self.answered(answer),
@@ -169,8 +177,14 @@ impl Task {
                     self.connections.remove(&id);
                 }
                 ShoreOutput::Hello(id, hello) => self.greeted(id, &hello),
-                ShoreOutput::Up(_) => tracing::info!(vessel = %self.vessel, "the link stands"),
-                ShoreOutput::Down => tracing::warn!(vessel = %self.vessel, "the link is down"),
+                ShoreOutput::Up(_) => {
+                    tracing::info!(vessel = %self.vessel, "the link stands");
+                    self.tell_status();
+                }
+                ShoreOutput::Down => {
+                    tracing::warn!(vessel = %self.vessel, "the link is down");
+                    self.tell_status();
+                }
                 ShoreOutput::Records { stream, records } => {
                     let now = self.now();
                     let ahead_us = self.vessel_ahead_us();
@@ -297,17 +311,29 @@ impl Task {
         }
     }
 
-    /// Tells how the link is, and records its latency as a series of this server's.
+    /// Tells how the link is, and from time to time records its latency as a series of this server's.
     async fn figures(&mut self) {
+        let status = self.tell_status();
+        let due = self.told.is_multiple_of(RECORD_EVERY);
+        self.told = self.told.wrapping_add(1);
+        if due {
+            for packet in self.figures.packets(&status, self.now().utc) {
+                self.relay.send(packet).await.ok();
+            }
+        }
+    }
+
+    /// Tells how the link is.
+    fn tell_status(&mut self) -> ShoreStatus {
         let now = self.now();
         let status = self.shore.status(now);
         self.status.send_replace(status);
         let vessel = self.vessel.to_string();
         metrics::gauge!("lutra_link_up", "vessel" => vessel.clone()).set(f64::from(u8::from(status.up)));
+        metrics::gauge!("lutra_link_round_trip_seconds", "vessel" => vessel.clone())
+            .set(status.round_trip.map_or(f64::NAN, |time| time.as_secs_f64()));
         metrics::gauge!("lutra_link_backlog_records", "vessel" => vessel).set(status.backlog.records as f64);
-        for packet in self.figures.packets(&status, now.utc) {
-            self.relay.send(packet).await.ok();
-        }
+        status
     }
 
     /// By how much the vessel's clock is ahead of ours (µs), as far as it is known.

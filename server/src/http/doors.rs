@@ -1,0 +1,78 @@
+//! Who is connected, how the links and the recording go.
+
+use super::error::ApiError;
+use super::guard::Who;
+use crate::people::Grants;
+use crate::relay::{PeerFigures, RecorderState, WAITING_BYTES};
+use crate::shore::AppState;
+use api::{DoorPeer, LinkStatus, Recording};
+use axum::Json;
+use axum::extract::State;
+use imc::Address;
+use link::ShoreStatus;
+
+/// `GET /api/v1/doors`.
+pub(crate) async fn doors(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<DoorPeer>>, ApiError> {
+    let peers = state.relay.peers().await.map_err(|_| ApiError::stopping())?;
+    Ok(Json(peers.into_iter().filter_map(|peer| describe(peer, &who.grants)).collect()))
+}
+
+/// A peer as somebody may see it: with a role on all vessels every peer, else those that speak for vessels that
+/// one may see.
+fn describe(figures: PeerFigures, grants: &Grants) -> Option<DoorPeer> {
+    let PeerFigures { state, dropped } = figures;
+    let systems: Vec<u16> =
+        state.systems.iter().map(|system| system.0).filter(|system| grants.on(*system).is_some()).collect();
+    let seen = grants.everywhere().is_some() || !systems.is_empty();
+    seen.then(|| DoorPeer {
+        id: state.id.0,
+        door: state.peer.door.name().to_owned(),
+        name: state.peer.name,
+        since_us: state.since.micros(),
+        systems,
+        received: state.received,
+        refused: state.refused,
+        delivered: state.delivered,
+        dropped,
+    })
+}
+
+/// `GET /api/v1/links`.
+pub(crate) async fn links(State(state): State<AppState>, Who(who): Who) -> Json<Vec<LinkStatus>> {
+    let all = state.links.status().into_iter();
+    Json(all.filter(|(vessel, _)| who.grants.on(vessel.0).is_some()).map(link_status).collect())
+}
+
+fn link_status((vessel, status): (Address, ShoreStatus)) -> LinkStatus {
+    LinkStatus {
+        vessel: vessel.0,
+        up: status.up,
+        backlog_records: status.backlog.records,
+        backlog_age_s: status.backlog.waiting.as_secs_f64(),
+        keeping_s: status.backlog.keeping.as_secs_f64(),
+        round_trip_s: status.round_trip.map(|time| time.as_secs_f64()),
+        clock_ahead_s: status.clocks.map(|clocks| clocks.utc_ahead_us as f64 / 1e6),
+        clock_uncertainty_s: status.clocks.map(|clocks| clocks.uncertainty_us as f64 / 1e6),
+        transit_s: status.transit.mean().map(|time| time.as_secs_f64()),
+        received_bytes: status.received_bytes,
+        repeated: status.repeated,
+        connections: status.connections,
+    }
+}
+
+/// `GET /api/v1/recording`.
+pub(crate) async fn recording(State(state): State<AppState>) -> Json<Recording> {
+    let RecorderState { trouble, history_behind, recorded, not_recorded } =
+        state.recorder.state().borrow().clone();
+    Json(Recording {
+        trouble: trouble.map(|trouble| trouble.text),
+        history_behind,
+        recorded,
+        not_recorded,
+        waiting_bytes: state.recorder.waiting_bytes() as u64,
+        waiting_bytes_most: WAITING_BYTES as u64,
+    })
+}

@@ -1,0 +1,226 @@
+//! Exports: what they hold, how they are refused, and that a cut one is never taken for whole.
+
+use super::history_tests::put;
+use super::serve::serve;
+use super::testing::FIRST;
+use super::tests::Shore;
+use crate::clock;
+use crate::config::Config;
+use crate::people::{open, persons, tokens};
+use api::{NewToken, Role};
+use axum::http::{StatusCode, header};
+use flate2::read::MultiGzDecoder;
+use imc::lsf::{LogItem, LogReader};
+use imc::messages::{EntityList, EntityListOp, LogBookEntry, LogBookEntryType, Temperature, Voltage};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::Path;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::TcpStream;
+
+/// 2026-11-21 08:00 UTC.
+const START_US: i64 = 1_795_248_000_000_000;
+const DEADLINE: Duration = Duration::from_secs(20);
+
+fn made_up(data: &Path) {
+    let list = EntityList { op: EntityListOp::Report, list: "=Battery=2;Motor=3".into() };
+    let warning = LogBookEntry {
+        r#type: LogBookEntryType::Warning,
+        text: "=cmd|' /C calc'!A0".into(),
+        ..LogBookEntry::default()
+    };
+    put(
+        data,
+        &[
+            (255, START_US, list.into()),
+            (2, START_US + 1_000_000, Voltage { value: 24.5 }.into()),
+            (3, START_US + 2_000_000, Temperature { value: 8.25 }.into()),
+            (3, START_US + 3_000_000, warning.into()),
+        ],
+    );
+}
+
+#[tokio::test]
+async fn a_table_holds_what_was_asked_for() {
+    let shore = Shore::with(made_up);
+    let token = shore.token(None, Role::Researcher).await;
+    let csv = async |query: &str| {
+        let answer = shore.get(&format!("/api/v1/export.csv?{query}"), &token).await;
+        assert_eq!(answer.status, StatusCode::OK, "{query}: {}", answer.body);
+        answer
+    };
+    let wide = csv("message=Voltage,Temperature").await;
+    let lines: Vec<&str> = wide.body.lines().collect();
+    assert_eq!(lines.len(), 3, "{}", wide.body);
+    assert!(lines[0].contains("Voltage.value [V]") && lines[0].contains("Temperature.value ["));
+    assert_eq!(wide.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"lutra.csv\"");
+    let long = csv("message=Voltage,Temperature&shape=long&entity=Motor").await;
+    assert_eq!(long.body.lines().count(), 2);
+    assert!(long.body.lines().nth(1).unwrap().contains(",Temperature,value,8.25,"), "{}", long.body);
+    let book = csv("message=LogBookEntry&field=type,text&labels=true&vessel=0x0814").await;
+    assert!(book.body.contains(",WARNING,'=cmd|' /C calc'!A0\n"), "{}", book.body);
+    let bare = csv("message=LogBookEntry&field=text&guard=false").await;
+    assert!(bare.body.contains(",=cmd|"), "{}", bare.body);
+    let range = csv("message=*&from=2026-11-21T08:00:01Z&to=2026-11-21T08:00:02Z&units=false").await;
+    assert!(range.body.contains("24.5") && !range.body.contains("8.25") && !range.body.contains("[V]"));
+
+    let packed = csv("message=Voltage&gzip=true").await;
+    assert_eq!(packed.headers[header::CONTENT_TYPE], "application/gzip");
+    assert_eq!(packed.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"Voltage.csv.gz\"");
+    let mut unpacked = String::new();
+    MultiGzDecoder::new(&packed.bytes[..]).read_to_string(&mut unpacked).unwrap();
+    assert_eq!(unpacked, csv("message=Voltage").await.body);
+
+    let about = shore.get("/api/v1/export.json?message=Voltage&angles=deg", &token).await;
+    let about: serde_json::Value = serde_json::from_str(&about.body).unwrap();
+    let columns = about["columns"].as_array().unwrap();
+    let header: Vec<String> = lines[0].split(',').map(str::to_owned).collect();
+    assert_eq!((columns.last().unwrap()["unit"].as_str(), header[0].as_str()), (Some("V"), "time"));
+}
+
+#[tokio::test]
+async fn a_log_holds_the_very_packets() {
+    let Some(recording) = testkit::shared("data/imc/dune_log_a/Data.lsf.gz") else { return };
+    let shore = Shore::with(|data| {
+        let mut store = store::Store::open(data).unwrap();
+        let now = units::UtcTime::from_micros(START_US);
+        store.import(std::slice::from_ref(&recording), now, &mut |_| true).unwrap();
+        store.close().unwrap();
+    });
+    let token = shore.token(None, Role::Researcher).await;
+    let wanted = packets(LogReader::open(&recording).unwrap());
+    let all = shore.get("/api/v1/export.lsf", &token).await;
+    let mut got = packets(LogReader::detect(&all.bytes[..]).unwrap());
+    assert_eq!(got.len(), wanted.len());
+    let sorted = |mut list: Vec<Vec<u8>>| {
+        list.sort();
+        list
+    };
+    got = sorted(got);
+    assert!(got == sorted(wanted), "the same packets, byte for byte");
+    let some = shore.get("/api/v1/export.lsf?message=EstimatedState&gzip=true", &token).await;
+    assert_eq!(some.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"EstimatedState.lsf.gz\"");
+    let some = packets(LogReader::detect(&some.bytes[..]).unwrap());
+    let states = got.iter().filter(|packet| imc::PacketView::new(packet).unwrap().id() == 350);
+    assert!(!some.is_empty() && some.len() == states.count());
+}
+
+fn packets<R: std::io::Read>(mut log: LogReader<R>) -> Vec<Vec<u8>> {
+    let mut found = Vec::new();
+    while let Some(item) = log.next_item().unwrap() {
+        match item {
+            LogItem::Packet { view, .. } => found.push(view.bytes().to_vec()),
+            other => panic!("{other:?}"),
+        }
+    }
+    found
+}
+
+#[tokio::test]
+async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
+    let shore = Shore::with(made_up);
+    let token = shore.token(None, Role::Researcher).await;
+    for (query, named) in [
+        ("message=Voltag", "message: IMC has no message `Voltag`; did you mean `Voltage`?"),
+        ("message=", "message:"),
+        ("", "message"),
+        ("mesage=Voltage", "mesage"),
+        ("message=Voltage&vessel=otter", "vessel:"),
+        ("message=Voltage&entity=Nobody", "entity:"),
+        ("message=Voltage&field=volts", "field:"),
+        ("message=Voltage&field=Temperature.value", "field:"),
+        ("message=Voltage&from=yesterday", "from:"),
+        ("message=Voltage&from=2026-11-22T00:00:00Z&to=2026-11-21T00:00:00Z", "to:"),
+        ("message=Voltage&angles=grad", "angles:"),
+        ("message=Voltage&shape=tall", "shape:"),
+        ("message=Voltage&gzip=maybe", "gzip"),
+    ] {
+        for format in ["csv", "json"] {
+            let answer = shore.get(&format!("/api/v1/export.{format}?{query}"), &token).await;
+            assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{query}: {}", answer.body);
+            let said: serde_json::Value = serde_json::from_str(&answer.body).unwrap();
+            let text = said["error"]["text"].as_str().unwrap();
+            assert!(text.contains(named), "{query}: {text}");
+        }
+    }
+    let own = shore.token(Some(FIRST + 1), Role::Researcher).await;
+    for format in ["csv?message=Voltage&vessel=2068", "lsf?vessel=2068", "json?message=Voltage&vessel=2068"] {
+        let answer = shore.get(&format!("/api/v1/export.{format}"), &own).await;
+        assert_eq!(answer.status, StatusCode::FORBIDDEN, "{}", answer.body);
+    }
+    let nothing = shore.get("/api/v1/export.csv?message=Voltage", &own).await;
+    assert!(nothing.body.contains("nothing is recorded that you may export"), "{}", nothing.body);
+}
+
+#[tokio::test]
+async fn exports_beyond_the_places_are_told_to_wait() {
+    let shore = Shore::with(made_up);
+    let token = shore.token(None, Role::Researcher).await;
+    let places = shore.state.history.exports.available_permits();
+    let taken = shore.state.history.exports.acquire_many(places as u32).await.unwrap();
+    let busy = shore.get("/api/v1/export.csv?message=Voltage", &token).await;
+    assert_eq!(busy.status, StatusCode::SERVICE_UNAVAILABLE);
+    assert!(busy.headers.contains_key(header::RETRY_AFTER));
+    drop(taken);
+    assert_eq!(shore.get("/api/v1/export.csv?message=Voltage", &token).await.status, StatusCode::OK);
+    assert_eq!(shore.state.history.exports.available_permits(), places, "the place is free again");
+}
+
+/// How a whole answer in chunks ends.
+const WHOLE: &[u8] = b"0\r\n\r\n";
+
+/// Over a real connection, where the mark of a whole answer can be seen.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_export_that_meets_a_broken_disk_does_not_end_as_a_whole_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let now = clock::now();
+    let begun_us = now.micros() - 30_000_000;
+    let many: Vec<_> =
+        (0..30_000).map(|step| (2, begun_us + step * 1_000, Voltage { value: step as f32 }.into())).collect();
+    put(folder.path(), &many);
+    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    config.imc.active = false;
+    let serving = serve(config).await.unwrap();
+    let token = {
+        let db = open(folder.path()).unwrap();
+        let person = persons::add(&db, "p", "x", false, now).unwrap();
+        persons::set_permission(&db, person, None, Some(Role::Researcher)).unwrap();
+        let new = NewToken { label: "test".to_owned(), role: Role::Researcher, vessel: None, days: 1 };
+        tokens::make(&db, person, &new, now).unwrap().secret
+    };
+    let export = async |more: &str| {
+        let request = format!(
+            "GET /api/v1/export.csv?message=Voltage&entity=2&vessel={FIRST}{more} HTTP/1.1\r\nhost: a\r\n\
+             connection: close\r\nauthorization: Bearer {token}\r\n\r\n"
+        );
+        let mut stream = TcpStream::connect(serving.address).await.unwrap();
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut answer = Vec::new();
+        tokio::time::timeout(DEADLINE, stream.read_to_end(&mut answer)).await.unwrap().unwrap();
+        answer
+    };
+    let whole = export("").await;
+    assert!(whole.starts_with(b"HTTP/1.1 200") && whole.ends_with(WHOLE));
+    assert!(String::from_utf8_lossy(&whole).lines().count() > 30_000);
+    spoil(folder.path());
+    for more in ["", "&gzip=true"] {
+        let cut = export(more).await;
+        assert!(cut.starts_with(b"HTTP/1.1 200"), "{}", String::from_utf8_lossy(&cut));
+        assert!(!cut.ends_with(WHOLE) && cut.len() < whole.len());
+    }
+    serving.stop().await;
+}
+
+/// Overwrites pages of the largest month that hold samples near the end of the table.
+fn spoil(data: &Path) {
+    let months = std::fs::read_dir(data.join("history")).unwrap().map(|entry| entry.unwrap().path());
+    let largest = months
+        .filter(|path| path.extension().is_some_and(|end| end == "sqlite"))
+        .max_by_key(|path| path.metadata().unwrap().len())
+        .unwrap();
+    let length = largest.metadata().unwrap().len();
+    let mut file = std::fs::OpenOptions::new().write(true).open(&largest).unwrap();
+    file.seek(SeekFrom::Start(length / 8 * 5)).unwrap();
+    file.write_all(&vec![0xA5; (length / 8) as usize]).unwrap();
+}

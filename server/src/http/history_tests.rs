@@ -1,0 +1,291 @@
+//! The history's routes on a store with a recording of DUNE and made-up packets, and hostile questions to all.
+
+use super::route::{Kind, Need};
+use super::routes;
+use super::testing::{FIRST, an_hour};
+use super::tests::Shore;
+use crate::clock;
+use api::{Buckets, Detections, Entity, Gap, GapKind, LogBook, Role, SampleRow, Samples, Series, TrackPoint};
+use axum::http::{Method, StatusCode};
+use imc::messages::{LogBookEntry, TBRFishTag};
+use imc::{Address, Header, Message, Packet};
+use serde::de::DeserializeOwned;
+use std::path::Path;
+use store::{Accepted, Door, GapKind as Missing, Reader, Store, TimeRange};
+use units::UtcTime;
+
+/// 2026-11-21 08:00 UTC.
+const START_US: i64 = 1_795_248_000_000_000;
+const OTTER: u16 = 0x0814;
+
+/// Puts packets of an Otter into a folder, each said by an entity at a time.
+pub(super) fn put(data: &Path, packets: &[(u8, i64, Message)]) {
+    let mut store = Store::open(data).unwrap();
+    for (src_ent, time_us, message) in packets {
+        let timestamp = UtcTime::from_micros(*time_us).seconds();
+        let header = Header { timestamp, src: Address(OTTER), src_ent: *src_ent, ..Header::default() };
+        let packet = Packet::new(header, message.clone()).encode().unwrap();
+        let received = UtcTime::from_micros(START_US);
+        store.accept(&Accepted { packet: &packet, received, door: Door::Tcp, link: None }).unwrap();
+    }
+    store.close().unwrap();
+}
+
+async fn json<T: DeserializeOwned>(shore: &Shore, path: &str, token: &str) -> T {
+    let answer = shore.get(path, token).await;
+    assert_eq!(answer.status, StatusCode::OK, "{path}: {}", answer.body);
+    serde_json::from_str(&answer.body).unwrap()
+}
+
+#[tokio::test]
+async fn a_recording_of_dune_is_whole_in_plots_and_tables() {
+    let Some(recording) = testkit::shared("data/imc/dune_log_a/Data.lsf.gz") else { return };
+    let shore = Shore::with(|data| {
+        let mut store = Store::open(data).unwrap();
+        store.import(&[recording], UtcTime::from_micros(START_US), &mut |_| true).unwrap();
+        store.close().unwrap();
+    });
+    let token = shore.token(None, Role::Viewer).await;
+    let all: Vec<Series> = json(&shore, "/api/v1/series", &token).await;
+    let mut reader = Reader::open(shore.data()).unwrap();
+    let kept = reader.series(None).unwrap();
+    assert_eq!(all.len(), kept.len());
+    assert_eq!(
+        all.iter().map(|one| one.count).sum::<u64>(),
+        kept.iter().map(|one| one.extent.count).sum::<u64>()
+    );
+    let state = all.iter().find(|one| one.message == "EstimatedState").unwrap();
+    let psi = state.fields.iter().find(|field| field.name == "psi").unwrap();
+    assert_eq!((psi.unit.as_str(), psi.kind, state.undated), ("rad", api::ValueKind::Real, 0));
+    let (vessel, entity, count) = (state.system, state.entity, state.count);
+    assert!(count > 100, "{count}");
+    let one: Vec<Series> = json(&shore, &format!("/api/v1/series?system={vessel}"), &token).await;
+    assert_eq!(one.len(), all.iter().filter(|one| one.system == vessel).count());
+
+    let (from_us, to_us) = (state.first_us.unwrap(), state.last_us.unwrap() + 1);
+    let of = |what: &str| format!("/api/v1/vessels/{vessel}/{what}from_us={from_us}&to_us={to_us}");
+    let question = format!("buckets?message=EstimatedState&entity={entity}&field=psi&pixels=40&");
+    let buckets: Buckets = json(&shore, &of(&question), &token).await;
+    assert_eq!((buckets.count.iter().sum::<u64>(), buckets.unit.as_str()), (count, "rad"));
+    assert!(buckets.start_us.len() <= 41 && buckets.start_us.is_sorted());
+    for at in 0..buckets.start_us.len() {
+        let mean = buckets.mean[at].unwrap();
+        assert!(buckets.min[at] <= mean + 1e-9 && mean <= buckets.max[at] + 1e-9, "{at}");
+    }
+
+    // Page by page, all samples and each once.
+    let mut rows: Vec<SampleRow> = Vec::new();
+    let (mut from, mut skip) = (from_us, 0);
+    loop {
+        let question = format!(
+            "/api/v1/vessels/{vessel}/samples?message=EstimatedState&entity={entity}&fields=psi,true_lat_deg\
+             &limit=97&from_us={from}&to_us={to_us}&skip={skip}"
+        );
+        let page: Samples = json(&shore, &question, &token).await;
+        assert_eq!(page.fields[1].unit, "°");
+        rows.extend(page.rows);
+        let Some(next) = page.next else { break };
+        (from, skip) = (next.from_us, next.skip);
+    }
+    assert_eq!(rows.len() as u64, count);
+    let source = store::Source { system: Address(vessel), entity, message: "EstimatedState".to_owned() };
+    let samples = reader.samples(&source, &["psi"], TimeRange::ALL, usize::MAX).unwrap();
+    assert!(rows.iter().map(|row| row.time_us).eq(samples.time_us.iter().copied()));
+    assert!(
+        rows.iter()
+            .zip(&samples.values[0])
+            .all(|(row, psi)| { (row.values[0].as_f64().unwrap() - psi).abs() < 1e-6 })
+    );
+
+    let entities: Vec<Entity> = json(&shore, &format!("/api/v1/vessels/{vessel}/entities"), &token).await;
+    assert!(entities.iter().any(|one| one.entity == entity && Some(&one.label) == state.label.as_ref()));
+    let track: Vec<TrackPoint> = json(&shore, &of("track?"), &token).await;
+    assert!(track.len() > 10 && track.iter().all(|point| (point.lat_deg - 41.0).abs() < 30.0), "{track:?}");
+    let book: LogBook = json(&shore, &of("logbook?"), &token).await;
+    assert_eq!(book.next, None);
+}
+
+#[tokio::test]
+async fn tags_entries_and_gaps_are_told() {
+    let tag = |lat, lon| TBRFishTag {
+        serial_no: 1_024,
+        unix_timestamp: (START_US / 1_000_000) as u32,
+        millis: 250,
+        trans_id: 77,
+        trans_protocol: imc::messages::TBRFishTagTransProtocol::R64K,
+        snr: 30,
+        lat,
+        lon,
+        ..TBRFishTag::default()
+    };
+    let evil = "=HYPERLINK(\"http://evil\")<img src=x onerror=alert(1)>'; DROP TABLE LogBookEntry;--";
+    let entry = |text: &str| LogBookEntry { text: text.into(), ..LogBookEntry::default() };
+    let shore = Shore::with(|data| {
+        put(
+            data,
+            &[
+                (9, START_US, tag(Some(1.1), Some(0.18)).into()),
+                (9, START_US + 1, tag(Some(0.0), Some(0.0)).into()),
+                (10, START_US + 1, tag(None, None).into()),
+                (3, START_US, entry(evil).into()),
+            ],
+        );
+        let mut store = Store::open(data).unwrap();
+        let at = UtcTime::from_micros;
+        let (from, to, declared) = (at(START_US), at(START_US + 5), at(START_US + 9));
+        let reason = "a test".to_owned();
+        let gap = store::Gap { system: Address(OTTER), from, to, kind: Missing::Lost, reason, declared };
+        store.declare_gap(&gap).unwrap();
+        store.close().unwrap();
+    });
+    let token = shore.token(Some(OTTER), Role::Viewer).await;
+    let of =
+        |what: &str, to_us: i64| format!("/api/v1/vessels/{OTTER}/{what}from_us={START_US}&to_us={to_us}");
+    let heard: Detections = json(&shore, &of("detections?", START_US + 10), &token).await;
+    let places: Vec<_> = heard.detections.iter().map(|one| one.lat_deg.zip(one.lon_deg)).collect();
+    assert_eq!(places, [Some((1.1_f64.to_degrees(), 0.18_f64.to_degrees())), None, None]);
+    let first = &heard.detections[0];
+    assert_eq!((first.tag_id, first.snr_db, first.heard_us), (77, 30, START_US + 250_000));
+    assert_eq!(first.protocol_name.as_deref(), Some("R64K"));
+    let page: Detections = json(&shore, &of("detections?limit=2&", START_US + 10), &token).await;
+    let next = page.next.unwrap();
+    assert_eq!((page.detections.len(), next.from_us, next.skip), (2, START_US + 1, 1));
+
+    let book = shore.get(&of("logbook?", START_US + 10), &token).await;
+    assert!(book.headers["content-type"].to_str().unwrap().starts_with("application/json"));
+    let book: LogBook = serde_json::from_str(&book.body).unwrap();
+    assert_eq!(book.entries[0].text, evil, "text comes as it was said; who shows it escapes it");
+    let gaps: Vec<Gap> = json(&shore, &of("gaps?", START_US + 10), &token).await;
+    assert_eq!((gaps.len(), gaps[0].kind, gaps[0].to_us), (1, GapKind::Lost, START_US + 5));
+    assert!(
+        json::<Vec<Gap>>(&shore, &format!("/api/v1/vessels/{OTTER}/gaps?from_us=0&to_us=9"), &token)
+            .await
+            .is_empty()
+    );
+    // By name of the address, as people write it.
+    assert_eq!(shore.get("/api/v1/vessels/0x0814/entities", &token).await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn nobody_is_told_of_what_they_may_not_see() {
+    let now = clock::now();
+    let shore = Shore::with(|data| an_hour(data, now));
+    let token = shore.token(Some(FIRST + 1), Role::Viewer).await;
+    let all: Vec<Series> = json(&shore, "/api/v1/series", &token).await;
+    assert!(!all.is_empty() && all.iter().all(|one| one.system == FIRST + 1));
+    let other: Vec<Series> = json(&shore, &format!("/api/v1/series?system={FIRST}"), &token).await;
+    assert!(other.is_empty());
+    for path in routes::table().iter().map(|route| route.path).filter(|path| path.contains("{vessel}")) {
+        let path = path.replace("{vessel}", &FIRST.to_string());
+        assert_eq!(shore.get(&path, &token).await.status, StatusCode::FORBIDDEN, "{path}");
+    }
+}
+
+/// Questions that have no answer.
+const WRONG: [(&str, &str); 21] = [
+    ("track?from_us=-1&to_us=5", "from_us"),
+    ("track?from_us=0&to_us=99999999999999999999", "to_us"),
+    ("track?from_us=5&to_us=4", "to_us"),
+    ("track?from_us=NaN&to_us=4", "from_us"),
+    ("track?from_us=0&to_us=4&points=0", "points"),
+    ("track?from_us=0&to_us=4&points=4000000000", "points"),
+    ("track?from_us=0", "to_us"),
+    ("track?from_us=0&to_us=4&from_us=1", "from_us"),
+    ("gaps?from_us=0&to_us=9223372036854775807", "to_us"),
+    ("logbook?from_us=0&to_us=4&limit=0", "limit"),
+    ("logbook?from_us=0&to_us=4&limit=10001", "limit"),
+    ("detections?from_us=0&to_us=4&skip=100001", "skip"),
+    ("detections?from_us=0&to_us=4&lmit=5", "lmit"),
+    ("buckets?message=Voltag&entity=2&field=value&from_us=0&to_us=4", "did you mean `Voltage`"),
+    ("buckets?message=Voltage&entity=256&field=value&from_us=0&to_us=4", "entity"),
+    ("buckets?message=Voltage&entity=2&field=value&from_us=0&to_us=4&pixels=10001", "pixels"),
+    ("buckets?message=Voltage&entity=2&field=volts&from_us=0&to_us=4", "no field `volts`"),
+    ("buckets?message=LogBookEntry&entity=2&field=text&from_us=0&to_us=4", "holds numbers"),
+    (
+        "buckets?message=Voltage%22%3B%20DROP%20TABLE%20Voltage%3B--&entity=2&field=value&from_us=0&to_us=4",
+        "no message",
+    ),
+    ("samples?message=Voltage&entity=2&fields=value,src%22%20FROM%20_group--&from_us=0&to_us=4", "no field"),
+    ("samples?message=Voltage&entity=2&fields=%00%ff&from_us=0&to_us=4", "no field"),
+];
+
+#[tokio::test]
+async fn what_makes_no_sense_is_refused_with_its_name() {
+    let shore = Shore::with(|data| an_hour(data, clock::now()));
+    let token = shore.token(None, Role::Admin).await;
+    for (question, named) in WRONG {
+        let answer = shore.get(&format!("/api/v1/vessels/{FIRST}/{question}"), &token).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{question}: {}", answer.body);
+        let said: serde_json::Value = serde_json::from_str(&answer.body).unwrap();
+        let text = said["error"]["text"].as_str().unwrap();
+        assert!(text.contains(named), "{question}: {text}");
+    }
+    for vessel in ["70000", "-1", "otter", "0x", "%00", "1e3", "9999999999999999999999"] {
+        let path = format!("/api/v1/vessels/{vessel}/entities");
+        let answer = shore.get(&path, &token).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{path}: {}", answer.body);
+    }
+}
+
+/// Values that break programs.
+const HOSTILE: [&str; 16] = [
+    "",
+    "-1",
+    "0",
+    "1e308",
+    "NaN",
+    "inf",
+    "18446744073709551616",
+    "-9223372036854775808",
+    "9007199254740991",
+    "%00",
+    "%ff%fe",
+    "'%20OR%201=1--",
+    "%3Cscript%3E",
+    "..%2f..%2fetc%2fpasswd",
+    "*",
+    "true",
+];
+
+#[tokio::test]
+async fn no_question_makes_the_server_fail() {
+    let shore = Shore::with(|data| an_hour(data, clock::now()));
+    let token = shore.token(None, Role::Admin).await;
+    let good = |name: &str| match name {
+        "message" => "Voltage",
+        "entity" => "2",
+        "field" | "fields" => "value",
+        "from_us" => "0",
+        "to_us" => "9007199254740991",
+        _ => "",
+    };
+    let mut asked = 0;
+    for route in routes::table()
+        .iter()
+        .filter(|route| route.kind == Kind::Api && route.method == Method::GET && route.need != Need::Anyone)
+    {
+        let path = route.path.replace("{vessel}", &FIRST.to_string());
+        let names: Vec<&str> = route.query.iter().map(|parameter| parameter.name.as_str()).collect();
+        for attacked in names.iter().copied().chain(["no_such"]) {
+            for value in HOSTILE {
+                let pairs = names.iter().filter(|name| **name != attacked && !good(name).is_empty());
+                let mut query: Vec<String> = pairs.map(|name| format!("{name}={}", good(name))).collect();
+                query.push(format!("{attacked}={value}"));
+                let answer = shore.get(&format!("{path}?{}", query.join("&")), &token).await;
+                assert!(!answer.status.is_server_error(), "{path} {query:?}: {}", answer.body);
+                if attacked == "no_such" && !names.is_empty() {
+                    assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{path} {query:?}");
+                }
+                if answer.status.is_client_error() {
+                    assert!(answer.body.contains("\"code\""), "{path} {query:?}: {}", answer.body);
+                    assert!(
+                        !answer.body.contains("<script>")
+                            || answer.headers["content-type"] == "application/json"
+                    );
+                }
+                asked += 1;
+            }
+        }
+    }
+    assert!(asked > 500, "{asked}");
+}

@@ -1,0 +1,280 @@
+//! A real server and a real Otter over the vessel link: whoever is killed and however the line fails, each packet
+//! is ashore once, and commands arrive or expire.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+mod support;
+
+use bytes::Bytes;
+use futures_util::SinkExt as _;
+use imc::PacketView;
+use imc::messages::{self, LoggingControl, Payload as _, PlanControl, PlanControlOp, PlanControlType};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use store::Reader;
+use support::program::{Agent, Line, Server, agent_program, link_token, logged, run, until};
+use support::{CONSOLE, Client, OTTER, PATIENCE, archive_of, archived_packets, packet};
+use tempfile::TempDir;
+use tokio_tungstenite::tungstenite;
+use tokio_tungstenite::tungstenite::Message as Frame;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
+
+fn now_s() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64()
+}
+
+fn time_s(packet: &[u8]) -> f64 {
+    PacketView::new(packet).unwrap().timestamp()
+}
+
+/// Bytes of the vessel in the archive: cheap to look at again and again.
+fn archived_bytes(data: &Path) -> u64 {
+    archive_of(data, OTTER).iter().filter_map(|log| Some(std::fs::metadata(log).ok()?.len())).sum()
+}
+
+/// Waits until much more of the vessel is in the archive.
+async fn until_more(what: &str, data: &Path) {
+    let before = archived_bytes(data);
+    until(what, || (archived_bytes(data) > before + 20_000).then_some(())).await;
+}
+
+/// The numbers in the record lanes of all that came by the link, as `Arrivals.idx` has them.
+fn link_numbers(data: &Path) -> BTreeMap<u64, Vec<u64>> {
+    let mut streams: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+    for system in std::fs::read_dir(data.join("archive")).unwrap().map(|entry| entry.unwrap().path()) {
+        let Ok(days) = std::fs::read_dir(system) else { continue };
+        for day in days {
+            let Ok(records) = std::fs::read(day.unwrap().path().join("Arrivals.idx")) else { continue };
+            for record in records.chunks_exact(32) {
+                let (has_link, is_jump) = (record[6] & 1 << 5 != 0, record[6] & 1 << 7 != 0);
+                let word = |at: usize| u64::from_le_bytes(record[at..at + 8].try_into().unwrap());
+                if has_link && !is_jump {
+                    streams.entry(word(22)).or_default().push(word(14));
+                }
+            }
+        }
+    }
+    streams
+}
+
+/// The console hears the vessel as it is now, not as it was.
+async fn until_live(console: &mut Client) {
+    let live = async {
+        loop {
+            let heard = console.hear().await;
+            let view = PacketView::new(&heard).unwrap();
+            if view.src() == OTTER && (view.timestamp() - now_s()).abs() < 2.0 {
+                return;
+            }
+        }
+    };
+    tokio::time::timeout(2 * PATIENCE, live).await.unwrap();
+}
+
+/// Asks for a plan that is not there, again and again until the vessel answers.
+async fn ask(console: &mut Client, request_id: u16) {
+    let question = PlanControl {
+        r#type: PlanControlType::Request,
+        op: PlanControlOp::Start,
+        request_id,
+        plan_id: "no such plan".into(),
+        ..PlanControl::default()
+    };
+    let end = Instant::now() + 2 * PATIENCE;
+    while Instant::now() < end {
+        console.say(&packet(CONSOLE, OTTER, now_s(), question.clone())).await;
+        if tokio::time::timeout(PATIENCE / 10, answered(console, request_id)).await.is_ok() {
+            return;
+        }
+    }
+    panic!("{request_id} was not answered");
+}
+
+/// Waits until the vessel has answered a question with no.
+async fn answered(console: &mut Client, request_id: u16) {
+    loop {
+        let heard = console.hear().await;
+        let view = PacketView::new(&heard).unwrap();
+        if let Some(answer) = imc::decode::<PlanControl>(&view).unwrap()
+            && (answer.request_id, view.src()) == (request_id, OTTER)
+        {
+            assert_eq!(answer.r#type, PlanControlType::Failure);
+            return;
+        }
+    }
+}
+
+fn counted(packets: Vec<Bytes>) -> BTreeMap<Bytes, usize> {
+    let mut counts = BTreeMap::new();
+    for packet in packets {
+        *counts.entry(packet).or_default() += 1;
+    }
+    counts
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once() {
+    let Some(program) = agent_program() else { return };
+    let (shore, aboard) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let data = shore.path().join("data");
+    let mut server = Server::start(&data);
+    let token = link_token(&data, "otter-1", "0x2810");
+    let line = Line::to(server.web).await;
+    let mut agent = Agent::start(&program, aboard.path(), line.address, &token);
+    until("begun", || (archived_bytes(&data) > 20_000).then_some(())).await;
+
+    // A command of a console at another door reaches the vessel, and the answer reaches that console.
+    let mut console = Client::connect(server.proxy).await;
+    until_live(&mut console).await;
+    ask(&mut console, 701).await;
+
+    // More commands than there is room for do not make the way to the vessel deaf.
+    let long = messages::PlanDB { info: "x".repeat(60_000).as_str().into(), ..Default::default() };
+    for n in 0..50 {
+        let said_s = now_s() + f64::from(n) * 1e-6;
+        console.0.feed(Frame::Binary(packet(CONSOLE, OTTER, said_s, long.clone()))).await.unwrap();
+    }
+    ask(&mut console, 702).await;
+
+    // The server dies in the middle.
+    server.process.kill();
+    drop(console);
+    let mut server = Server::start(&data);
+    line.passes(server.web);
+    until_more("on after the server died", &data).await;
+
+    // Nothing passes any more and nobody is told: the vessel gives the connection up and asks for another.
+    let mut console = Client::connect(server.proxy).await;
+    until_live(&mut console).await;
+    let connections = line.accepted();
+    line.silent();
+    let (stick, stop) = (now_s(), now_s() + 0.001);
+    let forward = messages::RemoteActions { actions: "Thrust=1".into(), ..Default::default() };
+    console.say(&packet(CONSOLE, OTTER, stick, forward)).await;
+    console.say(&packet(CONSOLE, OTTER, stop, messages::Abort)).await;
+    until("given up by the vessel", || (line.accepted() > connections).then_some(())).await;
+    until("noticed by the server", || server.log().contains("the link is down").then_some(())).await;
+    line.passes(server.web);
+    until_live(&mut console).await;
+    ask(&mut console, 703).await;
+    until_more("on after silence", &data).await;
+
+    // Connections break and cannot be made.
+    line.cut();
+    let connections = line.accepted();
+    until("tried again by the vessel", || (line.accepted() > connections).then_some(())).await;
+    line.passes(server.web);
+    until_live(&mut console).await;
+    until_more("on after a cut", &data).await;
+
+    // The vessel dies.
+    agent.process.kill();
+    let killed_s = now_s();
+    drop(agent);
+    let mut agent = Agent::start(&program, aboard.path(), line.address, &token);
+    until_live(&mut console).await;
+    until_more("on after the vessel died", &data).await;
+
+    // It ends in order; what it said last comes after its next start.
+    agent.process.terminate();
+    let ended_s = now_s();
+    drop(agent);
+    let mut agent = Agent::start(&program, aboard.path(), line.address, &token);
+    let newest_s = || archived_packets(&data, OTTER).iter().map(|one| time_s(one)).fold(0.0, f64::max);
+    until("complete", || (newest_s() > ended_s + 1.0).then_some(())).await;
+    agent.process.terminate();
+    server.process.terminate();
+    // Of the line it says what it must, of its spool nothing.
+    assert!(!agent.errors().contains("spool"), "{}", agent.errors());
+
+    // Every number once, none missing.
+    for (stream, mut numbers) in link_numbers(&data) {
+        let came = numbers.len();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(came, numbers.len(), "numbers of {stream:#x} came twice");
+        assert_eq!(numbers[came - 1] - numbers[0] + 1, came as u64, "numbers of {stream:#x} are missing");
+    }
+    let mut reader = Reader::open(&data).unwrap();
+    assert_eq!(reader.gaps(None, store::TimeRange::ALL).unwrap(), []);
+
+    // All that the vessel's logs hold is ashore as often. A log is not asked about its last moment before a kill,
+    // nor about what came ashore after the last of it did.
+    let said = logged(aboard.path());
+    let ashore = counted(archived_packets(&data, OTTER));
+    let last_s = newest_s();
+    let mut compared = 0;
+    let mut logged = BTreeMap::new();
+    for packet in &said {
+        let view = PacketView::new(packet).unwrap();
+        // Each log begins and ends with a mark of its own.
+        if view.src() == OTTER && view.id() != LoggingControl::ID {
+            *logged.entry(packet.clone()).or_insert(0) += 1;
+        }
+    }
+    for (packet, times) in &logged {
+        let said_s = time_s(packet);
+        if said_s < ended_s - 1.0 && !(killed_s - 2.0..killed_s + 0.1).contains(&said_s) {
+            compared += times;
+            assert_eq!(ashore.get(packet), Some(times), "{:?}", imc::Packet::decode(packet));
+        }
+    }
+    assert!(compared > 1_000 && last_s > ended_s, "{compared} compared");
+
+    // The stop was delivered, however late; the stick was not.
+    let commands = |id| said.iter().filter(move |one| PacketView::new(one).unwrap().id() == id);
+    let aborts = commands(messages::Abort::ID).filter(|one| time_s(one).to_bits() == stop.to_bits());
+    assert_eq!(aborts.count(), 1);
+    assert_eq!(commands(messages::RemoteActions::ID).count(), 0);
+
+    // The history holds each sample once.
+    let samples: u64 = reader.series(Some(OTTER)).unwrap().iter().map(|series| series.extent.count).sum();
+    assert_eq!(samples, ashore.len() as u64);
+    println!("{} packets of the vessel ashore, {compared} compared with its logs", ashore.len());
+}
+
+/// How the door answers a token.
+async fn greeted(server: &Server, token: Option<&str>) -> Result<(), u16> {
+    let mut request = format!("ws://{}/link", server.web).into_client_request().unwrap();
+    if let Some(token) = token {
+        let bearer = format!("Bearer {token}").parse().unwrap();
+        request.headers_mut().insert("authorization", bearer);
+    }
+    match tokio_tungstenite::connect_async(request).await {
+        Ok(_) => Ok(()),
+        Err(tungstenite::Error::Http(response)) => Err(response.status().as_u16()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn only_its_own_valid_token_lets_a_vessel_in() {
+    let Some(program) = agent_program() else { return };
+    let shore = TempDir::new().unwrap();
+    let data = shore.path().join("data");
+    let server = Server::start(&data);
+    let token = link_token(&data, "otter-1", "0x2810");
+    let other = link_token(&data, "otter-2", "0x2811");
+    let script = run(&data, &["token", "create", "--person", "admin", "--role", "admin"]);
+    assert_eq!(greeted(&server, Some(&token)).await, Ok(()));
+    for wrong in [None, Some("lutra_link_nonsense"), Some(&token[..token.len() - 1]), Some(script.trim())] {
+        assert!(matches!(greeted(&server, wrong).await, Err(401 | 403)), "{wrong:?}");
+    }
+
+    // The token of another vessel opens the socket, but not to this vessel.
+    let aboard = TempDir::new().unwrap();
+    let stranger = Agent::start(&program, aboard.path(), server.web, &other);
+    until("refused", || stranger.errors().contains("this token is for").then_some(())).await;
+    drop(stranger);
+    assert_eq!(archived_bytes(&data), 0);
+
+    // A revoked one does not open it, and who is in by it is shown out.
+    let agent = Agent::start(&program, aboard.path(), server.web, &token);
+    until("begun", || (archived_bytes(&data) > 20_000).then_some(())).await;
+    let list = run(&data, &["token", "list"]);
+    let id = list.lines().find(|line| line.contains("0x2810")).unwrap().split('\t').next().unwrap();
+    run(&data, &["token", "revoke", id]);
+    assert_eq!(greeted(&server, Some(&token)).await, Err(401));
+    until("shown out", || agent.errors().contains("is the token right").then_some(())).await;
+}
