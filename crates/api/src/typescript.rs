@@ -3,7 +3,7 @@
 use crate::{
     AuditEntry, Buckets, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import,
     ImportState, Label, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me, NewToken,
-    Next, Permission, Person, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session,
+    Next, Ordered, Permission, Person, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session,
     Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;

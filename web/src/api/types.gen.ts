@@ -356,7 +356,7 @@ clock_ahead_s: number | null,
  */
 clock_uncertainty_s: number | null, 
 /**
- * From recording aboard to receiving here, mean, seconds; null before the first record.
+ * From recording aboard to receiving here, mean of the records of the last second, seconds; null without any.
  */
 transit_s: number | null, 
 /**
@@ -487,6 +487,20 @@ from_us: number,
  * The new `skip`.
  */
 skip: number, };
+
+export type Ordered = { 
+/**
+ * When it was handed on, by the server's clock, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * Whether a door leads to the vessel at present, so that the order is on its way; else nobody heard it.
+ */
+reached: boolean, 
+/**
+ * Whether the audit log holds it. A stop goes out all the same.
+ */
+audited: boolean, };
 
 export type Permission = { 
 /**

@@ -56,7 +56,7 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
         else if (on) told(null);
         on = near !== undefined;
       });
-      map.getViewport().addEventListener("pointerleave", () => {
+      map.getViewport()?.addEventListener("pointerleave", () => {
         if (on) told(null);
         on = false;
       });

@@ -100,8 +100,9 @@ export function createChart(title: string, unit: string, labels: readonly string
 
   const moved = (self: uPlot): void => {
     const left = self.cursor.left ?? -1;
-    const at = left < 0 ? null : (self.cursor.idx ?? null);
     labels.forEach((_, index) => {
+      // Without a cursor the last value is told.
+      const at = left < 0 ? lastKnown(data, 3 * index + 3) : (self.cursor.idx ?? null);
       const mean = value(data, 3 * index + 3, at);
       const [max, min] = [value(data, 3 * index + 1, at), value(data, 3 * index + 2, at)];
       const spread = max !== null && min !== null && max - min > 1e-9 ? ` (${figure(min)} to ${figure(max)})` : "";
@@ -157,6 +158,7 @@ export function createChart(title: string, unit: string, labels: readonly string
         plot.setData(data, false);
         plot.setScale("x", { min: fromUs / 1e6, max: toUs / 1e6 });
       });
+      moved(plot);
       silent = false;
       setText(summary, lines.map((line) => described(line, unit)).join(" "));
     },
@@ -209,6 +211,12 @@ function times(_: uPlot, splits: number[], __: number, ___: number, increment: n
 
 function value(data: uPlot.AlignedData, column: number, at: number | null): number | null {
   return at === null ? null : (data[column]?.[at] ?? null);
+}
+
+function lastKnown(data: uPlot.AlignedData, column: number): number | null {
+  const values = data[column] ?? [];
+  for (let at = values.length - 1; at >= 0; at--) if (typeof values[at] === "number") return at;
+  return null;
 }
 
 function described(line: ChartLine, unit: string): string {

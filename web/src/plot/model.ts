@@ -126,26 +126,33 @@ function push(table: Table, us: number, max: number | null, min: number | null, 
   table[3].push(mean);
 }
 
-/** Where the export of the shown is: one address for each message and entity, with just the fields that are shown. */
+/** Where the exports of what is shown are: together they hold these fields of these entities and nothing else. */
 export function exports(vessel: number, sources: readonly Source[], fromUs: number, toUs: number): { name: string; href: string }[] {
-  const groups = new Map<string, { source: Source; fields: string[] }>();
-  for (const source of sources) {
-    const key = `${source.message}.${source.entity}`;
-    const group = groups.get(key) ?? { source, fields: [] };
-    group.fields.push(source.field);
-    groups.set(key, group);
+  const fields = new Map<string, { message: string; entity: number; fields: string[] }>();
+  for (const { message, entity, field } of sources) {
+    const key = `${message}.${entity}`;
+    const one = fields.get(key) ?? { message, entity, fields: [] };
+    one.fields.push(field);
+    fields.set(key, one);
   }
-  return [...groups.values()].map(({ source, fields }) => {
+  // Entities of which the same fields are shown go into one file.
+  const files = new Map<string, { message: string; fields: string; entities: number[] }>();
+  for (const { message, entity, fields: names } of fields.values()) {
+    const list = names.sort().join(",");
+    const file = files.get(`${message}/${list}`) ?? { message, fields: list, entities: [] };
+    file.entities.push(entity);
+    files.set(`${message}/${list}`, file);
+  }
+  return [...files.values()].map(({ message, fields: list, entities }) => {
     const query = new URLSearchParams({
-      message: source.message,
+      message,
       vessel: String(vessel),
-      entity: String(source.entity),
-      field: fields.join(","),
+      entity: entities.join(","),
+      field: list,
       from: new Date(Math.floor(fromUs / 1_000)).toISOString(),
       to: new Date(Math.ceil(toUs / 1_000)).toISOString(),
       angles: "deg",
     });
-    return { name: `${source.message} ${fields.join(", ")}`, href: `/api/v1/export.csv?${query}` };
+    return { name: `${message} ${list.replaceAll(",", ", ")}`, href: `/api/v1/export.csv?${query}` };
   });
 }
-

@@ -67,7 +67,8 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
   const form = root.querySelector("form");
   const main = make("span", { class: "aim" });
   const list = make("div", { class: "others" });
-  const menu = make("details", { hidden: "" }, make("summary", { class: "halt" }, "STOP …"), list);
+  const summary = make("summary", { class: "halt" }, "STOP …");
+  const menu = make("details", { hidden: "" }, summary, list);
   if (form) {
     form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -100,6 +101,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
         others = here;
         const rest = vessels.filter((system) => system.address !== aim?.address);
         setAttribute(menu, "hidden", rest.length ? null : "");
+        setText(summary, aim ? "Others …" : "STOP …");
         list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
       }
       for (const one of open) follow(one, frame);

@@ -34,7 +34,7 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
   const filter = make("input", { type: "search", id: "values-filter", placeholder: "message, entity or field" });
   const count = make("span", { class: "dim" });
   const body = make("tbody");
-  const [above, below] = [make("tbody", { "aria-hidden": "true" }, spacer()), make("tbody", { "aria-hidden": "true" }, spacer())];
+  const [above, below] = [make("tbody", { "aria-hidden": "true" }, spacer(plot ? 7 : 6)), make("tbody", { "aria-hidden": "true" }, spacer(plot ? 7 : 6))];
   const head = make("tr");
   const names = ["Message", "Entity", "Field", "Value", "Unit", "Age"];
   for (const name of names) head.append(make("th", { scope: "col" }, name));
@@ -113,8 +113,8 @@ function fill(row: Row, cell: Cell, index: number, nowUs: number): void {
   setAttribute(row.plot, "aria-label", `Plot ${cell.update.abbrev} ${cell.entity} ${cell.field.name}`);
 }
 
-function spacer(): HTMLTableRowElement {
-  return make("tr", {}, make("td", { colspan: "7" }));
+function spacer(columns: number): HTMLTableRowElement {
+  return make("tr", {}, make("td", { colspan: String(columns) }));
 }
 
 /** Makes room for so many rows that are not there. */
