@@ -6,6 +6,8 @@ mod assets;
 mod browser_tests;
 mod caller;
 mod commands;
+#[cfg(test)]
+mod commands_tests;
 mod csrf;
 mod doors;
 mod error;
