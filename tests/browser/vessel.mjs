@@ -25,7 +25,7 @@ await inBrowser(async (open) => {
   check(/^\d\.\d$/.test(await tile("speed_mps").locator(".reading").innerText()), "speed in knots");
 
   // Plots of the field: the present grows, hovering tells the value and where the boat was.
-  const plot = page.getByRole("region", { name: /^EstimatedState/ });
+  const plot = page.getByRole("region", { name: "EstimatedState, m/s", exact: true });
   await plot.waitFor();
   const legend = plot.locator(".legend .num").first();
   await page.waitForFunction((node) => /m\/s/.test(node.textContent), await legend.elementHandle());
@@ -36,8 +36,7 @@ await inBrowser(async (open) => {
   await over.hover({ position: { x: box.width - 4, y: 40 } });
   await page.locator(".here").getByText(/63° .*N 010° .*E/).waitFor();
   await page.mouse.move(5, 5);
-  await page.locator(".here").getByText(/./).waitFor({ state: "detached" }).catch(() => undefined);
-  check((await page.locator(".here").innerText()) === "", "the cursor goes with the pointer");
+  await page.waitForFunction(() => document.querySelector(".here").textContent === "");
   // The same by keys.
   const canvas = plot.locator(".canvas");
   await canvas.focus();
