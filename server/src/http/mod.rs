@@ -6,6 +6,8 @@ mod assets;
 mod browser_tests;
 mod caller;
 mod csrf;
+#[cfg(test)]
+mod door_tests;
 mod doors;
 mod error;
 mod export;
@@ -17,6 +19,9 @@ mod health;
 mod history;
 #[cfg(test)]
 mod history_tests;
+#[cfg(test)]
+mod import_tests;
+mod imports;
 mod listen;
 mod live;
 #[cfg(test)]
