@@ -9,6 +9,8 @@ mod commands;
 #[cfg(test)]
 mod commands_tests;
 mod csrf;
+#[cfg(test)]
+mod door_tests;
 mod doors;
 mod error;
 mod export;
@@ -20,6 +22,9 @@ mod health;
 mod history;
 #[cfg(test)]
 mod history_tests;
+#[cfg(test)]
+mod import_tests;
+mod imports;
 mod listen;
 mod live;
 #[cfg(test)]

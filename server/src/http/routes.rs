@@ -3,15 +3,16 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    assets, commands, doors, error::ApiError, export, headers, health, history, live, measure, openapi, people,
+    assets, commands, doors, error::ApiError, export, headers, health, history, imports, live, measure,
+    openapi, people,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
     AuditEntry, Buckets, BucketsQuery, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
-    GapsQuery, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Ordered, Person,
-    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, System, Token, TokenMade,
-    TrackPoint, TrackQuery,
+    GapsQuery, Import, ImportQuery, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken,
+    Ordered, Person, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, System,
+    Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -76,7 +77,7 @@ pub(crate) fn table() -> Vec<Route> {
     ];
     table.extend(of_vessels());
     table.extend(orders());
-    table.extend(exports());
+    table.extend(transfers());
     table.extend(pages::routes());
     table
 }
@@ -131,9 +132,10 @@ fn orders() -> Vec<Route> {
     ]
 }
 
-/// The ways out.
-fn exports() -> Vec<Route> {
+/// The ways out and in.
+fn transfers() -> Vec<Route> {
     let researcher = Need::Somewhere(Role::Researcher);
+    let operator = Need::Everywhere(Role::Operator);
     vec![
         Route::get(
             "/api/v1/export.csv",
@@ -149,6 +151,13 @@ fn exports() -> Vec<Route> {
         Route::get("/api/v1/export.lsf", researcher, "Packets as a log, as they came.", export::lsf)
             .query::<LogQuery>()
             .media("application/octet-stream"),
+        Route::post("/api/v1/import", operator, "Import a log: the body is the file.", imports::upload)
+            .query::<ImportQuery>()
+            .takes_file()
+            .gives::<Import>(),
+        Route::get("/api/v1/import", operator, "Logs uploaded, the newest first.", imports::list)
+            .gives::<Vec<Import>>(),
+        Route::get("/api/v1/import/{id}", operator, "How far an import is.", imports::one).gives::<Import>(),
     ]
 }
 

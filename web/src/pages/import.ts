@@ -64,14 +64,14 @@ function told(request: XMLHttpRequest): string {
 
 async function list(root: HTMLElement): Promise<void> {
   try {
-    const imports = await getJson<Import[]>("/api/v1/imports");
+    const imports = await getJson<Import[]>("/api/v1/import");
     if (!imports.length) {
       root.replaceChildren(make("p", { class: "dim" }, "None."));
       return;
     }
     const head = make("tr");
     for (const name of ["File", "Who", "When", "State", "Packets", "New", "Said"]) head.append(make("th", { scope: "col" }, name));
-    const rows = [...imports].reverse().map((one) => {
+    const rows = imports.map((one) => {
       const damaged = one.damaged_bytes ? [`${one.damaged_bytes} bytes are no packets`] : [];
       const cells = [one.name, one.person, utc(one.since_us), one.state, String(one.packets), String(one.added), [...one.problems, ...damaged].join("; ")];
       return make("tr", { "data-import": one.state }, ...cells.map((text, index) => make("td", index === 2 || index === 4 || index === 5 ? { class: "num" } : {}, text)));
