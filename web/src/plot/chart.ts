@@ -10,6 +10,8 @@ import type { Table } from "./model";
 const HEIGHT_PX = 190;
 /** Drags shorter than this are clicks, px. */
 const CLICK_PX = 8;
+/** The cursor tells of a point within this; farther from any it tells of none, px. */
+const NEAR_PX = 24;
 const DASHES: readonly (readonly number[])[] = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 
 export interface ChartLine {
@@ -80,7 +82,7 @@ export function createChart(title: string, unit: string, labels: readonly string
       axes: [{ ...axis, values: times, space: 90 }, { ...axis, size: 64, values: (_, splits) => splits.map(figure) }],
       series,
       bands,
-      cursor: { drag: { x: true, y: false, setScale: false }, points: { size: 7 }, bind: { dblclick: () => null } },
+      cursor: { hover: { prox: NEAR_PX, skip: [undefined] }, drag: { x: true, y: false, setScale: false }, points: { size: 7 }, bind: { dblclick: () => null } },
       hooks: {
         setCursor: [(self) => moved(self)],
         setSelect: [
@@ -102,7 +104,7 @@ export function createChart(title: string, unit: string, labels: readonly string
     const left = self.cursor.left ?? -1;
     labels.forEach((_, index) => {
       // Without a cursor the last value is told.
-      const at = left < 0 ? lastKnown(data, 3 * index + 3) : (self.cursor.idx ?? null);
+      const at = left < 0 ? lastKnown(data, 3 * index + 3) : (self.cursor.idxs?.[3 * index + 3] ?? null);
       const mean = value(data, 3 * index + 3, at);
       const [max, min] = [value(data, 3 * index + 1, at), value(data, 3 * index + 2, at)];
       const spread = max !== null && min !== null && max - min > 1e-9 ? ` (${figure(min)} to ${figure(max)})` : "";

@@ -43,11 +43,17 @@ export function createChooser(choices: () => readonly Choice[], choose: (source:
     event.preventDefault();
     list.querySelector("button")?.click();
   });
+  dialog.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    dialog.close();
+    open.focus();
+  });
   close.addEventListener("click", () => dialog.close());
   open.addEventListener("click", () => {
     words.value = "";
     offer();
-    dialog.showModal();
+    // Not a modal one: STOP stays within reach.
+    dialog.show();
     words.focus();
   });
   return make("div", {}, open, dialog);

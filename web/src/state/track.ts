@@ -37,8 +37,8 @@ export class Track {
   }
 }
 
-/** A track has no place for times farther from its points than this, µs. */
-const APART_US = 60_000_000;
+/** Before a track and after it there is no place, but for this, µs. */
+const APART_US = 5_000_000;
 
 /** Where the vessel was at this time, between the points of its track; undefined where that is not known. */
 export function placeAt(points: readonly TrackPoint[], us: number): TrackPoint | undefined {

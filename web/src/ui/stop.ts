@@ -10,6 +10,8 @@ import { isShore, systemName, utc } from "./format";
 const PATIENCE_MS = 4_000;
 /** A vessel that has not told of the effect by then is said not to have stopped, s. */
 const EFFECT_S = 8;
+/** A vessel that stopped is watched for so long whether it goes on, s. */
+const WATCHED_S = 120;
 /** Orders that are shown; older ones go. */
 const SHOWN = 5;
 
@@ -19,6 +21,8 @@ interface Order {
   readonly root: HTMLElement;
   readonly text: HTMLElement;
   ordered: Ordered | undefined;
+  /** After so many seconds the effect was seen. */
+  effectS: number | undefined;
   over: boolean;
 }
 
@@ -40,7 +44,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
     const text = make("span", { class: "what" }, `STOP ${name}: asking the server …`);
     const away = make("button", { type: "button", class: "away", "aria-label": `Put away: STOP ${name}` }, "✕");
     const row = make("div", { class: "order", "data-stage": "asked" }, text, away);
-    const one: Order = { address, name, root: row, text, ordered: undefined, over: false };
+    const one: Order = { address, name, root: row, text, ordered: undefined, effectS: undefined, over: false };
     away.addEventListener("click", () => {
       row.remove();
       one.over = true;
@@ -118,10 +122,17 @@ function follow(order: Order, frame: LiveFrame): void {
     update.system === order.address && update.abbrev === "VehicleState" && update.received_us >= ordered.time_us;
   const state = frame.values.find(after);
   const took = ((state?.received_us ?? frame.now_us) - ordered.time_us) / 1e6;
-  if (state && meaning(state, "op_mode") === "ERROR") {
-    end(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel says mode ERROR, what it did has ended.`);
+  const mode = state ? meaning(state, "op_mode") : "";
+  if (order.effectS !== undefined) {
+    if (took > WATCHED_S) order.over = true;
+    else if (state && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
+      end(order, "failed", `STOP ${order.name}: it stopped after ${order.effectS.toFixed(1)} s, but GOES ON since ${utc(state.received_us, false)}: mode ${mode}. Somebody or something started it anew.`);
+    }
+  } else if (mode === "ERROR") {
+    order.effectS = took;
+    tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel says mode ERROR, what it did has ended.`);
   } else if (took > EFFECT_S) {
-    const said = state ? `it says mode ${meaning(state, "op_mode")}` : "it does not say that it stopped";
+    const said = state ? `it says mode ${mode}` : "it does not say that it stopped";
     end(order, "failed", `STOP ${order.name}: sent, but NO EFFECT SEEN in ${EFFECT_S} s; ${said}. Press STOP again or stop it by other means.`);
   }
 }
