@@ -12,7 +12,7 @@ use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use store::{Reader, Source, TimeRange};
+use store::{Page, Reader, Source, TimeRange};
 use support::{Client, OTTER, PATIENCE, Shore, archived, odd_packets, packet, packets_of};
 use tokio::io::AsyncWriteExt as _;
 use tokio::net::TcpListener;
@@ -84,7 +84,7 @@ fn assert_whole(data: &Path, said: &[Bytes], copies: bool) {
     let mut read: BTreeMap<u8, usize> = BTreeMap::new();
     for entity in entities {
         let source = Source { system: OTTER, entity, message: "SetThrusterActuation".to_owned() };
-        for row in reader.rows(&source, &["id"], TimeRange::ALL, 10_000).unwrap() {
+        for row in reader.rows(&source, &["id"], TimeRange::ALL, Page::first(10_000)).unwrap().items {
             *read.entry(row.cells[0].as_f64().unwrap() as u8).or_default() += 1;
         }
     }

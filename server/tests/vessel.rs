@@ -150,7 +150,7 @@ async fn whoever_is_killed_and_however_the_line_fails_each_packet_is_ashore_once
     let connections = line.accepted();
     line.silent();
     let (stick, stop) = (now_s(), now_s() + 0.001);
-    let forward = messages::RemoteActions { actions: "Thrust=1".into(), ..Default::default() };
+    let forward = messages::RemoteActions { actions: "Thrust=1".into() };
     console.say(&packet(CONSOLE, OTTER, stick, forward)).await;
     console.say(&packet(CONSOLE, OTTER, stop, messages::Abort)).await;
     until("given up by the vessel", || (line.accepted() > connections).then_some(())).await;

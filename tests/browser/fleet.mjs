@@ -54,7 +54,9 @@ await inBrowser(async (open) => {
   const download = page.waitForEvent("download");
   await page.getByRole("button", { name: "CSV" }).click();
   const csv = await readFile(await (await download).path(), "utf8");
-  check(csv.split("\n").length === 100_002 && csv.startsWith("time,vessel,u [m/s]\n"), "the CSV is whole");
+  const lines = csv.trimEnd().split("\n");
+  const whole = lines.length > 390 && lines.every((line) => line.split(",").length === lines[0].split(",").length);
+  check(whole && lines[0].startsWith("time,unix_s,system,"), `the CSV is whole: ${lines.length} lines`);
 
   // Without the server nothing looks fresh, and it comes back by itself to the login when the session is over.
   const asked = Date.now();

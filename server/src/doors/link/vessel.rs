@@ -105,7 +105,9 @@ impl Task {
                 },
                 packets = hub.outbox.take() => {
                     if let Ok(packets) = packets {
-                        packets.into_iter().for_each(|packet| self.command(packet));
+                        for packet in packets {
+                            self.command(packet);
+                        }
                     } else {
                         tracing::warn!(vessel = %self.vessel, "too many commands at once: some are lost");
                         hub.outbox.reopen();
