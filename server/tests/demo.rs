@@ -232,6 +232,26 @@ fn otters_sail_before_a_browser_and_all_ends_with_it() {
     assert!(!folder.exists());
 }
 
+/// The pages of a vessel in a real browser: instruments, plots, tables, STOP, and a vessel that falls silent.
+#[test]
+fn a_vessel_is_watched_and_stopped_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "2"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let agents = demo.sails(&["otter-1", "otter-2"]);
+    testkit::browser::run("vessel.mjs", &[&url, &password], |line| match line {
+        "silence otter-2" => signal(agents["otter-2"], "STOP"),
+        "wake otter-2" => signal(agents["otter-2"], "CONT"),
+        "stop the server" => demo.signal("STOP"),
+        _ => {}
+    });
+    demo.signal("CONT");
+}
+
 #[test]
 fn killed_it_takes_its_agents_along_and_by_the_clock_it_ends_well() {
     if !agent_is_there() {

@@ -85,7 +85,17 @@ fn it_starts_answers_and_ends_on_sigterm() {
     assert!(server.one_time_password().len() > 15);
     let status = std::fs::read_to_string(format!("/proc/{}/status", server.child.id())).unwrap();
     println!("{}", status.lines().find(|line| line.starts_with("VmRSS")).unwrap());
-    assert!(server.get("/metrics").contains("lutra_http_requests_total"));
+    let figures = server.get("/metrics");
+    for figure in [
+        "lutra_http_requests_total",
+        "lutra_recording_trouble 0",
+        "lutra_history_behind 0",
+        "lutra_waiting_bytes 0",
+        "lutra_door_peers{door=\"link\"} 0",
+        "lutra_relay_packets_total{what=\"received\"} ",
+    ] {
+        assert!(figures.contains(figure), "{figure} is not in {figures}");
+    }
     assert!(server.terminate().success());
     let again = Instant::now();
     let server = Server::start(folder.path(), &[]);

@@ -1,113 +1,14 @@
-// The first page: map, list of systems, latest values.
+// Starts what the page is about. What only some pages need is loaded by those.
 
-import { getJson } from "./api/http";
-import { Live } from "./api/live";
-import type { System, TrackPoint } from "./api/types.gen";
-import { createMap } from "./map/map";
-import { EMPTY, serverNowUs, withFrame } from "./state/fleet";
-import { Track } from "./state/track";
-import { make, setAttribute, setText } from "./ui/dom";
-import { fillExport } from "./ui/export";
-import { systemName } from "./ui/format";
-import { createList } from "./ui/list";
-import { createValues } from "./ui/values";
+import { createChrome } from "./ui/chrome";
 
-/** Tables are drawn anew so often, ms; the map at each frame. */
-const TABLES_MS = 250;
-/** How much of the past is drawn at first, µs. */
-const PAST_US = 3_600_000_000;
-
-function start(root: HTMLElement, link: HTMLElement): void {
-  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
-  const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of systems tells the same." });
-  const all = make("button", { type: "button", class: "show-all" }, "Show all");
-  const listBox = make("section", { class: "panel list", "aria-label": "Systems" });
-  const valueBox = make("section", { class: "panel latest", "aria-label": "Latest values" });
-  root.append(make("div", { class: "map-box" }, mapBox, all), listBox, valueBox);
-
-  let state = EMPTY;
-  let linked = true;
-  let selected: number | undefined;
-  const tracks = new Map<number, Track>();
-  const select = (address: number): void => {
-    selected = address;
-    drawMap();
-    drawTables();
-  };
-  const map = createMap(mapBox, select);
-  const list = createList(listBox, select);
-  const values = createValues(valueBox);
-  all.addEventListener("click", () => map.showAll());
-
-  const systems = (): System[] =>
-    [...state.systems.values()]
-      // The server's own words and those of its people make no vessel.
-      .filter((system) => system.doors.length === 0 || system.doors.some((door) => door !== "shore"))
-      .map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }))
-      .sort((one, other) => systemName(one).localeCompare(systemName(other)));
-
-  const drawMap = (): void => map.update(systems(), selected);
-  const drawTables = (): void => {
-    const nowUs = serverNowUs(state, performance.now());
-    const known = systems();
-    if (selected === undefined) selected = (known.find((system) => system.fix) ?? known[0])?.address;
-    list.update(known, selected, nowUs, linked);
-    const chosen = known.find((system) => system.address === selected);
-    setAttribute(valueBox, "hidden", chosen ? null : "");
-    if (!chosen) return;
-    const labels = new Map(Object.entries(chosen.entities).map(([number, label]) => [Number(number), label ?? ""]));
-    values.update(systemName(chosen), [...(state.values.get(chosen.address)?.values() ?? [])], labels, nowUs);
-  };
-
-  const follow = (system: System): void => {
-    if (!system.fix) return;
-    let track = tracks.get(system.address);
-    if (!track) {
-      track = new Track();
-      tracks.set(system.address, track);
-      void past(system.address, track, system.fix.time_us);
-    }
-    if (track.add(system.fix)) map.track(system.address, track.all());
-  };
-  const past = async (address: number, track: Track, nowUs: number): Promise<void> => {
-    const query = `from_us=${Math.round(nowUs - PAST_US)}&to_us=${Math.round(nowUs)}`;
-    try {
-      track.recorded(await getJson<TrackPoint[]>(`/api/v1/vessels/${address}/track?${query}`));
-      map.track(address, track.all());
-    } catch {
-      // Without a history the track begins now.
-    }
-  };
-
-  let due = false;
-  new Live({ events: true, every_ms: 100 }, {
-    frame(frame) {
-      linked = true;
-      state = withFrame(state, frame, performance.now());
-      setAttribute(document.body, "data-link", "up");
-      setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
-      if (due) return;
-      due = true;
-      requestAnimationFrame(() => {
-        due = false;
-        for (const system of state.systems.values()) follow(system);
-        drawMap();
-      });
-    },
-    lost() {
-      linked = false;
-      drawTables();
-      setAttribute(document.body, "data-link", "down");
-      setText(link, "No link to the server: what you see is old. Trying again …");
-    },
-    loggedOut() {
-      location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
-    },
-  });
-  window.setInterval(drawTables, TABLES_MS);
+const [fleet, vessel] = [document.getElementById("fleet"), document.getElementById("vessel")];
+if (fleet) {
+  void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
+} else if (vessel) {
+  void import("./pages/vessel").then(({ startVessel }) => startVessel(vessel));
+} else {
+  createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
+  const form = document.querySelector<HTMLFormElement>("form#import");
+  if (form) void import("./pages/import").then(({ startImport }) => startImport(form));
 }
-
-const [root, link] = [document.getElementById("fleet"), document.getElementById("link")];
-if (root && link) start(root, link);
-const form = document.querySelector<HTMLFormElement>("form#export");
-if (form) void fillExport(form);

@@ -16,13 +16,16 @@ async function load(path) {
 const fleet = await load("state/fleet");
 const { Track } = await load("state/track");
 const format = await load("ui/format");
+const plot = await load("plot/model");
+const { vitals, entities, worst } = await load("state/vitals");
+const { placeAt } = await load("state/track");
 
 const update = (system, abbrev, value) => ({
   system, id: 1, abbrev, entity: 1, instance: null, time_us: 0, received_us: 1e6, period_s: 0.1,
   fields: [{ name: "value", value, unit: "V", meaning: null }],
 });
 const frame = (values, more = {}) => ({
-  now_us: 5e6, snapshot: false, systems: [], values, events: [], skipped: 0, events_missed: 0, ...more,
+  now_us: 5e6, snapshot: false, systems: [], values, events: [], skipped: 0, events_missed: 0, recording: null, ...more,
 });
 
 test("the latest of each series stays, and a snapshot begins anew", () => {
@@ -82,4 +85,78 @@ test("numbers are written in one way", () => {
   assert.deepEqual(field(3, "", "state", "Service"), { text: "Service", unit: "" });
   assert.deepEqual(field(-0.5, "m"), { text: "−0.500", unit: "m" });
   assert.equal(format.systemName({ address: 0x814, name: null }), "unknown 0x0814");
+});
+
+const said = (abbrev, entity, fields, more = {}) => ({
+  system: 1, id: 1, abbrev, entity, instance: null, time_us: 0, received_us: 5e6, count: 1, period_s: 1,
+  fields: Object.entries(fields).map(([name, value]) => ({ name, value, unit: "", meaning: typeof value === "string" ? value : null })), ...more,
+});
+const known = (...updates) => new Map(updates.map((one, index) => [String(index), one]));
+
+test("instruments are read off the right series and grow old by their contract", () => {
+  const labels = new Map([[9, "Fuel Level"], [10, "Motor Port"], [11, "Motor Starboard"], [25, "Battery 0"], [26, "Battery 1"]]);
+  const values = known(
+    said("EstimatedState", 6, { vx: 0, vy: 2, psi: 1 }), said("Rpm", 11, { value: 200 }), said("Rpm", 10, { value: 100 }),
+    said("FuelLevel", 25, { value: 5 }), said("FuelLevel", 9, { value: 80 }),
+    said("Voltage", 25, { value: 33 }), said("Voltage", 26, { value: 31 }), said("Voltage", 3, { value: 5 }),
+  );
+  const now = vitals(values, labels, 6e6);
+  assert.equal(now.speed_mps.value, 2);
+  assert.equal(now.course_rad.value, Math.PI / 2);
+  assert.deepEqual([now.port_rpm.value, now.starboard_rpm.value], [100, 200]);
+  assert.equal(now.battery.value, 80);
+  assert.deepEqual([now.voltage.value, now.voltage.note], [31, "Battery 1"]);
+  assert.equal(now.mode.ageS, null, "what was never said has no age");
+  assert.ok(!now.speed_mps.old && now.mode.old);
+  assert.ok(vitals(values, labels, 8.1e6).speed_mps.old, "three periods are over");
+});
+
+test("the worst part is told, and parts that say nothing are not hidden", () => {
+  const values = known(said("EntityState", 1, { state: "NORMAL", description: "" }), said("EntityState", 2, { state: "FAULT", description: "hot" }));
+  const all = entities(values, new Map([[1, "a"], [2, "b"], [3, "c"]]), 5e6);
+  assert.deepEqual(all.map(({ label, state }) => [label, state]), [["a", "NORMAL"], ["b", "FAULT"], ["c", ""]]);
+  assert.equal(worst(all).label, "b");
+});
+
+test("a line joins history and the present and breaks where nothing was said", () => {
+  const line = new plot.Line({ message: "A", entity: 1, field: "value" });
+  const live = (time_us, value) => line.add(said("A", 1, { value }, { time_us }));
+  live(25e6, 7);
+  line.recorded({ unit: "V", width_us: 1e6, start_us: [0, 1e6, 20e6], first_us: [0, 1e6, 20e6], count: [5, 5, 1], min: [1, 2, 3], max: [3, 4, 3], mean: [2, 3, 3], first: [], last: [] }, 21e6);
+  live(20e6, 9);
+  live(26e6, 8);
+  const [seconds, max, min, mean] = line.table(2, 5e6);
+  assert.deepEqual(seconds, [0.5, 1.5, 10.75, 20, 25, 26], "the gap is one point of nothing; what the history has is not twice there");
+  assert.deepEqual(mean, [4, 6, null, 6, 14, 16]);
+  assert.deepEqual([max[0], min[0]], [6, 2]);
+});
+
+test("time moves, follows the present and is never empty", () => {
+  const now = 1e12;
+  const live = { spanUs: 60e6 };
+  assert.deepEqual(plot.ends(live, now), { fromUs: now - 60e6, toUs: now });
+  const back = plot.panned(live, -0.5, now);
+  assert.deepEqual(back, { fromUs: now - 90e6, toUs: now - 30e6 });
+  assert.deepEqual(plot.panned(back, 1, now), { spanUs: 60e6 }, "what reaches the present follows it");
+  assert.deepEqual(plot.zoomed(back, 0.5, now), { fromUs: now - 75e6, toUs: now - 45e6 });
+  assert.equal(plot.zoomed({ spanUs: 1e6 }, 0.1, now).spanUs, 1e6);
+  assert.deepEqual(plot.parsed(plot.written({ message: "Rpm", entity: 10, field: "value" })), { message: "Rpm", entity: 10, field: "value" });
+  assert.equal(plot.parsed("Rpm.x.value"), undefined);
+});
+
+test("exports hold what is shown and nothing else", () => {
+  const source = (message, entity, field) => ({ message, entity, field });
+  const files = plot.exports(7, [source("Rpm", 10, "value"), source("Rpm", 11, "value")], 1e6, 2e6);
+  assert.equal(files.length, 1);
+  const query = new URL(files[0].href, "http://x").searchParams;
+  assert.deepEqual([query.get("entity"), query.get("field"), query.get("vessel")], ["10,11", "value", "7"]);
+  assert.deepEqual([query.get("from"), query.get("to")], ["1970-01-01T00:00:01.000Z", "1970-01-01T00:00:02.000Z"]);
+  assert.equal(plot.exports(7, [source("A", 1, "u"), source("A", 2, "v")], 0, 1e6).length, 2, "A 1 v is not shown");
+});
+
+test("a time on the track is a place between its points", () => {
+  const at = (time_us, lat_deg) => ({ time_us, lat_deg, lon_deg: 10 });
+  assert.equal(placeAt([at(0, 63), at(10, 64)], 5).lat_deg, 63.5);
+  assert.equal(placeAt([at(0, 63)], 30e6), undefined);
+  assert.equal(placeAt([], 5), undefined);
 });

@@ -6,6 +6,7 @@
 //! Times are microseconds since 1970 UTC, as whole numbers that JavaScript holds exactly until the year 2255.
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
 
+mod commands;
 mod doors;
 mod events;
 mod history;
@@ -14,6 +15,7 @@ mod people;
 mod samples;
 mod transfer;
 
+pub use commands::Ordered;
 pub use doors::{DoorPeer, LinkStatus, Recording};
 pub use events::{
     Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,

@@ -3,8 +3,8 @@
 use crate::{
     AuditEntry, Buckets, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import,
     ImportState, Label, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me, NewToken,
-    Next, Permission, Person, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session,
-    Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    Next, Ordered, Permission, Person, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField,
+    Session, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -32,6 +32,7 @@ fn text() -> String {
         Me::decl(),
         NewToken::decl(),
         Next::decl(),
+        Ordered::decl(),
         Permission::decl(),
         Person::decl(),
         Recorded::decl(),

@@ -97,11 +97,19 @@ fn writer(data: &Path) -> Check {
     }
 }
 
+/// Bytes that can still be written to the disk of a folder.
+///
+/// # Errors
+/// When there is no such folder, or the system does not say.
+pub fn free_bytes(folder: &Path) -> Result<u64> {
+    let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from).named(folder)?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
 fn disk(data: &Path) -> Check {
-    match rustix::fs::statvfs(data) {
+    match free_bytes(data) {
         Err(error) => Check::new("disk", Health::Problem, error.to_string(), "check the disk and its mount"),
-        Ok(disk) => {
-            let free = disk.f_bavail * disk.f_frsize;
+        Ok(free) => {
             let found = format!("{} MiB are free", free >> 20);
             let remedy = "make room: remove old months (retention), or move the data folder to a larger disk";
             let health = match free {

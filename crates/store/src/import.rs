@@ -6,8 +6,10 @@
 use crate::error::{Named as _, Result, StoreError};
 use crate::packet::Outcome;
 use crate::store::Store;
+use imc::Damage;
 use imc::lsf::{LogItem, LogReader};
-use std::fs;
+use std::fs::{self, File};
+use std::io::{Chain, Cursor};
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
@@ -15,6 +17,8 @@ use units::UtcTime;
 const COMMIT_PACKETS: u64 = 20_000;
 /// Bytes between two commits.
 const COMMIT_BYTES: usize = 8 << 20;
+/// Bytes in which a log must have a packet to count as one.
+const LOOKED_AT_BYTES: u64 = 1 << 20;
 
 /// How far an import is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,81 +83,150 @@ impl Store {
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
             let received = UtcTime::from_micros(start_us + at as i64);
-            self.import_file(file, received, (at + 1, files.len()), &mut imported, progress)?;
+            let mut log = LogImport::open(file, received, std::mem::take(&mut imported))?;
+            let number = at + 1;
+            loop {
+                let more = log.read_some(self, COMMIT_PACKETS, u64::MAX)?;
+                let Imported { packets, added, .. } = log.imported;
+                let (bytes, files) = (log.read_bytes(), files.len());
+                if !progress(&ImportProgress { file, number, files, bytes, packets, added }) {
+                    return Err(StoreError::Cancelled);
+                }
+                if !more {
+                    break;
+                }
+            }
+            imported = log.imported;
             imported.files += 1;
         }
         self.settle()?;
         Ok(imported)
     }
 
-    fn import_file(
-        &mut self,
-        file: &Path,
-        received: UtcTime,
-        (number, files): (usize, usize),
-        imported: &mut Imported,
-        progress: &mut dyn FnMut(&ImportProgress<'_>) -> bool,
-    ) -> Result<()> {
-        let mut log = LogReader::open(file).named(file)?;
-        let before = imported.packets;
-        let mut first_damage = None;
-        loop {
-            match log.next_item().named(file)? {
-                Some(LogItem::Packet { view, .. }) => {
-                    imported.packets += 1;
-                    if self.accept_from_log(&view, received)? == Outcome::Recorded {
-                        imported.added += 1;
-                    }
-                }
-                Some(LogItem::Damage(damage)) => {
-                    imported.damaged_bytes += damage.bytes;
-                    first_damage.get_or_insert(damage);
-                    continue;
-                }
-                Some(LogItem::Cut { offset, problem }) => {
-                    imported
-                        .problems
-                        .push(format!("{}: {problem} ({offset} bytes were unpacked)", file.display()));
-                    continue;
-                }
-                None => break,
-            }
-            if imported.packets.is_multiple_of(COMMIT_PACKETS) || self.waiting_bytes() >= COMMIT_BYTES {
-                self.commit_all()?;
-                let (packets, added, bytes) = (imported.packets, imported.added, log.unpacked_bytes());
-                if !progress(&ImportProgress { file, number, files, bytes, packets, added }) {
-                    return Err(StoreError::Cancelled);
-                }
-            }
-        }
-        self.commit_all()?;
-        let name = file.display();
-        if imported.packets == before {
-            let what = first_damage.map_or_else(
-                || "is empty".to_owned(),
-                |damage| format!("is no IMC log: {} at its first byte", damage.error),
-            );
-            imported.problems.push(format!("{name}: {what}"));
-        } else if let Some(damage) = first_damage {
-            imported.problems.push(format!("{name}: damaged from byte {}: {}", damage.offset, damage.error));
-        }
-        let (packets, added, bytes) = (imported.packets, imported.added, log.unpacked_bytes());
-        if progress(&ImportProgress { file, number, files, bytes, packets, added }) {
-            Ok(())
-        } else {
-            Err(StoreError::Cancelled)
-        }
-    }
-
     /// A commit whose history must follow: what is already there is known by the history.
     fn commit_all(&mut self) -> Result<()> {
-        self.sync()?;
+        self.sync_quietly()?;
         self.index()?;
         while self.is_behind() {
             self.index()?;
         }
         Ok(())
     }
+}
+
+/// One log on its way in, some packets at a time, so that whoever owns the store can take other packets in between.
+#[derive(Debug)]
+pub struct LogImport {
+    file: PathBuf,
+    log: LogReader<Chain<Cursor<Vec<u8>>, File>>,
+    /// By which its packets are told from those that came before.
+    received: UtcTime,
+    imported: Imported,
+    /// Packets of all logs before this one.
+    before: u64,
+    first_damage: Option<Damage>,
+}
+
+impl LogImport {
+    /// Begins the import of one log; `now` is the time by the shore's clock.
+    ///
+    /// # Errors
+    /// When the file or the history cannot be read, or the archive not be written.
+    pub fn begin(store: &mut Store, file: &Path, now: UtcTime) -> Result<Self> {
+        store.commit_all()?;
+        let received = UtcTime::from_micros(store.reserve_arrivals(now.micros(), 1)?);
+        Self::open(file, received, Imported { files: 1, ..Imported::default() })
+    }
+
+    fn open(file: &Path, received: UtcTime, imported: Imported) -> Result<Self> {
+        let (log, before) = (LogReader::open(file).named(file)?, imported.packets);
+        Ok(Self { file: file.to_owned(), log, received, imported, before, first_damage: None })
+    }
+
+    /// What was read so far.
+    pub fn imported(&self) -> &Imported {
+        &self.imported
+    }
+
+    /// Bytes of the log read so far, unpacked.
+    pub fn read_bytes(&self) -> u64 {
+        self.log.unpacked_bytes()
+    }
+
+    /// Reads some more, about as many packets or unpacked bytes as said, and commits them with all that waits in
+    /// the store. Whether there is more.
+    ///
+    /// What was read before an error stays; importing the log again adds only the rest.
+    ///
+    /// # Errors
+    /// When the file or history cannot be read or the archive not be written.
+    pub fn read_some(&mut self, store: &mut Store, packets: u64, bytes: u64) -> Result<bool> {
+        // What came meanwhile must be known, or it would be taken twice.
+        store.commit_all()?;
+        let (enough_packets, enough_bytes) =
+            (self.imported.packets.saturating_add(packets), self.read_bytes().saturating_add(bytes));
+        let more = loop {
+            match self.log.next_item().named(&self.file)? {
+                Some(LogItem::Packet { view, .. }) => {
+                    self.imported.packets += 1;
+                    if store.accept_from_log(&view, self.received)? == Outcome::Recorded {
+                        self.imported.added += 1;
+                    }
+                }
+                Some(LogItem::Damage(damage)) => {
+                    self.imported.damaged_bytes += damage.bytes;
+                    self.first_damage.get_or_insert(damage);
+                }
+                Some(LogItem::Cut { offset, problem }) => {
+                    let name = self.file.display();
+                    self.imported.problems.push(format!("{name}: {problem} ({offset} bytes were unpacked)"));
+                }
+                None => break false,
+            }
+            if self.imported.packets >= enough_packets
+                || self.log.unpacked_bytes() >= enough_bytes
+                || store.waiting_bytes() >= COMMIT_BYTES
+            {
+                break true;
+            }
+        };
+        store.commit_all()?;
+        if !more {
+            self.tell_damage();
+        }
+        Ok(more)
+    }
+
+    fn tell_damage(&mut self) {
+        let name = self.file.display();
+        if self.imported.packets == self.before {
+            let what = self.first_damage.map_or_else(
+                || "is empty".to_owned(),
+                |damage| format!("is no IMC log: {} at its first byte", damage.error),
+            );
+            self.imported.problems.push(format!("{name}: {what}"));
+        } else if let Some(damage) = self.first_damage {
+            let problem = format!("{name}: damaged from byte {}: {}", damage.offset, damage.error);
+            self.imported.problems.push(problem);
+        }
+    }
+}
+
+/// Whether a file begins as a log does: a packet within its first MiB, unpacked. One that was not written to its
+/// end is looked at as far as it goes.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn begins_as_log(file: &Path) -> Result<bool> {
+    let mut log = LogReader::open(file).named(file)?;
+    while log.unpacked_bytes() <= LOOKED_AT_BYTES {
+        match log.next_item().named(file)? {
+            Some(LogItem::Packet { .. }) => return Ok(true),
+            Some(LogItem::Damage(_) | LogItem::Cut { .. }) => {}
+            None => break,
+        }
+    }
+    Ok(false)
 }
 
 /// All logs below a folder, in order of their names.

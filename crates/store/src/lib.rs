@@ -68,12 +68,12 @@ mod store;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use backup::{BackedUp, backup};
-pub use doctor::{Check, Health, doctor};
+pub use doctor::{Check, Health, doctor, free_bytes};
 pub use error::{Result, StoreError};
 pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, export_csv, export_lsf};
 pub use gaps::{Gap, GapKind};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
-pub use import::{ImportProgress, Imported};
+pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{

@@ -37,6 +37,8 @@ pub struct Store {
     repeats: RepeatWindow,
     /// On disk, and not in the history yet.
     unindexed: Vec<Written>,
+    /// What became durable and was not told yet.
+    untold: Vec<LinkSeq>,
     /// Whether the archive holds packets that are neither in the history nor in `unindexed`.
     behind: bool,
     unsaved_bytes: u64,
@@ -96,6 +98,7 @@ impl Store {
             history: History::open(folder.join(history))?,
             repeats: RepeatWindow::new(),
             unindexed: Vec::new(),
+            untold: Vec::new(),
             behind: false,
             unsaved_bytes: 0,
             idle_commits: 0,
@@ -192,7 +195,9 @@ impl Store {
     /// When the archive cannot be written; everything still waits.
     pub fn sync(&mut self) -> Result<Committed> {
         let (written, durable) = self.archive.sync()?;
-        let mut committed = Committed { durable, ..Committed::default() };
+        let mut told = std::mem::take(&mut self.untold);
+        told.extend(durable);
+        let mut committed = Committed { durable: told, ..Committed::default() };
         for one in &written {
             committed.packets += one.batch.packets;
             committed.bytes += one.batch.data.len() as u64;
@@ -206,6 +211,12 @@ impl Store {
             self.unindexed.extend(written);
         }
         Ok(committed)
+    }
+
+    /// As [`Self::sync`], for work in between: what becomes durable by it is told by the next one.
+    pub(crate) fn sync_quietly(&mut self) -> Result<()> {
+        self.untold = self.sync()?.durable;
+        Ok(())
     }
 
     /// The second half: the history follows; how many rows it gained.

@@ -8,7 +8,7 @@ use imc::lsf::{LogItem, LogReader};
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use store::{Door, Page, Reader, Source, Store, TimeRange};
+use store::{Door, LogImport, Page, Reader, Source, Store, TimeRange};
 use support::{OTTER, START_US, accept, archived, dump, utc};
 
 /// Later than everything in the recordings.
@@ -176,4 +176,66 @@ fn entities_have_their_labels_and_systems_their_names() {
             .to_string()
             .contains("value")
     );
+}
+
+#[test]
+fn a_log_comes_in_slices_between_which_vessels_are_heard() {
+    let Some([recording, ..]) = recordings() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let source = packets(&recording);
+    let mut store = Store::open(folder.path()).unwrap();
+    let mut log = LogImport::begin(&mut store, &recording, utc(NOW_US)).unwrap();
+    let (mut seq, mut told) = (0, None);
+    loop {
+        // Heard while the import is on its way: one that the log has not brought yet, and numbered records.
+        accept(&mut store, &source[source.len() - 1 - seq as usize], NOW_US, Door::Tcp);
+        support::accept_link(&mut store, &support::temperature(START_US + seq as i64, 1.0), NOW_US, seq);
+        let before = log.imported().packets;
+        let more = log.read_some(&mut store, 1_000, u64::MAX).unwrap();
+        assert!(log.imported().packets <= before + 1_000);
+        // What the slice made durable is told by the next commit.
+        let committed = store.commit().unwrap();
+        told = committed.durable.iter().map(|link| link.seq).max().or(told);
+        assert_eq!((told, store.durable(7)), (Some(seq), Some(seq)));
+        seq += 1;
+        if !more {
+            break;
+        }
+    }
+    assert!(seq > 3, "{seq} slices");
+    assert_eq!(log.imported().packets, source.len() as u64);
+    assert_eq!(log.imported().problems, Vec::<String>::new());
+    store.settle().unwrap();
+    let mut expected = expected_counts(&source);
+    *expected.entry((263, support::OTTER.0)).or_default() += seq;
+    assert_eq!(counts(folder.path()), expected);
+    let before = dump(folder.path());
+    let again = store.import(std::slice::from_ref(&recording), utc(NOW_US + 1), &mut |_| true).unwrap();
+    assert_eq!((again.added, again.packets), (0, source.len() as u64));
+    assert!(dump(folder.path()) == before);
+}
+
+#[test]
+fn a_log_is_told_from_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    let mut first = vec![0; 5_000];
+    first.extend(support::temperature(START_US, 1.0));
+    for (bytes, is) in [
+        (support::temperature(START_US, 1.0), true),
+        (first, true),
+        (Vec::new(), false),
+        (b"PK\x03\x04 a zip".to_vec(), false),
+        (vec![0; 3 << 20], false),
+        (support::temperature(START_US, 1.0)[..20].to_vec(), false),
+    ] {
+        std::fs::write(&file, bytes).unwrap();
+        assert_eq!(store::begins_as_log(&file).unwrap(), is);
+    }
+    let Some([recording, ..]) = recordings() else { return };
+    let packed = std::fs::read(recording).unwrap();
+    for length in [packed.len(), packed.len() / 2] {
+        std::fs::write(&file, &packed[..length]).unwrap();
+        assert!(store::begins_as_log(&file).unwrap(), "the first {length} bytes of a packed log");
+    }
 }

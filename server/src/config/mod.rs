@@ -50,6 +50,8 @@ pub struct Http {
     pub origins: Vec<String>,
     /// Connections served at once; more wait in the kernel.
     pub max_connections: usize,
+    /// MiB of an uploaded log at most.
+    pub max_upload_mib: u64,
 }
 
 /// Encryption. Both files or neither.
@@ -116,6 +118,7 @@ impl Default for Http {
             trusted_proxies: Vec::new(),
             origins: Vec::new(),
             max_connections: 1024,
+            max_upload_mib: 2048,
         }
     }
 }

@@ -76,3 +76,40 @@ pub(crate) async fn recording(State(state): State<AppState>) -> Json<Recording> 
         waiting_bytes_most: WAITING_BYTES as u64,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::{ClockEstimate, PeerBacklog};
+    use std::time::Duration;
+
+    #[test]
+    fn a_links_times_are_seconds_and_what_is_unknown_is_null() {
+        let clocks = ClockEstimate {
+            utc_ahead_us: -1_500_000,
+            uncertainty_us: 250,
+            round_trip: Duration::from_micros(500),
+        };
+        let backlog = PeerBacklog {
+            records: 7,
+            waiting: Duration::from_millis(2_500),
+            keeping: Duration::from_millis(40),
+        };
+        let known = ShoreStatus {
+            up: true,
+            clocks: Some(clocks),
+            round_trip: Some(Duration::from_millis(3)),
+            backlog,
+            ..ShoreStatus::default()
+        };
+        let status = link_status((Address(7), known));
+        assert_eq!((status.vessel, status.up, status.backlog_records), (7, true, 7));
+        assert_eq!((status.clock_ahead_s, status.clock_uncertainty_s), (Some(-1.5), Some(0.000_25)));
+        assert_eq!((status.round_trip_s, status.backlog_age_s, status.keeping_s), (Some(0.003), 2.5, 0.04));
+        let status = link_status((Address(7), ShoreStatus::default()));
+        assert_eq!(
+            (status.up, status.round_trip_s, status.clock_ahead_s, status.transit_s),
+            (false, None, None, None)
+        );
+    }
+}

@@ -100,8 +100,12 @@ async fn stream(
     let runtime = Handle::current();
     tokio::task::spawn_blocking(move || {
         let _place = place;
-        let out =
-            Chunks { buffer: Vec::with_capacity(CHUNK), sender: chunks.clone(), runtime: runtime.clone() };
+        let out = Chunks {
+            buffer: Vec::with_capacity(CHUNK),
+            sender: chunks.clone(),
+            runtime: runtime.clone(),
+            is_cut: false,
+        };
         let run = || -> store::Result<()> {
             let selection = export.selection(&mut Reader::open(history.data())?, &may)?;
             finish(out, gzip, |out| write(history.data(), &selection, out).map(drop))
@@ -129,12 +133,18 @@ fn finish(
 ) -> store::Result<()> {
     let unwritable = |source| StoreError::Io { path: "the export".into(), source };
     if !gzip {
-        write(&mut out)?;
-        return out.flush().map_err(unwritable);
+        let written = write(&mut out);
+        let flushed = out.flush().map_err(unwritable);
+        return written.and(flushed);
     }
     // The quickest: the link is seldom as slow as a better one would be.
     let mut packed = GzEncoder::new(out, Compression::fast());
-    write(&mut packed)?;
+    if let Err(error) = write(&mut packed) {
+        packed.flush().ok();
+        // The encoder ends the file when it is dropped.
+        packed.get_mut().is_cut = true;
+        return Err(error);
+    }
     packed.finish().and_then(|mut out| out.flush()).map_err(unwritable)
 }
 
@@ -162,10 +172,15 @@ struct Chunks {
     buffer: Vec<u8>,
     sender: mpsc::Sender<Chunk>,
     runtime: Handle,
+    /// Whether nothing may follow.
+    is_cut: bool,
 }
 
 impl Write for Chunks {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_cut {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
         self.buffer.extend_from_slice(bytes);
         if self.buffer.len() >= CHUNK {
             self.flush()?;

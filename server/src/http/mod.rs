@@ -5,7 +5,12 @@ mod assets;
 #[cfg(test)]
 mod browser_tests;
 mod caller;
+mod commands;
+#[cfg(test)]
+mod commands_tests;
 mod csrf;
+#[cfg(test)]
+mod door_tests;
 mod doors;
 mod error;
 mod export;
@@ -17,6 +22,9 @@ mod health;
 mod history;
 #[cfg(test)]
 mod history_tests;
+#[cfg(test)]
+mod import_tests;
+mod imports;
 mod listen;
 mod live;
 #[cfg(test)]
@@ -36,5 +44,5 @@ pub(crate) use assets::path as asset_path;
 pub(crate) use caller::Caller;
 
 pub(crate) use error::ApiError;
-pub(crate) use guard::{SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};
+pub(crate) use guard::{OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};
 pub(crate) use route::{Kind, Need, Route};

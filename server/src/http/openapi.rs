@@ -78,8 +78,15 @@ fn operation(route: &Route) -> OperationBuilder {
     ] {
         operation = operation.response(status, ResponseBuilder::new().description(text));
     }
+    let other = "Something else; like all of these with a code, and a text that says what to do.";
+    operation = operation.response("default", ResponseBuilder::new().description(other));
     if let Some(shape) = &route.takes {
         let body = RequestBodyBuilder::new().content("application/json", content(shape));
+        operation = operation.request_body(Some(body.required(Some(Required::True)).build()));
+    }
+    if route.takes_file {
+        let body =
+            RequestBodyBuilder::new().content("application/octet-stream", ContentBuilder::new().build());
         operation = operation.request_body(Some(body.required(Some(Required::True)).build()));
     }
     let in_path = route.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));

@@ -52,6 +52,8 @@ pub(crate) struct Route {
     pub(crate) about: &'static str,
     pub(crate) handler: MethodRouter<AppState>,
     pub(crate) takes: Option<Shape>,
+    /// Whether it takes a file as its body.
+    pub(crate) takes_file: bool,
     pub(crate) gives: Option<Shape>,
     /// Media type of the answer where it is not JSON.
     pub(crate) media: Option<&'static str>,
@@ -132,6 +134,7 @@ impl Route {
             about,
             handler,
             takes: None,
+            takes_file: false,
             gives: None,
             media: None,
             query: Vec::new(),
@@ -148,6 +151,12 @@ impl Route {
     /// It takes JSON of this type.
     pub(crate) fn takes<T: ToSchema>(mut self) -> Self {
         self.takes = Some(shape::<T>());
+        self
+    }
+
+    /// It takes a file.
+    pub(crate) fn takes_file(mut self) -> Self {
+        self.takes_file = true;
         self
     }
 

@@ -3,15 +3,16 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    assets, doors, error::ApiError, export, headers, health, history, live, measure, openapi, people,
+    assets, commands, doors, error::ApiError, export, headers, health, history, imports, live, measure,
+    openapi, people,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
     AuditEntry, Buckets, BucketsQuery, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
-    GapsQuery, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, Person, Recorded,
-    Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, System, Token, TokenMade,
-    TrackPoint, TrackQuery,
+    GapsQuery, Import, ImportQuery, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken,
+    Ordered, Person, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, System,
+    Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -75,7 +76,8 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/api/v1/recording", viewer, "How recording goes.", doors::recording).gives::<Recording>(),
     ];
     table.extend(of_vessels());
-    table.extend(exports());
+    table.extend(orders());
+    table.extend(transfers());
     table.extend(pages::routes());
     table
 }
@@ -117,9 +119,23 @@ fn of_vessels() -> Vec<Route> {
     ]
 }
 
-/// The ways out.
-fn exports() -> Vec<Route> {
+/// What people order a vessel to do.
+fn orders() -> Vec<Route> {
+    vec![
+        Route::post(
+            "/api/v1/vessels/{vessel}/abort",
+            Need::OnVessel(Role::Operator),
+            "Stop: what the vessel does ends and its motors stand still. Never asks back.",
+            commands::abort,
+        )
+        .gives::<Ordered>(),
+    ]
+}
+
+/// The ways out and in.
+fn transfers() -> Vec<Route> {
     let researcher = Need::Somewhere(Role::Researcher);
+    let operator = Need::Everywhere(Role::Operator);
     vec![
         Route::get(
             "/api/v1/export.csv",
@@ -135,6 +151,13 @@ fn exports() -> Vec<Route> {
         Route::get("/api/v1/export.lsf", researcher, "Packets as a log, as they came.", export::lsf)
             .query::<LogQuery>()
             .media("application/octet-stream"),
+        Route::post("/api/v1/import", operator, "Import a log: the body is the file.", imports::upload)
+            .query::<ImportQuery>()
+            .takes_file()
+            .gives::<Import>(),
+        Route::get("/api/v1/import", operator, "Logs uploaded, the newest first.", imports::list)
+            .gives::<Vec<Import>>(),
+        Route::get("/api/v1/import/{id}", operator, "How far an import is.", imports::one).gives::<Import>(),
     ]
 }
 

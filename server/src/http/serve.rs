@@ -7,7 +7,7 @@ use crate::doors::link::Links;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History};
+use crate::shore::{AppState, Fleet, History, Imports};
 use crate::tls;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -84,13 +84,14 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
-    let history = History::new(&config.data);
+    let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
     let max_connections = config.http.max_connections;
     let state = AppState {
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
         history,
+        imports,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),

@@ -32,6 +32,17 @@ impl Boats {
         self.0.give(packets.into_iter().map(Incoming::from).collect()).await.unwrap();
     }
 
+    /// The next packet with this id that is for the boats.
+    pub(crate) async fn heard(&self, id: u16) -> Bytes {
+        loop {
+            let packets = self.0.outbox.take().await.unwrap();
+            let wanted = |packet: &Bytes| imc::PacketView::new(packet).is_ok_and(|view| view.id() == id);
+            if let Some(packet) = packets.into_iter().find(wanted) {
+                return packet;
+            }
+        }
+    }
+
     /// Lets two boats and a system without a name speak ten times a second, for as long as the test lasts. A
     /// third boat speaks once.
     pub(crate) fn sail(&self) {

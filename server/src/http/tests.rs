@@ -8,7 +8,7 @@ use crate::config::Config;
 use crate::doors::link::Links;
 use crate::people::{People, persons, tokens};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History};
+use crate::shore::{AppState, Fleet, History, Imports};
 use api::{NewToken, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
@@ -77,13 +77,14 @@ impl Shore {
         let fleet = Fleet::new(relay.clone());
         let links = Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone());
         let people_too = people.clone();
-        let history = History::new(&config.data);
+        let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
         let config = Arc::new(config);
         let state = AppState {
             config,
             people: people_too,
             fleet,
             history,
+            imports,
             metrics,
             stop,
             tasks,

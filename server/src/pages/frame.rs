@@ -1,7 +1,7 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
 use crate::http::{ApiError, Caller, Kind, asset_path, cookie_name, plain_cookie};
-use crate::people::Principal;
+use crate::people::{Grants, Principal, Via};
 use api::Role;
 use askama::Template;
 use axum::extract::{Form, FromRequestParts};
@@ -22,24 +22,41 @@ pub(crate) struct Frame {
     pub(crate) csrf: String,
     pub(crate) palette: &'static str,
     pub(crate) admin: bool,
+    /// Which vessels the person may stop: `all`, or addresses with commas; empty for none.
+    pub(crate) stops: String,
     /// Where the page is, to come back to.
     pub(crate) path: String,
     pub(crate) style: String,
+    /// Empty while nothing may be seen that it could show.
     pub(crate) script: String,
 }
 
 impl Frame {
     fn new(headers: &HeaderMap, who: Option<&Principal>, path: &str) -> Self {
+        let may_see = who.filter(|who| {
+            let locked = matches!(who.via, Via::Session { must_change_password: true, .. });
+            !locked && who.grants.somewhere().is_some()
+        });
         Self {
             name: who.map(|who| who.name.clone()).unwrap_or_default(),
             csrf: who.map(|who| who.csrf().to_owned()).unwrap_or_default(),
             palette: palette(plain_cookie(headers, PALETTE_COOKIE).unwrap_or_default()),
             admin: who.is_some_and(|who| who.grants.everywhere() == Some(Role::Admin)),
+            stops: may_see.map(|who| stops(&who.grants)).unwrap_or_default(),
             path: path.to_owned(),
             style: asset_path("main.css"),
-            script: asset_path("main.js"),
+            script: may_see.map(|_| asset_path("main.js")).unwrap_or_default(),
         }
     }
+}
+
+/// The vessels that somebody may stop, for the script.
+fn stops(grants: &Grants) -> String {
+    if grants.everywhere() >= Some(Role::Operator) {
+        return "all".to_owned();
+    }
+    let vessels = grants.vessels_with(Role::Operator).map(|vessel| vessel.to_string());
+    vessels.collect::<Vec<_>>().join(",")
 }
 
 impl<S: Sync> FromRequestParts<S> for Frame {

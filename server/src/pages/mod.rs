@@ -7,6 +7,7 @@ mod form;
 mod frame;
 mod login;
 mod rows;
+mod vessel;
 
 pub(crate) use frame::refusal;
 
@@ -18,6 +19,7 @@ pub(crate) fn routes() -> Vec<Route> {
     let admin = Need::Everywhere(Role::Admin);
     vec![
         Route::page("/", Need::Somewhere(Role::Viewer), "The fleet.", fleet::page),
+        Route::page("/vessels/{vessel}", Need::OnVessel(Role::Viewer), "One vessel.", vessel::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),
@@ -36,6 +38,7 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/admin/vessel", admin, "Name a vessel.", admin::vessels::add),
         Route::form("/admin/vessel/remove", admin, "Forget a vessel.", admin::vessels::remove),
         Route::form("/admin/vessel/token", admin, "Make a link token.", admin::vessels::token),
+        Route::page("/admin/import", admin, "Bring logs in.", admin::import::page),
         Route::page("/admin/tokens", admin, "Tokens.", admin::access::tokens),
         Route::form("/admin/token/revoke", admin, "Revoke a token.", admin::access::token_revoke),
         Route::page("/admin/sessions", admin, "Sessions.", admin::access::sessions),

@@ -40,6 +40,11 @@ impl Grants {
         self.vessels.values().copied().max().max(self.everywhere)
     }
 
+    /// The vessels on which somebody has this role by name, besides what holds everywhere.
+    pub(crate) fn vessels_with(&self, least: Role) -> impl Iterator<Item = u16> {
+        self.vessels.iter().filter(move |(_, role)| **role >= least).map(|(vessel, _)| *vessel)
+    }
+
     /// What is left of these for a token that may do no more than `role` on `vessel` (`None`: all).
     pub(crate) fn limited(&self, vessel: Option<u16>, role: Role) -> Self {
         let least = |own: Role| own.min(role);

@@ -7,9 +7,11 @@ mod decode;
 pub(crate) mod export;
 mod fleet;
 pub(crate) mod history;
+pub(crate) mod imports;
 
 pub(crate) use fleet::Fleet;
 pub(crate) use history::History;
+pub(crate) use imports::Imports;
 
 use crate::config::Config;
 use crate::doors::link::Links;
@@ -33,6 +35,8 @@ pub(crate) struct AppState {
     pub(crate) fleet: Fleet,
     /// The fleet as it was.
     pub(crate) history: History,
+    /// Logs that were uploaded.
+    pub(crate) imports: Imports,
     /// Figures for Prometheus.
     pub(crate) metrics: PrometheusHandle,
     /// Says that the server is about to end.

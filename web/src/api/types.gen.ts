@@ -488,6 +488,20 @@ from_us: number,
  */
 skip: number, };
 
+export type Ordered = { 
+/**
+ * When it was handed on, by the server's clock, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * Whether a door leads to the vessel at present, so that the order is on its way; else nobody heard it.
+ */
+reached: boolean, 
+/**
+ * Whether the audit log holds it. A stop goes out all the same.
+ */
+audited: boolean, };
+
 export type Permission = { 
 /**
  * IMC address of the vessel; null for all vessels.

@@ -3,7 +3,7 @@
 import OlMap from "ol/Map";
 import View from "ol/View";
 import Feature from "ol/Feature";
-import { LineString, Point } from "ol/geom";
+import { Circle, LineString, Point } from "ol/geom";
 import Graticule from "ol/layer/Graticule";
 import VectorLayer from "ol/layer/Vector";
 import VectorSource from "ol/source/Vector";
@@ -14,20 +14,28 @@ import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
 import { readPalette } from "./palette";
-import { courseStyle, trackStyle, vesselStyle } from "./symbols";
+import { createOverlays, type Overlays } from "./overlays";
+import { courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
 
 /** The course vector shows so many seconds ahead. */
 const AHEAD_S = 60;
 const EARTH_M = 6_371_000;
+/** No vessel here goes faster: how far it can have got since it was heard, m/s. */
+const FASTEST_MPS = 3;
+/** A circle larger than this says nothing any more, m. */
+const FARTHEST_M = 50_000;
 
 interface Drawn {
   readonly vessel: Feature<Point>;
   readonly course: Feature<LineString>;
   readonly track: Feature<LineString>;
+  /** Where it can be by now, when it is old. */
+  readonly ring: Feature<Circle>;
 }
 
 export interface FleetMap {
-  update(systems: readonly System[], selected: number | undefined): void;
+  readonly overlays: Overlays;
+  update(systems: readonly System[], selected: number | undefined, nowUs: number): void;
   track(address: number, points: readonly TrackPoint[]): void;
   /** Brings all systems into view. */
   showAll(): void;
@@ -55,10 +63,11 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     view: new View({ center: fromLonLat([10.4, 63.44]), zoom: 12, maxZoom: 22, minZoom: 2 }),
   });
   map.on("singleclick", (event) => {
-    const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number, { hitTolerance: 8 });
+    const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number | undefined, { hitTolerance: 8 });
     if (hit !== undefined) select(hit);
   });
-  let last: { systems: readonly System[]; selected: number | undefined } = { systems: [], selected: undefined };
+  const overlays = createOverlays(map, () => palette);
+  let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
 
   const features = (address: number): Drawn => {
@@ -67,20 +76,26 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     const made: Drawn = {
       track: new Feature(new LineString([])),
       course: new Feature(new LineString([])),
+      ring: new Feature(new Circle([0, 0], 0)),
       vessel: new Feature(new Point([])),
     };
     for (const feature of Object.values(made) as Feature[]) feature.set("address", address, true);
     made.track.setStyle(trackStyle(address, palette));
-    source.addFeatures([made.track, made.course, made.vessel]);
+    source.addFeatures([made.ring, made.track, made.course, made.vessel]);
     drawn.set(address, made);
     return made;
   };
 
-  const update = (systems: readonly System[], selected: number | undefined): void => {
-    last = { systems, selected };
+  const update = (systems: readonly System[], selected: number | undefined, nowUs: number): void => {
+    last = { systems, selected, nowUs };
     for (const system of systems) {
       if (!system.fix) continue;
-      const { vessel, course } = features(system.address);
+      const { vessel, course, ring } = features(system.address);
+      const old = system.liveness === "stale" || system.liveness === "lost";
+      const radius = old ? Math.max(0, (nowUs - system.heard_us) / 1e6) * FASTEST_MPS : 0;
+      // A metre on the ground is more on this projection, the farther from the equator.
+      ring.getGeometry()?.setCenterAndRadius(fromLonLat([system.fix.lon_deg, system.fix.lat_deg]), radius / Math.cos((system.fix.lat_deg * Math.PI) / 180));
+      ring.setStyle(radius > 0 && radius < FARTHEST_M ? ringStyle(system, palette) : []);
       vessel.getGeometry()?.setCoordinates(fromLonLat([system.fix.lon_deg, system.fix.lat_deg]));
       vessel.setStyle(vesselStyle(system, palette, system.address === selected));
       course.getGeometry()?.setCoordinates(system.liveness === "live" ? ahead(system.fix) : []);
@@ -94,6 +109,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
 
   const showAll = (): void => {
     const places = last.systems.flatMap((system) => (system.fix ? [fromLonLat([system.fix.lon_deg, system.fix.lat_deg])] : []));
+    for (const { track } of drawn.values()) places.push(...(track.getGeometry()?.getCoordinates() ?? []));
     if (places.length) map.getView().fit(boundingExtent(places), { padding: [80, 80, 80, 80], maxZoom: 16, duration: 0 });
   };
 
@@ -103,7 +119,8 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
     map.getLayers().insertAt(0, graticule);
     for (const [address, { track }] of drawn) track.setStyle(trackStyle(address, palette));
-    update(last.systems, last.selected);
+    update(last.systems, last.selected, last.nowUs);
+    overlays.repaint();
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", repaint);
@@ -111,6 +128,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   chosen.observe(document.documentElement, { attributeFilter: ["data-palette"] });
 
   return {
+    overlays,
     update,
     track(address, points) {
       const line = features(address).track.getGeometry();

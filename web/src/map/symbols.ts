@@ -48,3 +48,31 @@ export function trackStyle(address: number, palette: Palette): Style[] {
     new Style({ stroke: new Stroke({ color: seriesColour(palette, address), width: 2 }) }),
   ];
 }
+
+/** Where an old vessel can be by now. */
+export function ringStyle(system: System, palette: Palette): Style[] {
+  return [
+    new Style({ stroke: new Stroke({ color: palette.halo, width: 5 }) }),
+    new Style({ stroke: new Stroke({ color: seriesColour(palette, system.address), width: 2, lineDash: [2, 6] }) }),
+  ];
+}
+
+/** The place that a cursor in a plot or table points to. */
+export function cursorStyle(palette: Palette): Style[] {
+  const image = (colour: string, width: number): Circle => new Circle({ radius: 8, stroke: new Stroke({ color: colour, width }) });
+  return [new Style({ image: image(palette.halo, 6) }), new Style({ image: image(palette.ink, 2.5) })];
+}
+
+/** Tags that were heard hereabouts. */
+export function tagsStyle(count: number, palette: Palette): Style[] {
+  const size = Math.min(18, 8 + Math.log2(count) * 2);
+  const text = new Text({ text: count > 1 ? String(count) : "", font: "600 12px system-ui, sans-serif", fill: new Fill({ color: palette.ink }) });
+  const image = new RegularShape({
+    points: 4,
+    radius: size + 3,
+    angle: 0,
+    fill: new Fill({ color: palette.halo }),
+    stroke: new Stroke({ color: palette.ink, width: 2 }),
+  });
+  return [new Style({ image, text })];
+}

@@ -13,6 +13,8 @@ export interface FleetState {
   /** Values that newer ones replaced before they were sent. */
   readonly skipped: number;
   readonly eventsMissed: number;
+  /** Why nothing is recorded; null while all is well. */
+  readonly recording: string | null;
   /** The server's clock when the last frame came, µs since 1970 UTC. */
   readonly serverUs: number;
   /** This browser's steady clock then, ms. */
@@ -25,6 +27,7 @@ export const EMPTY: FleetState = {
   events: [],
   skipped: 0,
   eventsMissed: 0,
+  recording: null,
   serverUs: 0,
   atMs: 0,
 };
@@ -54,6 +57,7 @@ export function withFrame(state: FleetState, frame: LiveFrame, atMs: number): Fl
     events: events.slice(-EVENTS),
     skipped: state.skipped + frame.skipped,
     eventsMissed: state.eventsMissed + frame.events_missed,
+    recording: frame.recording,
     serverUs: frame.now_us,
     atMs,
   };

@@ -36,3 +36,28 @@ export class Track {
     return this.points;
   }
 }
+
+/** Before a track and after it there is no place, but for this, µs. */
+const APART_US = 5_000_000;
+
+/** Where the vessel was at this time, between the points of its track; undefined where that is not known. */
+export function placeAt(points: readonly TrackPoint[], us: number): TrackPoint | undefined {
+  let [low, high] = [0, points.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((points[middle]?.time_us ?? Infinity) <= us) low = middle + 1;
+    else high = middle;
+  }
+  const [before, after] = [points[low - 1], points[low]];
+  if (!before || !after) {
+    const end = before ?? after;
+    return end && Math.abs(end.time_us - us) < APART_US ? end : undefined;
+  }
+  // A simplified track has few points where the vessel went straight, so that what lies between two is known.
+  const along = (us - before.time_us) / Math.max(1, after.time_us - before.time_us);
+  return {
+    time_us: us,
+    lat_deg: before.lat_deg + along * (after.lat_deg - before.lat_deg),
+    lon_deg: before.lon_deg + along * (after.lon_deg - before.lon_deg),
+  };
+}

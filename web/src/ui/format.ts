@@ -75,6 +75,17 @@ function short(text: string): string {
   return text.length > 120 ? `${text.slice(0, 119)}…` : text;
 }
 
+/** A time, UTC: `2026-06-01 12:00:00Z`, and with `day` left out where that is clear. */
+export function utc(us: number, day = true): string {
+  const iso = new Date(us / 1_000).toISOString();
+  return `${day ? `${iso.slice(0, 10)} ` : ""}${iso.slice(11, 19)}Z`;
+}
+
+/** Whether this is no vessel but the server itself, which tells about its links under an address of its own. */
+export function isShore(system: { doors: readonly string[] }): boolean {
+  return system.doors.length > 0 && system.doors.every((door) => door === "shore");
+}
+
 /** A system's name, or its address where nobody has named it. */
 export function systemName(system: { address: number; name: string | null }): string {
   return system.name ?? `unknown 0x${system.address.toString(16).toUpperCase().padStart(4, "0")}`;

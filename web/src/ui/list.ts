@@ -1,11 +1,12 @@
 // The list of systems: who is there, how fresh, where, how fast.
 
 import type { Liveness, System } from "../api/types.gen";
+import type { EntityReading, Vitals } from "../state/vitals";
 import { make, setAttribute, setText } from "./dom";
 import { age, bearing, knots, position, systemName } from "./format";
 
 /** Text and shape, as colour alone tells nobody in night colours. */
-const LIVENESS: Readonly<Record<Liveness, string>> = {
+export const LIVENESS: Readonly<Record<Liveness, string>> = {
   live: "● live",
   late: "◐ late",
   stale: "○ stale",
@@ -19,12 +20,23 @@ interface Card {
   readonly state: HTMLElement;
   readonly place: HTMLElement;
   readonly motion: HTMLElement;
+  readonly doing: HTMLElement;
+  readonly worst: HTMLElement;
   readonly heard: HTMLElement;
+  readonly more: HTMLAnchorElement;
+}
+
+/** A system and what is known of how it does. */
+export interface Listed {
+  readonly system: System;
+  readonly vitals: Vitals;
+  /** The part of it in the worst state; undefined where no part has said. */
+  readonly worst: EntityReading | undefined;
 }
 
 export interface SystemList {
   /** `linked`: whether the server is heard; without it nobody knows how anything is. */
-  update(systems: readonly System[], selected: number | undefined, nowUs: number, linked: boolean): void;
+  update(systems: readonly Listed[], selected: number | undefined, nowUs: number, linked: boolean): void;
 }
 
 /** Lists systems in `root`; `select` is called with the address of the one that is chosen. */
@@ -40,35 +52,38 @@ export function createList(root: HTMLElement, select: (address: number) => void)
   const cards = new Map<number, Card>();
 
   const card = (address: number): Card => {
-    const [name, state, place, motion, heard] = [span("name"), span("state"), span("num"), span("num"), span("num dim")];
-    const button = make("button", { type: "button", class: "system" }, name, state, place, motion, heard);
+    const [name, state, place, motion] = [span("name"), span("state"), span("num"), span("num")];
+    const [doing, worst, heard] = [span("doing"), span("worst"), span("num dim")];
+    const button = make("button", { type: "button", class: "system" }, name, state, place, motion, doing, worst, heard);
     button.addEventListener("click", () => select(address));
-    return { root: make("li", {}, button), button, name, state, place, motion, heard };
+    const more = make("a", { class: "more", href: `/vessels/${address}` }, "Open");
+    return { root: make("li", {}, button, more), button, name, state, place, motion, doing, worst, heard, more };
   };
 
   return {
     update(systems, selected, nowUs, linked) {
       setAttribute(empty, "hidden", systems.length ? "" : null);
-      const here = new Set(systems.map((system) => system.address));
+      const here = new Set(systems.map(({ system }) => system.address));
       for (const [address, old] of cards) {
         if (here.has(address)) continue;
         old.root.remove();
         cards.delete(address);
       }
-      systems.forEach((system, index) => {
+      systems.forEach((listed, index) => {
+        const { system } = listed;
         let shown = cards.get(system.address);
         if (!shown) {
           shown = card(system.address);
           cards.set(system.address, shown);
         }
         if (list.children[index] !== shown.root) list.insertBefore(shown.root, list.children[index] ?? null);
-        fill(shown, system, system.address === selected, nowUs, linked);
+        fill(shown, listed, system.address === selected, nowUs, linked);
       });
     },
   };
 }
 
-function fill(card: Card, system: System, selected: boolean, nowUs: number, linked: boolean): void {
+function fill(card: Card, { system, vitals, worst }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
   setAttribute(card.button, "aria-pressed", String(selected));
   setAttribute(card.button, "data-liveness", linked ? system.liveness : "lost");
   setText(card.name, system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system));
@@ -79,6 +94,18 @@ function fill(card: Card, system: System, selected: boolean, nowUs: number, link
     ? `SOG ${knots(fix.speed_mps)}  COG ${bearing(fix.course_rad)}  HDG ${bearing(fix.heading_rad)}`
     : "";
   setText(card.motion, motion);
+  const { mode, plan, battery } = vitals;
+  const told = [
+    mode.ageS === null ? "" : `${mode.word}${mode.old ? " (old)" : ""}`,
+    plan.ageS === null ? "" : `${plan.note || "no plan"} ${plan.word.toLowerCase()}${plan.old ? " (old)" : ""}`,
+    battery.value === null ? "" : `battery ${battery.value.toFixed(0)} %${battery.old ? " (old)" : ""}`,
+  ];
+  setText(card.doing, told.filter(Boolean).join(" · ") || "no mode, plan or battery heard");
+  setAttribute(card.doing, "data-old", mode.old ? "" : null);
+  const bad = worst && worst.state !== "NORMAL" ? `▲ ${worst.label || worst.entity}: ${worst.state}, ${worst.description}` : "";
+  setAttribute(card.worst, "hidden", bad ? null : "");
+  setText(card.worst, bad);
+  setAttribute(card.more, "aria-label", `Open ${systemName(system)}`);
   const heard = Math.max(0, (nowUs - system.heard_us) / 1e6);
   setText(card.heard, `heard ${age(heard)} ago${system.doors.length ? ` by ${system.doors.join(", ")}` : ""}`);
 }

@@ -1,103 +1,134 @@
-// The latest value of every field of the chosen system, with unit and age.
+// The latest value of every field of a system, with unit and age. Only rows in sight are in the page.
 
-import type { Update } from "../api/types.gen";
+import type { Field, Update } from "../api/types.gen";
 import { ageS, freshForS, seriesKey } from "../state/fleet";
 import { make, setAttribute, setText } from "./dom";
 import { age, field } from "./format";
 
-/** Rows that are drawn; a filter finds the others. */
-const ROWS = 400;
+/** Height of a row, px; the style sheet has the same. */
+const ROW_PX = 34;
+/** Rows kept ready above and below those in sight. */
+const SPARE = 30;
+
+/** A field of a series. */
+export interface Cell {
+  readonly update: Update;
+  readonly field: Field;
+  readonly entity: string;
+}
 
 interface Row {
   readonly root: HTMLTableRowElement;
-  readonly value: HTMLElement;
-  readonly unit: HTMLElement;
-  readonly age: HTMLElement;
+  readonly cells: readonly HTMLElement[];
+  readonly plot: HTMLButtonElement | undefined;
+  cell: Cell | undefined;
 }
 
 export interface ValueTable {
   update(title: string, values: readonly Update[], entities: ReadonlyMap<number, string>, nowUs: number): void;
 }
 
-/** Shows values in `root`. */
-export function createValues(root: HTMLElement): ValueTable {
+/** Shows values in `root`. With `plot` each number has a button that calls it. */
+export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): ValueTable {
   const title = make("h2", { id: "values-title" }, "Latest values");
   const filter = make("input", { type: "search", id: "values-filter", placeholder: "message, entity or field" });
-  const more = make("p", { class: "dim", hidden: "" });
+  const count = make("span", { class: "dim" });
   const body = make("tbody");
+  const [above, below] = [make("tbody", { "aria-hidden": "true" }, spacer(plot ? 7 : 6)), make("tbody", { "aria-hidden": "true" }, spacer(plot ? 7 : 6))];
   const head = make("tr");
-  for (const name of ["Message", "Entity", "Field", "Value", "Unit", "Age"]) {
-    head.append(make("th", { scope: "col" }, name));
-  }
-  const table = make("table", { class: "values" }, make("thead", {}, head), body);
-  const box = make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-labelledby": "values-title" }, table);
+  const names = ["Message", "Entity", "Field", "Value", "Unit", "Age"];
+  for (const name of names) head.append(make("th", { scope: "col" }, name));
+  if (plot) head.append(make("th", { scope: "col" }, make("span", { class: "hidden" }, "Plot")));
+  const table = make("table", { class: "values" }, make("thead", {}, head), above, body, below);
+  const box = make("div", { class: "wide scroll", tabindex: "0", role: "region", "aria-label": "Latest values" }, table);
   root.append(
-    make("div", { class: "values-head" }, title, make("label", { for: "values-filter" }, "Filter "), filter),
+    make("div", { class: "values-head" }, title, count, make("label", { for: "values-filter" }, "Filter "), filter),
     box,
-    more,
   );
-  let rows = new Map<string, Row>();
-  let order = "";
+  const rows: Row[] = [];
+  let cells: readonly Cell[] = [];
+  let nowUs = 0;
+
+  const add = (): void => {
+    const made = names.map((_, index) => make("td", index === 3 ? { class: "num value" } : index === 5 ? { class: "num" } : {}));
+    const button = plot ? make("button", { type: "button", class: "small" }, "Plot") : undefined;
+    const row: Row = { root: make("tr", {}, ...made, ...(button ? [make("td", {}, button)] : [])), cells: made, plot: button, cell: undefined };
+    button?.addEventListener("click", () => row.cell && plot?.(row.cell));
+    rows.push(row);
+    body.append(row.root);
+  };
+
+  const draw = (): void => {
+    const first = Math.max(0, Math.min(cells.length - 1, Math.floor(box.scrollTop / ROW_PX) - SPARE));
+    const shown = Math.min(cells.length - Math.max(0, first), Math.ceil((box.clientHeight || 400) / ROW_PX) + 2 * SPARE);
+    while (rows.length < shown) add();
+    rows.forEach((row, index) => {
+      const cell = index < shown ? cells[first + index] : undefined;
+      setAttribute(row.root, "hidden", cell ? null : "");
+      row.cell = cell;
+      if (cell) fill(row, cell, first + index, nowUs);
+    });
+    stretch(above, first);
+    stretch(below, Math.max(0, cells.length - first - shown));
+    setAttribute(table, "aria-rowcount", String(cells.length + 1));
+  };
+  box.addEventListener("scroll", draw, { passive: true });
+  filter.addEventListener("input", () => (box.scrollTop = 0));
 
   return {
-    update(name, values, entities, nowUs) {
+    update(name, values, entities, now) {
       setText(title, name);
-      const wanted = filter.value.trim().toLowerCase();
-      const shown: { key: string; update: Update; index: number; entity: string }[] = [];
+      nowUs = now;
+      const words = filter.value.trim().toLowerCase().split(/\s+/);
+      const found: Cell[] = [];
+      let all = 0;
       for (const update of [...values].sort(byName)) {
-        const entity = entities.get(update.entity) ?? (update.entity === 255 ? "" : String(update.entity));
-        update.fields.forEach((one, index) => {
+        const label = entities.get(update.entity) ?? (update.entity === 255 ? "" : String(update.entity));
+        const entity = update.instance === null ? label : `${label} ${update.instance}`;
+        for (const one of update.fields) {
+          all += 1;
           const text = `${update.abbrev} ${entity} ${one.name}`.toLowerCase();
-          if (text.includes(wanted)) shown.push({ key: `${seriesKey(update)}/${one.name}`, update, index, entity });
-        });
-      }
-      const cut = shown.length - ROWS;
-      setAttribute(more, "hidden", cut > 0 ? null : "");
-      setText(more, cut > 0 ? `${cut} more: narrow the filter.` : "");
-      shown.length = Math.min(shown.length, ROWS);
-      const keys = shown.map((one) => one.key).join("\n");
-      if (keys !== order) {
-        order = keys;
-        const next = new Map<string, Row>();
-        for (const { key, update, index, entity } of shown) {
-          next.set(key, rows.get(key) ?? row(update, update.fields[index]?.name ?? "", entity));
+          if (words.every((word) => text.includes(word))) found.push({ update, field: one, entity });
         }
-        rows = next;
-        body.replaceChildren(...[...rows.values()].map((one) => one.root));
       }
-      for (const { key, update, index } of shown) {
-        const [known, one] = [rows.get(key), update.fields[index]];
-        if (!known || !one) continue;
-        const { text, unit } = field(one);
-        const old = ageS(update, nowUs);
-        setText(known.value, text);
-        setText(known.unit, unit);
-        setText(known.age, age(old));
-        setAttribute(known.root, "class", old > freshForS(update) ? "stale" : null);
-      }
+      cells = found;
+      setText(count, found.length === all ? `${all} fields` : `${found.length} of ${all} fields`);
+      draw();
     },
   };
 }
 
-function row(update: Update, name: string, entity: string): Row {
-  const value = make("td", { class: "num value" });
-  const unit = make("td");
-  const old = make("td", { class: "num" });
-  const from = update.instance === null ? entity : `${entity} ${update.instance}`;
-  const root = make(
-    "tr",
-    {},
-    // What is too long for its column is told whole under the pointer.
-    make("td", { title: update.abbrev }, update.abbrev),
-    make("td", { title: from }, from),
-    make("td", { title: name }, name),
-    value,
-    unit,
-    old,
-  );
-  return { root, value, unit, age: old };
+function fill(row: Row, cell: Cell, index: number, nowUs: number): void {
+  const { text, unit } = field(cell.field);
+  const old = ageS(cell.update, nowUs);
+  const texts = [cell.update.abbrev, cell.entity, cell.field.name, text, unit, age(old)];
+  texts.forEach((one, at) => row.cells[at] && setText(row.cells[at], one));
+  row.cells[1]?.setAttribute("title", cell.entity);
+  row.cells[3]?.setAttribute("title", text);
+  setAttribute(row.root, "class", old > freshForS(cell.update) ? "stale" : null);
+  setAttribute(row.root, "aria-rowindex", String(index + 2));
+  if (!row.plot) return;
+  const numeric = typeof cell.field.value === "number";
+  setAttribute(row.plot, "hidden", numeric ? null : "");
+  setAttribute(row.plot, "aria-label", `Plot ${cell.update.abbrev} ${cell.entity} ${cell.field.name}`);
+}
+
+function spacer(columns: number): HTMLTableRowElement {
+  return make("tr", {}, make("td", { colspan: String(columns) }));
+}
+
+/** Makes room for so many rows that are not there. */
+function stretch(part: HTMLTableSectionElement, count: number): void {
+  setAttribute(part, "hidden", count ? null : "");
+  const cell = part.querySelector("td");
+  if (cell) cell.style.height = `${count * ROW_PX}px`;
 }
 
 function byName(one: Update, other: Update): number {
-  return one.abbrev.localeCompare(other.abbrev) || one.entity - other.entity || (one.instance ?? 0) - (other.instance ?? 0);
+  return (
+    one.abbrev.localeCompare(other.abbrev) ||
+    one.entity - other.entity ||
+    (one.instance ?? 0) - (other.instance ?? 0) ||
+    seriesKey(one).localeCompare(seriesKey(other))
+  );
 }

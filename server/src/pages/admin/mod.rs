@@ -1,6 +1,7 @@
 //! Managing people, vessels and access.
 
 pub(super) mod access;
+pub(super) mod import;
 pub(super) mod people;
 pub(super) mod vessels;
 

@@ -1,0 +1,179 @@
+//! Uploads: what is taken, what is refused, and that nobody is disturbed.
+
+use super::tests::{Answer, Shore, bearer};
+use api::{Import, ImportState, Role};
+use axum::body::{Body, Bytes};
+use axum::http::{Request, StatusCode, header};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use futures_util::stream;
+use imc::messages::Temperature;
+use imc::{Address, Header, Packet};
+use std::io::Write as _;
+use std::time::Duration;
+use store::Reader;
+use tokio::sync::oneshot;
+
+/// Longer than anything here takes on a loaded machine.
+const DEADLINE: Duration = Duration::from_mins(2);
+/// 2026-11-21 08:00 UTC.
+const START_S: f64 = 1_795_248_000.0;
+
+fn log(packets: u32) -> Vec<u8> {
+    let packet = |number: u32| {
+        let timestamp = START_S + f64::from(number);
+        let header = Header { timestamp, src: Address(0x0814), src_ent: 3, ..Header::default() };
+        Packet::new(header, Temperature { value: number as f32 }).encode().unwrap()
+    };
+    (0..packets).flat_map(packet).collect()
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
+    packed.write_all(bytes).unwrap();
+    packed.finish().unwrap()
+}
+
+async fn upload(shore: &Shore, token: &str, name: &str, body: impl Into<Body>) -> Answer {
+    let request = Request::post(format!("/api/v1/import?name={name}"));
+    shore.send(bearer(request, token), body.into()).await
+}
+
+/// The import at its end.
+async fn ended(shore: &Shore, token: &str, answer: &Answer) -> Import {
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+    let begun: Import = serde_json::from_str(&answer.body).unwrap();
+    let wait = async {
+        loop {
+            let answer = shore.get(&format!("/api/v1/import/{}", begun.id), token).await;
+            let import: Import = serde_json::from_str(&answer.body).unwrap();
+            if import.state != ImportState::Running {
+                return import;
+            }
+            tokio::task::yield_now().await;
+        }
+    };
+    tokio::time::timeout(DEADLINE, wait).await.unwrap()
+}
+
+fn samples(shore: &Shore) -> u64 {
+    let series = Reader::open(shore.data()).unwrap().series(None).unwrap();
+    series.iter().map(|one| one.extent.count).sum()
+}
+
+fn is_clean(shore: &Shore) -> bool {
+    let left = std::fs::read_dir(shore.data().join("uploads"));
+    left.is_ok_and(|mut files| files.next().is_none())
+}
+
+#[tokio::test]
+async fn a_log_is_imported_once_however_often_it_comes() {
+    let shore = Shore::with(|_| ());
+    let token = shore.token(None, Role::Operator).await;
+    let plain = log(5_000);
+    let first = ended(&shore, &token, &upload(&shore, &token, "Data.lsf", plain.clone()).await).await;
+    assert_eq!((first.state, first.packets, first.added), (ImportState::Done, 5_000, 5_000), "{first:?}");
+    assert_eq!((first.upload_bytes, first.read_bytes), (plain.len() as u64, plain.len() as u64));
+    assert_eq!((first.name.as_str(), first.problems.len(), samples(&shore)), ("Data.lsf", 0, 5_000));
+    let again = ended(&shore, &token, &upload(&shore, &token, "Data.lsf.gz", gzip(&plain)).await).await;
+    assert_eq!((again.packets, again.added, samples(&shore)), (5_000, 0, 5_000));
+    let all: Vec<Import> = serde_json::from_str(&shore.get("/api/v1/import", &token).await.body).unwrap();
+    assert_eq!(all, [again, first]);
+    assert!(is_clean(&shore));
+}
+
+#[tokio::test]
+async fn a_recording_of_dune_comes_in_by_upload() {
+    let Some(recording) = testkit::shared("data/imc/dune_log_a/Data.lsf.gz") else { return };
+    let shore = Shore::with(|_| ());
+    let token = shore.token(None, Role::Admin).await;
+    let bytes = std::fs::read(recording).unwrap();
+    let import = ended(&shore, &token, &upload(&shore, &token, "Data.lsf.gz", bytes).await).await;
+    assert_eq!((import.state, import.added), (ImportState::Done, import.packets), "{import:?}");
+    assert!(import.packets > 10_000 && import.damaged_bytes == 0);
+}
+
+#[tokio::test]
+async fn what_is_no_log_is_refused_with_the_remedy() {
+    let shore = Shore::with(|_| ());
+    let token = shore.token(None, Role::Operator).await;
+    let garbage: Vec<u8> =
+        (0..3_000_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+    for (body, remedy) in [
+        (b"%PDF-1.7 no log".to_vec(), "no IMC log"),
+        (b"PK\x03\x04zip".to_vec(), "zip archive"),
+        (b"BZh91AY".to_vec(), "bunzip2"),
+        (Vec::new(), "empty"),
+        (gzip(b"<html>no log</html>"), "no IMC log"),
+        (gzip(&vec![0; 30 << 20]), "no IMC log"),
+        (vec![0x1F, 0x8B, 8, 0, 1, 2, 3], "no IMC log"),
+        (garbage, "no IMC log"),
+    ] {
+        let answer = upload(&shore, &token, "x", body).await;
+        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{remedy}: {}", answer.body);
+        assert!(answer.body.contains(remedy), "{}", answer.body);
+        assert!(is_clean(&shore));
+    }
+    let wrong = upload(&shore, &token, "", log(1)).await;
+    assert_eq!(wrong.status, StatusCode::BAD_REQUEST, "{}", wrong.body);
+    let wrong = upload(&shore, &token, "a%0Ab", log(1)).await;
+    assert_eq!(wrong.status, StatusCode::BAD_REQUEST, "{}", wrong.body);
+    let long = bearer(Request::post("/api/v1/import?name=x"), &token)
+        .header(header::CONTENT_LENGTH, (5_000_u64 << 20).to_string());
+    let answer = shore.send(long, Body::empty()).await;
+    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE);
+    assert!(answer.body.contains("max_upload_mib"), "{}", answer.body);
+    assert_eq!(samples(&shore), 0);
+    assert_eq!(shore.get("/api/v1/import/7", &token).await.status, StatusCode::NOT_FOUND);
+}
+
+#[tokio::test]
+async fn a_damaged_log_gives_what_it_has_and_says_what_is_wrong() {
+    let shore = Shore::with(|_| ());
+    let token = shore.token(None, Role::Operator).await;
+    let mut damaged = log(100);
+    damaged[30] ^= 0xFF;
+    damaged.truncate(damaged.len() - 5);
+    let import = ended(&shore, &token, &upload(&shore, &token, "%3Cb%3E.lsf", damaged).await).await;
+    assert_eq!((import.state, import.added), (ImportState::Done, 98), "{import:?}");
+    assert!(import.problems[0].starts_with("<b>.lsf: damaged"), "{import:?}");
+    let cut = gzip(&log(50_000));
+    let import =
+        ended(&shore, &token, &upload(&shore, &token, "c.gz", cut[..cut.len() / 2].to_vec()).await).await;
+    assert!(
+        import.added > 1_000 && import.problems.iter().any(|text| text.starts_with("c.gz: ")),
+        "{import:?}"
+    );
+}
+
+#[tokio::test]
+async fn one_at_a_time_and_a_cut_upload_leaves_nothing() {
+    let shore = Shore::with(|_| ());
+    let token = shore.token(None, Role::Operator).await;
+    let (cut, hold) = oneshot::channel::<()>();
+    // A body that goes on until it is cut off.
+    let start = stream::once(async { Ok::<_, std::io::Error>(Bytes::from(log(10))) });
+    let rest = stream::once(async move {
+        hold.await.ok();
+        Err(std::io::Error::other("the connection broke"))
+    });
+    let endless = Body::from_stream(futures_util::StreamExt::chain(start, rest));
+    let first = upload(&shore, &token, "first", endless);
+    let second = async {
+        let busy = loop {
+            let answer = upload(&shore, &token, "second", Vec::new()).await;
+            if answer.status == StatusCode::CONFLICT {
+                break answer;
+            }
+            tokio::task::yield_now().await;
+        };
+        assert!(busy.body.contains("import_running"), "{}", busy.body);
+        cut.send(()).unwrap();
+    };
+    let (answer, ()) = tokio::join!(first, second);
+    assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{}", answer.body);
+    assert!(answer.body.contains("cut off") && is_clean(&shore));
+    assert_eq!(samples(&shore), 0);
+    let after = ended(&shore, &token, &upload(&shore, &token, "third", log(3)).await).await;
+    assert_eq!(after.added, 3);
+}

@@ -1,0 +1,153 @@
+//! Uploads of logs.
+//!
+//! A log speaks for any vessel, and what it says stays in the archive: so it takes the role operator on all
+//! vessels. The body is the file as it is, plain or packed by gzip, written to the disk as it comes.
+
+use super::asked::{Asked, InPath};
+use super::caller::Caller;
+use super::error::ApiError;
+use super::guard::Who;
+use crate::shore::AppState;
+use crate::shore::imports::{RESERVED_BYTES, Upload};
+use api::{Import, ImportQuery};
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use futures_util::StreamExt as _;
+use std::time::{Duration, Instant};
+
+/// Bytes that are written at once.
+const BLOCK: usize = 1 << 20;
+/// Letters of a name.
+const NAME: std::ops::RangeInclusive<usize> = 1..=200;
+/// An upload that is slower than this, bytes per second, is given up after a minute: others wait.
+const SLOWEST: u64 = 4_096;
+
+/// `GET /api/v1/import`.
+pub(crate) async fn list(State(state): State<AppState>) -> Json<Vec<Import>> {
+    Json(state.imports.all())
+}
+
+/// `GET /api/v1/import/{id}`.
+pub(crate) async fn one(
+    State(state): State<AppState>,
+    InPath(id): InPath<u32>,
+) -> Result<Json<Import>, ApiError> {
+    let import = state.imports.get(id).map(Json);
+    import.ok_or_else(|| ApiError::not_found("There is no such import; GET /api/v1/import lists them."))
+}
+
+/// `POST /api/v1/import`.
+pub(crate) async fn upload(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    headers: HeaderMap,
+    Asked(query): Asked<ImportQuery>,
+    body: Body,
+) -> Result<Json<Import>, ApiError> {
+    let name = query.name;
+    if !NAME.contains(&name.chars().count()) || name.chars().any(char::is_control) {
+        let (least, most) = NAME.into_inner();
+        return Err(ApiError::bad_request(format!("name: give the file's name, {least} to {most} letters")));
+    }
+    let most = state.config.http.max_upload_mib << 20;
+    let announced = headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse().ok());
+    if announced.is_some_and(|length: u64| length > most) {
+        return Err(too_long(most));
+    }
+    let upload = state.imports.upload().map_err(|error| ApiError::internal(&error))?;
+    let Some(upload) = upload else {
+        let text = "Another log is being uploaded or imported: GET /api/v1/import tells how far it is.";
+        return Err(ApiError::new(StatusCode::CONFLICT, "import_running", text));
+    };
+    let room = upload.room_bytes()?;
+    if announced.is_some_and(|length| length > room) {
+        return Err(no_room(room));
+    }
+    let upload = receive(upload, body, most).await?;
+    let subject = format!("{name} ({} bytes)", upload.bytes);
+    state.people.act(&who, caller.address.to_string(), "log.import", subject, |_| Ok(())).await?;
+    let (recorder, stop) = (state.recorder.clone(), state.stop.clone());
+    Ok(Json(state.imports.begin(upload, name, who.name, recorder, &state.tasks, stop)))
+}
+
+/// Writes the body to the disk, and looks early whether it is a log at all.
+async fn receive(mut upload: Upload, body: Body, most: u64) -> Result<Upload, ApiError> {
+    let begun = Instant::now();
+    let mut chunks = body.into_data_stream();
+    let mut block = Vec::with_capacity(BLOCK);
+    let mut looked_at = false;
+    loop {
+        let chunk = chunks.next().await;
+        let ended = chunk.is_none();
+        if let Some(chunk) = chunk {
+            let cut =
+                |_| ApiError::bad_request("The upload was cut off; nothing was imported. Upload it again.");
+            block.extend_from_slice(&chunk.map_err(cut)?);
+        }
+        let bytes = upload.bytes + block.len() as u64;
+        if bytes > most {
+            return Err(too_long(most));
+        }
+        if begun.elapsed() > Duration::from_secs(60 + bytes / SLOWEST) {
+            let text = "The upload is too slow; import the file by `lutra-server import` on the server.";
+            return Err(ApiError::new(StatusCode::REQUEST_TIMEOUT, "too_slow", text));
+        }
+        if block.len() >= BLOCK || ended {
+            let look = !looked_at;
+            looked_at = true;
+            let written = std::mem::replace(&mut block, Vec::with_capacity(BLOCK));
+            let work = move || write(upload, &written, look);
+            upload =
+                tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))??;
+        }
+        if ended {
+            return Ok(upload);
+        }
+    }
+}
+
+fn write(mut upload: Upload, block: &[u8], look: bool) -> Result<Upload, ApiError> {
+    let room = upload.room_bytes()?;
+    if block.len() as u64 > room {
+        return Err(no_room(room));
+    }
+    upload.write(block).map_err(|error| match error.kind() {
+        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => no_room(0),
+        _ => ApiError::internal(&error),
+    })?;
+    if look && !upload.begins_as_log()? {
+        return Err(no_log(block));
+    }
+    Ok(upload)
+}
+
+fn no_log(start: &[u8]) -> ApiError {
+    let what = match start {
+        [] => "The upload is empty.",
+        [b'B', b'Z', b'h', ..] => "This is packed by bzip2: unpack it with `bunzip2` first.",
+        [b'P', b'K', 3, 4, ..] => "This is a zip archive: unpack it and upload the logs in it one by one.",
+        [0xFD, b'7', b'z', b'X', b'Z', ..] => "This is packed by xz: unpack it with `unxz` first.",
+        _ => "This is no IMC log: there is no packet in its first MiB. Upload Data.lsf or Data.lsf.gz.",
+    };
+    ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "no_log", what)
+}
+
+fn too_long(most: u64) -> ApiError {
+    let text = format!(
+        "The upload is larger than {} MiB (http.max_upload_mib); import it by `lutra-server import` on the server.",
+        most >> 20
+    );
+    ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", text)
+}
+
+fn no_room(room: u64) -> ApiError {
+    let text = format!(
+        "The server's disk has room for {} MiB of uploads; {} MiB more are kept for recording. Make room first.",
+        room >> 20,
+        RESERVED_BYTES >> 20
+    );
+    ApiError::new(StatusCode::INSUFFICIENT_STORAGE, "no_room", text)
+}

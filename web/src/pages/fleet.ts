@@ -1,0 +1,112 @@
+// The first page: map, list of systems, latest values.
+
+import { getJson } from "../api/http";
+import type { System, TrackPoint } from "../api/types.gen";
+import { createMap } from "../map/map";
+import { EMPTY, serverNowUs } from "../state/fleet";
+import { Track } from "../state/track";
+import { entities, vitals, worst } from "../state/vitals";
+import { createChrome } from "../ui/chrome";
+import { make, setAttribute } from "../ui/dom";
+import { fillExport } from "../ui/export";
+import { isShore, systemName } from "../ui/format";
+import { createList, type Listed } from "../ui/list";
+import { createValues } from "../ui/values";
+
+/** Tables are drawn anew so often, ms; the map at each frame. */
+const TABLES_MS = 250;
+/** How much of the past is drawn at first, µs. */
+const PAST_US = 3_600_000_000;
+
+export function startFleet(root: HTMLElement): void {
+  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
+  const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of systems tells the same." });
+  const all = make("button", { type: "button", class: "show-all" }, "Show all");
+  const listBox = make("section", { class: "panel list", "aria-label": "Systems" });
+  const valueBox = make("section", { class: "panel latest", "aria-labelledby": "values-title" });
+  root.append(make("div", { class: "map-box" }, mapBox, all), listBox, valueBox);
+
+  let state = EMPTY;
+  let linked = true;
+  let selected: number | undefined;
+  const tracks = new Map<number, Track>();
+  const select = (address: number): void => {
+    selected = address;
+    drawMap();
+    drawTables();
+  };
+  const map = createMap(mapBox, select);
+  const list = createList(listBox, select);
+  const values = createValues(valueBox);
+  all.addEventListener("click", () => map.showAll());
+
+  const systems = (): System[] =>
+    [...state.systems.values()]
+      // The server's own words and those of its people make no vessel.
+      .filter((system) => !isShore(system))
+      .map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }))
+      .sort((one, other) => systemName(one).localeCompare(systemName(other)));
+  const labels = (system: System): Map<number, string> =>
+    new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
+  const listed = (system: System, nowUs: number): Listed => {
+    const [known, label] = [state.values.get(system.address) ?? new Map(), labels(system)];
+    return { system, vitals: vitals(known, label, nowUs), worst: worst(entities(known, label, nowUs)) };
+  };
+
+  const drawMap = (): void => map.update(systems(), selected, serverNowUs(state, performance.now()));
+  const drawTables = (): void => {
+    const nowUs = serverNowUs(state, performance.now());
+    const known = systems();
+    if (selected === undefined) selected = (known.find((system) => system.fix) ?? known[0])?.address;
+    list.update(known.map((system) => listed(system, nowUs)), selected, nowUs, linked);
+    const chosen = known.find((system) => system.address === selected);
+    setAttribute(valueBox, "hidden", chosen ? null : "");
+    chrome.stop?.target(chosen ? { address: chosen.address, name: systemName(chosen) } : undefined);
+    if (chosen) values.update(systemName(chosen), [...(state.values.get(chosen.address)?.values() ?? [])], labels(chosen), nowUs);
+  };
+
+  const follow = (system: System): void => {
+    if (!system.fix) return;
+    let track = tracks.get(system.address);
+    if (!track) {
+      track = new Track();
+      tracks.set(system.address, track);
+      void past(system.address, track, system.fix.time_us);
+    }
+    if (track.add(system.fix)) map.track(system.address, track.all());
+  };
+  const past = async (address: number, track: Track, nowUs: number): Promise<void> => {
+    const query = `from_us=${Math.round(nowUs - PAST_US)}&to_us=${Math.round(nowUs)}`;
+    try {
+      track.recorded(await getJson<TrackPoint[]>(`/api/v1/vessels/${address}/track?${query}`));
+      map.track(address, track.all());
+    } catch {
+      // Without a history the track begins now.
+    }
+  };
+
+  let due = false;
+  const chrome = createChrome({ events: true, every_ms: 100 }, {
+    frame(now) {
+      linked = true;
+      state = now;
+      if (due) return;
+      due = true;
+      requestAnimationFrame(() => {
+        due = false;
+        for (const system of state.systems.values()) follow(system);
+        drawMap();
+      });
+    },
+    lost() {
+      linked = false;
+      drawTables();
+    },
+  });
+  window.setInterval(() => {
+    drawTables();
+    drawMap();
+  }, TABLES_MS);
+  const form = document.querySelector<HTMLFormElement>("form#export");
+  if (form) void fillExport(form);
+}

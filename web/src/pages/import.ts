@@ -1,0 +1,83 @@
+// Uploading logs, one after the other, and how far the server is with reading them.
+
+import { csrf, getJson, reason } from "../api/http";
+import type { Import } from "../api/types.gen";
+import { make, setText } from "../ui/dom";
+import { utc } from "../ui/format";
+
+/** The server is asked how far it is so often, ms. */
+const AGAIN_MS = 1_000;
+
+export function startImport(form: HTMLFormElement): void {
+  const field = form.elements.namedItem("files");
+  const shown = document.getElementById("imports");
+  const button = form.querySelector("button");
+  if (!(field instanceof HTMLInputElement) || !shown || !button) return;
+  const sending = make("div", { class: "sending", role: "status" });
+  form.append(sending);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const files = [...(field.files ?? [])];
+    button.disabled = true;
+    void (async () => {
+      for (const file of files) await send(file, sending);
+      button.disabled = false;
+      form.reset();
+      await list(shown);
+    })();
+  });
+  const again = async (): Promise<void> => {
+    await list(shown);
+    window.setTimeout(() => void again(), AGAIN_MS);
+  };
+  void again();
+}
+
+/** Uploads a file; resolves when the server has it or has refused it. */
+function send(file: File, root: HTMLElement): Promise<void> {
+  const bar = make("progress", { max: "1", value: "0", "aria-label": `Upload of ${file.name}` });
+  const text = make("span", {}, `${file.name}: uploading …`);
+  root.append(make("p", { class: "row" }, text, bar));
+  return new Promise((done) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", `/api/v1/import?name=${encodeURIComponent(file.name)}`);
+    request.setRequestHeader("x-csrf-token", csrf());
+    request.setRequestHeader("content-type", "application/octet-stream");
+    request.upload.onprogress = ({ loaded, total }) => (bar.value = total ? loaded / total : 0);
+    request.onloadend = () => {
+      bar.remove();
+      setText(text, request.status >= 200 && request.status < 300 ? `${file.name}: uploaded, is being read.` : `${file.name}: not imported. ${told(request)}`);
+      if (request.status < 200 || request.status >= 300) text.className = "bad-text";
+      done();
+    };
+    request.send(file);
+  });
+}
+
+function told(request: XMLHttpRequest): string {
+  try {
+    return (JSON.parse(request.responseText) as { error: { text: string } }).error.text;
+  } catch {
+    return request.status ? `The server answered ${request.status}.` : "The connection broke. Upload it again: what was read already is not added twice.";
+  }
+}
+
+async function list(root: HTMLElement): Promise<void> {
+  try {
+    const imports = await getJson<Import[]>("/api/v1/import");
+    if (!imports.length) {
+      root.replaceChildren(make("p", { class: "dim" }, "None."));
+      return;
+    }
+    const head = make("tr");
+    for (const name of ["File", "Who", "When", "State", "Packets", "New", "Said"]) head.append(make("th", { scope: "col" }, name));
+    const rows = imports.map((one) => {
+      const damaged = one.damaged_bytes ? [`${one.damaged_bytes} bytes are no packets`] : [];
+      const cells = [one.name, one.person, utc(one.since_us), one.state, String(one.packets), String(one.added), [...one.problems, ...damaged].join("; ")];
+      return make("tr", { "data-import": one.state }, ...cells.map((text, index) => make("td", index === 2 || index === 4 || index === 5 ? { class: "num" } : {}, text)));
+    });
+    root.replaceChildren(make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": "Imports" }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows))));
+  } catch (error) {
+    root.replaceChildren(make("p", { class: "bad-text" }, reason(error)));
+  }
+}

@@ -1,0 +1,241 @@
+// One plot: lines of one unit over the shared stretch of time, with the cursor that all plots and the map share.
+
+import uPlot from "uplot";
+import type { Gap } from "../api/types.gen";
+import { readPalette } from "../map/palette";
+import { make, setText } from "../ui/dom";
+import { utc } from "../ui/format";
+import type { Table } from "./model";
+
+const HEIGHT_PX = 190;
+/** Drags shorter than this are clicks, px. */
+const CLICK_PX = 8;
+/** The cursor tells of a point within this; farther from any it tells of none, px. */
+const NEAR_PX = 24;
+const DASHES: readonly (readonly number[])[] = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+
+export interface ChartLine {
+  readonly label: string;
+  readonly table: Table;
+}
+
+export interface ChartHandlers {
+  /** The pointer or the keys are at this time; null when they have left. */
+  cursor(us: number | null): void;
+  zoom(fromUs: number, toUs: number): void;
+  /** Parts of the length by which to move, and the factor by which to lengthen. */
+  pan(part: number): void;
+  scale(factor: number): void;
+  remove(index: number): void;
+}
+
+export interface Chart {
+  readonly root: HTMLElement;
+  update(lines: readonly ChartLine[], fromUs: number, toUs: number, gaps: readonly Gap[]): void;
+  cursor(us: number | null): void;
+  dispose(): void;
+}
+
+/** A plot of lines in `unit`. `labels` are its lines; a change of them takes a new plot. */
+export function createChart(title: string, unit: string, labels: readonly string[], handlers: ChartHandlers, ...buttons: readonly HTMLElement[]): Chart {
+  const palette = readPalette();
+  const summary = make("p", { class: "hidden" });
+  const legend = make("ul", { class: "legend" });
+  const values = labels.map((label, index) => {
+    const value = make("span", { class: "num" });
+    const remove = make("button", { type: "button", class: "small", "aria-label": `Remove ${label}` }, "✕");
+    remove.addEventListener("click", () => handlers.remove(index));
+    const swatch = make("i", { class: "swatch" });
+    swatch.style.borderTopColor = palette.series[index % palette.series.length] ?? palette.ink;
+    swatch.style.borderTopStyle = DASHES[Math.floor(index / palette.series.length)]?.length ? "dashed" : "solid";
+    legend.append(make("li", {}, swatch, make("span", {}, label), value, remove));
+    return value;
+  });
+  const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": `${title}. Left and right move the cursor, with Shift by more; plus and minus zoom, Page Up and Page Down move in time.` });
+  const root = make("section", { class: "plot", "aria-label": title }, make("div", { class: "plot-head" }, make("h3", {}, title), legend, ...buttons), box, summary);
+
+  let silent = false;
+  let gaps: readonly Gap[] = [];
+  let data: uPlot.AlignedData = [[]];
+  const stroke = (index: number): string => palette.series[index % palette.series.length] ?? palette.ink;
+  const series: uPlot.Series[] = [{}];
+  const bands: uPlot.Band[] = [];
+  labels.forEach((label, index) => {
+    const band = { stroke: "transparent", points: { show: false } };
+    series.push({ ...band, label: `${label} greatest` }, { ...band, label: `${label} least` }, {
+      label,
+      stroke: stroke(index),
+      width: 1.75,
+      dash: [...(DASHES[Math.floor(index / palette.series.length)] ?? [])],
+      points: { size: 4, fill: stroke(index) },
+    });
+    bands.push({ series: [3 * index + 1, 3 * index + 2], fill: faint(stroke(index)) });
+  });
+  const axis: uPlot.Axis = { stroke: palette.ink, grid: { stroke: palette.grid, width: 1 }, ticks: { stroke: palette.grid, width: 1 }, font: "13px system-ui, sans-serif" };
+  const plot = new uPlot(
+    {
+      width: 600,
+      height: HEIGHT_PX,
+      legend: { show: false },
+      tzDate: (seconds) => uPlot.tzDate(new Date(seconds * 1e3), "Etc/UTC"),
+      scales: { x: { time: true, auto: false } },
+      axes: [{ ...axis, values: times, space: 90 }, { ...axis, size: 64, values: (_, splits) => splits.map(figure) }],
+      series,
+      bands,
+      cursor: { hover: { prox: NEAR_PX, skip: [undefined] }, drag: { x: true, y: false, setScale: false }, points: { size: 7 }, bind: { dblclick: () => null } },
+      hooks: {
+        setCursor: [(self) => moved(self)],
+        setSelect: [
+          (self) => {
+            const { left, width } = self.select;
+            if (width < CLICK_PX) return;
+            self.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+            handlers.zoom(self.posToVal(left, "x") * 1e6, self.posToVal(left + width, "x") * 1e6);
+          },
+        ],
+        drawClear: [(self) => shade(self, gaps, palette.grid, palette.ink)],
+      },
+    },
+    data,
+    box,
+  );
+
+  const moved = (self: uPlot): void => {
+    const left = self.cursor.left ?? -1;
+    labels.forEach((_, index) => {
+      // Without a cursor the last value is told.
+      const at = left < 0 ? lastKnown(data, 3 * index + 3) : (self.cursor.idxs?.[3 * index + 3] ?? null);
+      const mean = value(data, 3 * index + 3, at);
+      const [max, min] = [value(data, 3 * index + 1, at), value(data, 3 * index + 2, at)];
+      const spread = max !== null && min !== null && max - min > 1e-9 ? ` (${figure(min)} to ${figure(max)})` : "";
+      const node = values[index];
+      if (node) setText(node, mean === null ? "—" : `${figure(mean)}${unit ? ` ${unit}` : ""}${spread}`);
+    });
+    if (!silent) handlers.cursor(left < 0 ? null : self.posToVal(left, "x") * 1e6);
+  };
+  box.addEventListener("keydown", (event) => {
+    const wide = plot.over.clientWidth;
+    const step = event.shiftKey ? wide / 10 : Math.max(1, wide / 200);
+    const left = plot.cursor.left ?? -1;
+    const from = left < 0 ? wide : left;
+    const go = (to: number): void => plot.setCursor({ left: Math.max(0, Math.min(wide, to)), top: HEIGHT_PX / 2 });
+    const acts: Record<string, () => void> = {
+      ArrowLeft: () => go(from - step),
+      ArrowRight: () => go(from + step),
+      Escape: () => plot.setCursor({ left: -10, top: -10 }),
+      PageUp: () => handlers.pan(-0.5),
+      PageDown: () => handlers.pan(0.5),
+      "+": () => handlers.scale(0.5),
+      "-": () => handlers.scale(2),
+    };
+    const act = acts[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+  box.addEventListener("dblclick", () => handlers.scale(2));
+  box.addEventListener(
+    "wheel",
+    (event) => {
+      // An ordinary wheel scrolls the page; sideways it moves in time, with Ctrl it zooms.
+      if (event.ctrlKey) handlers.scale(event.deltaY > 0 ? 1.25 : 0.8);
+      else if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) handlers.pan(event.deltaX / Math.max(300, plot.over.clientWidth));
+      else return;
+      event.preventDefault();
+    },
+    { passive: false },
+  );
+  const resized = new ResizeObserver(() => box.clientWidth && plot.setSize({ width: box.clientWidth, height: HEIGHT_PX }));
+  resized.observe(box);
+
+  return {
+    root,
+    update(lines, fromUs, toUs, declared) {
+      gaps = declared;
+      const tables = lines.map(({ table }) => table as uPlot.AlignedData);
+      const joined = tables.length === 1 ? tables[0] : tables.length ? uPlot.join(tables) : undefined;
+      data = joined ?? [[]];
+      silent = true;
+      plot.batch(() => {
+        plot.setData(data, false);
+        plot.setScale("x", { min: fromUs / 1e6, max: toUs / 1e6 });
+      });
+      moved(plot);
+      silent = false;
+      setText(summary, lines.map((line) => described(line, unit)).join(" "));
+    },
+    cursor(us) {
+      silent = true;
+      plot.setCursor(us === null ? { left: -10, top: -10 } : { left: plot.valToPos(us / 1e6, "x"), top: HEIGHT_PX / 3 });
+      silent = false;
+    },
+    dispose() {
+      resized.disconnect();
+      plot.destroy();
+      root.remove();
+    },
+  };
+}
+
+/** Stretches from which something is missing, as the vessel declared. */
+function shade(plot: uPlot, gaps: readonly Gap[], fill: string, ink: string): void {
+  const { ctx, bbox } = plot;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  for (const gap of gaps) {
+    const left = plot.valToPos(gap.from_us / 1e6, "x", true);
+    const width = Math.max(2, plot.valToPos(gap.to_us / 1e6, "x", true) - left);
+    if (left > bbox.left + bbox.width || left + width < bbox.left) continue;
+    ctx.fillStyle = fill;
+    ctx.fillRect(left, bbox.top, width, bbox.height);
+    if (width < 70) continue;
+    ctx.fillStyle = ink;
+    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.fillText(gap.kind.replaceAll("_", " "), Math.max(left, bbox.left) + 6, bbox.top + 16 * devicePixelRatio);
+  }
+  ctx.restore();
+}
+
+function times(_: uPlot, splits: number[], __: number, ___: number, increment: number): string[] {
+  let day = "";
+  return splits.map((seconds) => {
+    const text = new Date(seconds * 1e3).toISOString();
+    const clock = increment >= 60 ? text.slice(11, 16) : increment >= 1 ? text.slice(11, 19) : text.slice(14, 23);
+    const date = text.slice(0, 10);
+    const changed = date !== day;
+    day = date;
+    if (increment >= 86_400) return date;
+    return changed ? `${clock}\n${date}` : clock;
+  });
+}
+
+function value(data: uPlot.AlignedData, column: number, at: number | null): number | null {
+  return at === null ? null : (data[column]?.[at] ?? null);
+}
+
+function lastKnown(data: uPlot.AlignedData, column: number): number | null {
+  const values = data[column] ?? [];
+  for (let at = values.length - 1; at >= 0; at--) if (typeof values[at] === "number") return at;
+  return null;
+}
+
+function described(line: ChartLine, unit: string): string {
+  const known = line.table[3].filter((one): one is number => one !== null);
+  if (!known.length) return `${line.label}: nothing in this time.`;
+  const [least, most] = [Math.min(...known), Math.max(...known)];
+  const last = line.table[0].at(-1) ?? 0;
+  return `${line.label}: ${known.length} points, least ${figure(least)}, greatest ${figure(most)}, last ${figure(known.at(-1) ?? 0)} ${unit} at ${utc(last * 1e6)}.`;
+}
+
+/** A number as plots show it: enough of it to tell neighbours apart. */
+function figure(value: number): string {
+  const size = Math.abs(value);
+  const text = size !== 0 && (size < 1e-3 || size >= 1e7) ? value.toExponential(2) : String(Number(value.toFixed(size >= 1_000 ? 1 : size >= 1 ? 3 : 4)));
+  return text.replace("-", "−");
+}
+
+function faint(colour: string): string {
+  return /^#[0-9a-f]{6}$/i.test(colour) ? `${colour}40` : colour;
+}

@@ -1,0 +1,71 @@
+// What stands on every page: whether the server is heard, trouble with the recording, STOP, the palette.
+
+import { Live } from "../api/live";
+import type { LiveFrame, Subscription, System } from "../api/types.gen";
+import { EMPTY, type FleetState, withFrame } from "../state/fleet";
+import { setAttribute, setText } from "./dom";
+import { createStop, type Stop } from "./stop";
+import { systemName } from "./format";
+
+export interface ChromeHandlers {
+  /** A frame came. */
+  frame?(state: FleetState, frame: LiveFrame): void;
+  /** The server is not heard any more. */
+  lost?(): void;
+}
+
+export interface Chrome {
+  readonly stop: Stop | undefined;
+}
+
+/** Watches the server by the page's subscription. */
+export function createChrome(subscription: Subscription, handlers: ChromeHandlers): Chrome {
+  const link = document.getElementById("link");
+  const trouble = document.getElementById("trouble");
+  const [buttons, orders] = [document.getElementById("stop"), document.getElementById("orders")];
+  const stop = buttons && orders ? createStop(buttons, orders) : undefined;
+  let state = EMPTY;
+  palette();
+  new Live(subscription, {
+    frame(frame) {
+      state = withFrame(state, frame, performance.now());
+      setAttribute(document.body, "data-link", "up");
+      if (link) setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
+      if (trouble) {
+        setAttribute(trouble, "hidden", state.recording ? null : "");
+        setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
+      }
+      stop?.frame(frame, named(state));
+      handlers.frame?.(state, frame);
+    },
+    lost() {
+      setAttribute(document.body, "data-link", "down");
+      if (link) setText(link, "No link to the server: what you see is old. Trying again …");
+      handlers.lost?.();
+    },
+    loggedOut() {
+      location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+    },
+  });
+  return { stop };
+}
+
+function named(state: FleetState): System[] {
+  return [...state.systems.values()].sort((one, other) => systemName(one).localeCompare(systemName(other)));
+}
+
+/** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */
+function palette(): void {
+  const form = document.querySelector<HTMLFormElement>("form.palette");
+  form?.addEventListener("submit", (event) => {
+    const button = event.submitter;
+    if (!(button instanceof HTMLButtonElement)) return;
+    event.preventDefault();
+    document.documentElement.dataset["palette"] = button.value;
+    for (const one of form.querySelectorAll("button")) one.setAttribute("aria-pressed", String(one === button));
+    const body = new URLSearchParams();
+    for (const [name, value] of new FormData(form, button)) if (typeof value === "string") body.append(name, value);
+    // Where the server is not reached it is this page's palette alone.
+    fetch(form.action, { method: "POST", body, redirect: "manual" }).catch(() => undefined);
+  });
+}

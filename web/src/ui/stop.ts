@@ -1,0 +1,148 @@
+// STOP: always there, never asked back, and true about how far it got.
+
+import { postJson, reason } from "../api/http";
+import type { LiveFrame, Ordered, System, Update } from "../api/types.gen";
+import { meaning } from "../state/vitals";
+import { make, setAttribute, setText } from "./dom";
+import { isShore, systemName, utc } from "./format";
+
+/** The server answers a stop within this, ms. */
+const PATIENCE_MS = 4_000;
+/** A vessel that has not told of the effect by then is said not to have stopped, s. */
+const EFFECT_S = 8;
+/** A vessel that stopped is watched for so long whether it goes on, s. */
+const WATCHED_S = 120;
+/** Orders that are shown; older ones go. */
+const SHOWN = 5;
+
+interface Order {
+  readonly address: number;
+  readonly name: string;
+  readonly root: HTMLElement;
+  readonly text: HTMLElement;
+  ordered: Ordered | undefined;
+  /** After so many seconds the effect was seen. */
+  effectS: number | undefined;
+  over: boolean;
+}
+
+export interface Stop {
+  /** The vessel that the page is about; undefined for none. */
+  target(vessel: { address: number; name: string } | undefined): void;
+  frame(frame: LiveFrame, systems: readonly System[]): void;
+}
+
+/** `root` holds the buttons, `orders` what became of each stop. */
+export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
+  const listed = root.dataset["stops"] ?? "";
+  const may = (address: number): boolean => listed === "all" || listed.split(",").includes(String(address));
+  const open: Order[] = [];
+  let aim: { address: number; name: string } | undefined;
+  let others = "";
+
+  const order = async (address: number, name: string): Promise<void> => {
+    const text = make("span", { class: "what" }, `STOP ${name}: asking the server …`);
+    const away = make("button", { type: "button", class: "away", "aria-label": `Put away: STOP ${name}` }, "✕");
+    const row = make("div", { class: "order", "data-stage": "asked" }, text, away);
+    const one: Order = { address, name, root: row, text, ordered: undefined, effectS: undefined, over: false };
+    away.addEventListener("click", () => {
+      row.remove();
+      one.over = true;
+    });
+    open.push(one);
+    orders.prepend(row);
+    while (orders.children.length > SHOWN) orders.lastElementChild?.remove();
+    try {
+      const ordered = await postJson<Ordered>(`/api/v1/vessels/${address}/abort`, PATIENCE_MS);
+      one.ordered = ordered;
+      const audit = ordered.audited ? "" : " The audit log could not be written.";
+      if (ordered.reached) tell(one, "sent", `STOP ${name}: accepted, sent ${utc(ordered.time_us, false)}; waiting for the vessel to say that it stopped …${audit}`);
+      else end(one, "failed", `STOP ${name}: NOT SENT. No door leads to the vessel. Stop it by other means; try again when it is heard.${audit}`);
+    } catch (error) {
+      end(one, "failed", `STOP ${name}: NOT SENT. ${reason(error)}`);
+    }
+  };
+
+  const button = (address: number, name: string): HTMLButtonElement => {
+    const made = make("button", { type: "button", class: "halt" }, `STOP ${name}`);
+    made.addEventListener("click", () => void order(address, name));
+    return made;
+  };
+  const form = root.querySelector("form");
+  const main = make("span", { class: "aim" });
+  const list = make("div", { class: "others" });
+  const summary = make("summary", { class: "halt" }, "STOP …");
+  const menu = make("details", { hidden: "" }, summary, list);
+  if (form) {
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (aim) void order(aim.address, aim.name);
+    });
+  } else {
+    root.append(main, menu);
+  }
+  document.addEventListener("keydown", (event) => {
+    // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
+    if (!(event.ctrlKey && event.key === ".") || !aim || event.repeat) return;
+    event.preventDefault();
+    void order(aim.address, aim.name);
+  });
+
+  return {
+    target(vessel) {
+      if (vessel && !may(vessel.address)) vessel = undefined;
+      if (aim?.address === vessel?.address && aim?.name === vessel?.name) return;
+      aim = vessel;
+      for (const halt of form ? form.querySelectorAll(".halt") : []) if (aim) setText(halt, `STOP ${aim.name}`);
+      if (!form) main.replaceChildren(...(aim ? [button(aim.address, aim.name)] : []));
+      root.title = aim ? "Ends what the vessel does and stops its motors. Ctrl and . do the same." : "";
+      others = "";
+    },
+    frame(frame, systems) {
+      const vessels = systems.filter((system) => may(system.address) && !isShore(system) && system.kind !== "CCU");
+      const here = vessels.map((system) => `${system.address}/${systemName(system)}`).join("\n");
+      if (!form && here !== others) {
+        others = here;
+        const rest = vessels.filter((system) => system.address !== aim?.address);
+        setAttribute(menu, "hidden", rest.length ? null : "");
+        setText(summary, aim ? "Others …" : "STOP …");
+        list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
+      }
+      for (const one of open) follow(one, frame);
+      for (let at = open.length - 1; at >= 0; at--) if (open[at]?.over) open.splice(at, 1);
+    },
+  };
+}
+
+/** Looks for the effect in what the vessel says. */
+function follow(order: Order, frame: LiveFrame): void {
+  const { ordered } = order;
+  if (order.over || !ordered) return;
+  const after = (update: Update): boolean =>
+    update.system === order.address && update.abbrev === "VehicleState" && update.received_us >= ordered.time_us;
+  const state = frame.values.find(after);
+  const took = ((state?.received_us ?? frame.now_us) - ordered.time_us) / 1e6;
+  const mode = state ? meaning(state, "op_mode") : "";
+  if (order.effectS !== undefined) {
+    if (took > WATCHED_S) order.over = true;
+    else if (state && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
+      end(order, "failed", `STOP ${order.name}: it stopped after ${order.effectS.toFixed(1)} s, but GOES ON since ${utc(state.received_us, false)}: mode ${mode}. Somebody or something started it anew.`);
+    }
+  } else if (mode === "ERROR") {
+    order.effectS = took;
+    tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel says mode ERROR, what it did has ended.`);
+  } else if (took > EFFECT_S) {
+    const said = state ? `it says mode ${mode}` : "it does not say that it stopped";
+    end(order, "failed", `STOP ${order.name}: sent, but NO EFFECT SEEN in ${EFFECT_S} s; ${said}. Press STOP again or stop it by other means.`);
+  }
+}
+
+function tell(order: Order, stage: string, text: string): void {
+  order.root.dataset["stage"] = stage;
+  setText(order.text, text);
+}
+
+function end(order: Order, stage: string, text: string): void {
+  tell(order, stage, text);
+  order.over = true;
+}

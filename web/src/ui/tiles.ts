@@ -1,0 +1,95 @@
+// Instruments: value, unit and age; hatched and struck when over the contract.
+
+import type { System } from "../api/types.gen";
+import type { LinkStatus } from "../api/types.gen";
+import type { Reading, Vitals } from "../state/vitals";
+import { make, setAttribute, setText } from "./dom";
+import { age, bearing, knots } from "./format";
+import { LIVENESS } from "./list";
+
+interface Tile {
+  readonly root: HTMLElement;
+  readonly value: HTMLElement;
+  readonly unit: HTMLElement;
+  readonly note: HTMLElement;
+  readonly age: HTMLElement;
+}
+
+export interface Tiles {
+  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean): void;
+}
+
+type Name = "link" | keyof Vitals;
+const TILES: readonly (readonly [Name, string])[] = [
+  ["link", "Link"],
+  ["mode", "Mode"],
+  ["plan", "Plan"],
+  ["progress", "Progress"],
+  ["speed_mps", "Speed over ground"],
+  ["course_rad", "Course over ground"],
+  ["heading_rad", "Heading"],
+  ["port_rpm", "Motor port"],
+  ["starboard_rpm", "Motor starboard"],
+  ["battery", "Battery"],
+  ["voltage", "Lowest voltage"],
+  ["snr", "Last tag"],
+];
+
+/** Shows instruments in `root`. */
+export function createTiles(root: HTMLElement): Tiles {
+  const tiles = new Map<Name, Tile>();
+  const list = make("dl", { class: "tiles" });
+  for (const [name, title] of TILES) {
+    const [value, unit, note, old] = [span("reading num"), span("unit"), span("note-line"), span("age num")];
+    const root = make("div", { class: "tile", "data-tile": name }, make("dt", {}, title, old), make("dd", {}, value, unit, note));
+    tiles.set(name, { root, value, unit, note, age: old });
+    list.append(root);
+  }
+  root.append(list);
+  const show = (name: Name, text: string, unit: string, note: string, reading: Pick<Reading, "ageS" | "old">, linked: boolean, alert = ""): void => {
+    const tile = tiles.get(name);
+    if (!tile) return;
+    setText(tile.value, reading.ageS === null ? "—" : text);
+    setText(tile.unit, reading.ageS === null ? "" : unit);
+    setText(tile.note, reading.ageS === null ? "never heard" : note);
+    setAttribute(tile.note, "title", note || null);
+    setText(tile.age, reading.ageS === null ? "" : `${reading.old || !linked ? "old: " : ""}${age(reading.ageS)}`);
+    setAttribute(tile.root, "data-old", reading.old || !linked ? "" : null);
+    setAttribute(tile.root, "data-alert", alert || null);
+  };
+
+  return {
+    update(system, vitals, link, nowUs, linked) {
+      const { mode, plan, progress, speed_mps, course_rad, heading_rad, port_rpm, starboard_rpm, battery, voltage, snr } = vitals;
+      const silence = system ? Math.max(0, (nowUs - system.heard_us) / 1e6) : null;
+      const live = system?.liveness === "live" || system?.liveness === "late";
+      const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
+      const waiting = link?.backlog_records ? ` · ${link.backlog_records} records wait aboard` : "";
+      const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
+      show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
+      show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
+      show("plan", plan.note || "none", "", plan.word, plan, linked);
+      show("progress", progress.value === null ? "—" : progress.value.toFixed(0), progress.value === null ? "" : "%", progress.note, progress, linked);
+      show("speed_mps", bare(knots(speed_mps.value)), "kn", speed_mps.value === null ? "" : `${speed_mps.value.toFixed(2)} m/s`, speed_mps, linked);
+      show("course_rad", bearing(course_rad.value), "", course_rad.value === null ? "not moving" : "", course_rad, linked);
+      show("heading_rad", bearing(heading_rad.value), "", "", heading_rad, linked);
+      show("port_rpm", whole(port_rpm.value), "rpm", "", port_rpm, linked);
+      show("starboard_rpm", whole(starboard_rpm.value), "rpm", "", starboard_rpm, linked);
+      show("battery", battery.value === null ? "—" : battery.value.toFixed(0), "%", "", battery, linked, battery.value !== null && battery.value < 20 ? "warn" : "");
+      show("voltage", voltage.value === null ? "—" : voltage.value.toFixed(1), "V", voltage.note, voltage, linked);
+      show("snr", snr.value === null ? "—" : snr.value.toFixed(0), "dB", snr.note, snr, linked);
+    },
+  };
+}
+
+function bare(text: string): string {
+  return text.replace(" kn", "");
+}
+
+function whole(value: number | null): string {
+  return value === null ? "—" : String(Math.round(value)).replace("-", "−");
+}
+
+function span(kind: string): HTMLSpanElement {
+  return make("span", { class: kind });
+}
