@@ -58,6 +58,11 @@ impl PeerQueue {
         std::mem::take(&mut self.packets)
     }
 
+    /// Packets that wait.
+    pub fn len(&self) -> usize {
+        self.packets.len()
+    }
+
     /// Whether nothing waits.
     pub fn is_empty(&self) -> bool {
         self.packets.is_empty()

@@ -102,7 +102,8 @@ impl Shore {
 
     /// What `path` gives to who holds `token`.
     pub(super) async fn get(&self, path: &str, token: &str) -> Answer {
-        self.ask(bearer(Request::get(path), token), "").await
+        let request = Request::get(path);
+        self.ask(if token.is_empty() { request } else { bearer(request, token) }, "").await
     }
 
     async fn ask(&self, request: axum::http::request::Builder, body: &str) -> Answer {

@@ -34,26 +34,29 @@ impl Outbox {
     /// Appends packets; never waits.
     pub(crate) fn push(&self, packets: Vec<Bytes>) {
         if self.overflow.load(Ordering::Relaxed) {
-            return;
+            return self.count_dropped(packets.len() as u64);
         }
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        let was_empty = queue.is_empty();
+        let (was_empty, all) = (queue.is_empty(), queue.len() + packets.len());
         match queue.push(packets) {
             Pushed::Queued => {}
-            Pushed::Dropped(count) => {
-                self.dropped.fetch_add(count, Ordering::Relaxed);
-                metrics::counter!("lutra_relay_dropped_total").increment(count);
-            }
+            Pushed::Dropped(count) => self.count_dropped(count),
             Pushed::Overflow => {
                 // Its memory is free at once, whenever the peer's task notices.
                 queue.take();
                 self.overflow.store(true, Ordering::Relaxed);
+                self.count_dropped(all as u64);
             }
         }
         drop(queue);
         if was_empty {
             self.ready.notify_one();
         }
+    }
+
+    fn count_dropped(&self, count: u64) {
+        self.dropped.fetch_add(count, Ordering::Relaxed);
+        metrics::counter!("lutra_relay_dropped_total").increment(count);
     }
 
     /// Everything that waits; waits for something.
