@@ -47,7 +47,7 @@ pub struct LiveFrame {
     pub now_us: i64,
     /// Whether this begins anew: what is not in it is not there.
     pub snapshot: bool,
-    /// All systems that the client wants, as they are now.
+    /// Systems that are not as they were told before, ten times a second at most.
     pub systems: Vec<System>,
     /// Series with a new value.
     pub values: Vec<Update>,

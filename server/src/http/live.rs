@@ -11,7 +11,7 @@ use super::guard::{Who, identify};
 use crate::clock;
 use crate::people::{Principal, Via};
 use crate::shore::{AppState, Wanted};
-use api::{LiveFrame, LiveRequest, Subscription, Update};
+use api::{LiveFrame, LiveRequest, Subscription, System, Update};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
@@ -26,6 +26,8 @@ use tokio::time::Instant;
 const REQUEST_BYTES: usize = 64 * 1024;
 /// A frame is sent at least so often.
 const HEARTBEAT: Duration = Duration::from_secs(1);
+/// How systems are is told again not more often than this: each of their packets changes it a little.
+const SYSTEMS_EVERY: Duration = Duration::from_millis(100);
 /// A client that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Rights are looked at again at least so often, as tokens and sessions also end by themselves.
@@ -60,6 +62,9 @@ struct Client {
     known: u64,
     /// How many values of each series there were when it was sent last, to tell how many were skipped.
     counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
+    /// What was told of each system, and when that may be told again.
+    systems: BTreeMap<u16, System>,
+    systems_not_before: Instant,
     /// When the next frame may be sent, and when it must.
     not_before: Instant,
     not_after: Instant,
@@ -80,6 +85,8 @@ impl Client {
             every: Duration::from_millis(100),
             known: 0,
             counts: BTreeMap::new(),
+            systems: BTreeMap::new(),
+            systems_not_before: now,
             not_before: now,
             not_after: now + HEARTBEAT,
         }
@@ -147,11 +154,21 @@ impl Client {
     async fn send(&mut self, socket: &mut WebSocket) -> Result<(), End> {
         let Some(wanted) = self.wanted.clone() else { return Ok(()) };
         let gone = (close_code::AWAY, "the server is stopping");
-        let changes = self.state.fleet.changes(self.known, wanted).await.ok_or(gone)?;
+        let (begun, snapshot) = (Instant::now(), self.known == 0);
+        let described = snapshot || begun >= self.systems_not_before;
+        let mut changes = self.state.fleet.changes(self.known, wanted, described).await.ok_or(gone)?;
+        if described {
+            self.systems_not_before = begun + SYSTEMS_EVERY;
+            if snapshot {
+                self.systems.clear();
+            }
+            changes.systems.retain(|system| self.systems.get(&system.address) != Some(system));
+            self.systems.extend(changes.systems.iter().map(|system| (system.address, system.clone())));
+        }
         let skipped = changes.values.iter().map(|value| self.skipped(value)).sum();
         let frame = LiveFrame {
             now_us: clock::now().micros(),
-            snapshot: self.known == 0,
+            snapshot,
             systems: changes.systems,
             values: changes.values,
             events: changes.events,

@@ -29,9 +29,10 @@ impl Fleet {
         self.relay.look(move |hub, now| systems(hub.fleet(), now, &wanted)).await.ok()
     }
 
-    /// What changed after `since`; `None` when the owner is gone.
-    pub(crate) async fn changes(&self, since: u64, wanted: Arc<Wanted>) -> Option<Changes> {
-        let raw = self.relay.look(move |hub, now| Raw::take(hub.fleet(), now, since, &wanted)).await.ok()?;
+    /// What changed after `since`, and how the systems are if `described`; `None` when the owner is gone.
+    pub(crate) async fn changes(&self, since: u64, wanted: Arc<Wanted>, described: bool) -> Option<Changes> {
+        let look = move |hub: &mut hub::Hub, now| Raw::take(hub.fleet(), now, since, &wanted, described);
+        let raw = self.relay.look(look).await.ok()?;
         Some(raw.decode())
     }
 
@@ -135,7 +136,7 @@ struct Raw {
 }
 
 impl Raw {
-    fn take(fleet: &hub::Fleet, now: Now, since: u64, wanted: &Wanted) -> Self {
+    fn take(fleet: &hub::Fleet, now: Now, since: u64, wanted: &Wanted, described: bool) -> Self {
         let admits = |address: Address, key: SeriesKey| {
             wanted.admits_system(address.0)
                 && (wanted.messages.is_none() || wanted.admits_message(&decode::abbrev(key.id)))
@@ -144,7 +145,7 @@ impl Raw {
         let events = if wanted.events { changes.events } else { Vec::new() };
         Self {
             revision: changes.revision,
-            systems: systems(fleet, now, wanted),
+            systems: if described { systems(fleet, now, wanted) } else { Vec::new() },
             values: changes.series.into_iter().map(|(_, key, series)| (key, series.clone())).collect(),
             events,
             events_missed: if wanted.events { changes.events_missed } else { 0 },

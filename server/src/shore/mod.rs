@@ -82,7 +82,7 @@ impl Wanted {
 pub(crate) struct Changes {
     /// To ask with next time.
     pub(crate) revision: u64,
-    /// All wanted systems as they are.
+    /// All wanted systems as they are, if that was asked for.
     pub(crate) systems: Vec<System>,
     /// Series with a new value.
     pub(crate) values: Vec<Update>,

@@ -382,7 +382,7 @@ now_us: number,
  */
 snapshot: boolean, 
 /**
- * All systems that the client wants, as they are now.
+ * Systems that are not as they were told before, ten times a second at most.
  */
 systems: Array<System>, 
 /**

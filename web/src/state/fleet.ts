@@ -52,7 +52,7 @@ export function withFrame(state: FleetState, frame: LiveFrame, atMs: number): Fl
   }
   const events = frame.snapshot ? frame.events : [...state.events, ...frame.events];
   return {
-    systems: new Map(frame.systems.map((system) => [system.address, system])),
+    systems: new Map([...(frame.snapshot ? [] : state.systems), ...frame.systems.map((system) => [system.address, system] as const)]),
     values,
     events: events.slice(-EVENTS),
     skipped: state.skipped + frame.skipped,

@@ -45,7 +45,7 @@ const ADMIN: &str = "admin";
 #[derive(Debug, Args)]
 pub(super) struct DemoArguments {
     /// Simulated Otters.
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=12))]
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=24))]
     otters: u16,
     /// Use this folder, which must be new or empty, and keep it; without this everything is removed at the end.
     #[arg(long, value_name = "DIR")]
