@@ -143,6 +143,8 @@ fn updates_that_do_not_fit_are_refused_with_the_remedy() {
     );
     let beyond = vec![vrid(130, 1, 2, 3), control("SGCC", 2, 1, 9)];
     assert!(says(&base(), &[update("1", &[beyond])]).contains("beyond the end of a list"));
+    let mixed = vec![vrid(110, 1, 1, 1), sg2d(&[(63.0, 10.0)]), ("SG3D", vec![0; 12])];
+    assert!(says(&file(&[dsid(false, NAME, "1", "0"), mixed]), &[]).contains("with and without depths"));
     let lost = vec![vrid(130, 1, 2, 3), control("SGCC", 1, 1, 1)];
     assert!(says(&base(), &[update("1", &[lost])]).contains("another number of items"));
 }

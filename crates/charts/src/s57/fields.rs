@@ -93,7 +93,9 @@ impl<'a> FileReader<'a> {
                         update: text(row[6]),
                         update_date: text(row[7]),
                         issue_date: text(row[8]),
-                        standard: text(row[9]),
+                        standard: row[9]
+                            .real()
+                            .map_or_else(|| text(row[9]), |edition| format!("{edition:04.1}")),
                         product: whole(row[10]).unwrap_or(0),
                         agency: whole(row[14]).unwrap_or(0),
                         comment: text(row[15]),
@@ -150,6 +152,7 @@ impl<'a> FileReader<'a> {
                     ("the horizontal datum (HDAT)", row[2], 2, "2 (WGS 84)"),
                     ("the depth unit (DUNI)", row[6], 1, "1 (metres)"),
                     ("the height unit (HUNI)", row[7], 1, "1 (metres)"),
+                    ("the unit of accuracy (PUNI)", row[8], 1, "1 (metres)"),
                     ("the coordinate unit (COUN)", row[9], 1, "1 (degrees)"),
                 ];
                 wrong = units.into_iter().find(|(_, value, right, _)| value.integer() != Some(*right));
@@ -222,7 +225,7 @@ impl<'a> FileReader<'a> {
 
     fn vector(&self, record: &Record<'a>) -> Result<VectorRecord, S57Error> {
         let mut vector = VectorRecord::default();
-        let (mut pointer_control, mut coordinate_control) = (None, None);
+        let (mut pointer_control, mut coordinate_control, mut flat) = (None, None, None);
         for field in &record.fields {
             let latin = LexicalLevel::Latin1;
             match &field.tag.0 {
@@ -254,6 +257,7 @@ impl<'a> FileReader<'a> {
                 tag @ (b"SG2D" | b"SG3D") => {
                     let depths = tag == b"SG3D";
                     vector.has_depths |= depths;
+                    flat = flat.or((!depths).then_some(*field));
                     let list = list_for(&mut vector.coordinates, coordinate_control.take());
                     // Rows of 8 or 12 bytes: the file's own size bounds the list.
                     list.reserve(field.bytes.len() / 12);
@@ -268,6 +272,10 @@ impl<'a> FileReader<'a> {
                 }
                 _ => {}
             }
+        }
+        if let Some(field) = flat.filter(|_| vector.has_depths) {
+            let (id, what) = (vector.name.id, "given positions with and without depths");
+            return Err(self.fail(field, record, S57Problem::Record { kind: "vector record", id, what }));
         }
         // A control whose list does not come must not pass for no change.
         vector.pointers.extend(pointer_control.map(|control| (Some(control), Vec::new())));

@@ -20,6 +20,7 @@ mod records;
 mod skin;
 mod store;
 mod update;
+pub mod write;
 
 pub use catalogue::{Catalogue, CatalogueEntry};
 pub use cell::{Attribute, Cell, Feature, FeatureLink, LinkRole, ObjectId};

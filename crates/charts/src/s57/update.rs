@@ -127,6 +127,15 @@ impl Store {
         if plain && !target.coordinates.is_empty() {
             return Err(fail("given coordinates without saying where they go (no SGCC)"));
         }
+        let positions = record.coordinates.iter().any(|(_, items)| !items.is_empty());
+        if positions && !target.coordinates.is_empty() && record.has_depths != target.has_depths {
+            // A missing depth would be read as 0 m, and a depth among vertices be lost.
+            return Err(fail(if record.has_depths {
+                "given soundings among positions without depths"
+            } else {
+                "given positions without depths among soundings"
+            }));
+        }
         target.has_depths |= record.has_depths;
         edit(&mut target.coordinates, record.coordinates).map_err(fail)
     }

@@ -1,0 +1,104 @@
+//! A fictitious archipelago for demonstrations and tests: two cells of S-57 about the place where the Otters of
+//! `lutra-server demo` sail. **Not for navigation**: nothing of it is real.
+//!
+//! The sea floor is a function of position (`sea`). It is sampled on a grid, contours are drawn through it
+//! (`contour`), the areas between them found (`faces`), and all of it written as nodes, edges and features
+//! (`cell`), so that neighbours share their edges and the areas of depth and land fill the cell without gap or
+//! overlap. The same code gives the same bytes on every computer.
+
+mod cell;
+mod contour;
+mod faces;
+mod noise;
+mod objects;
+mod sea;
+
+use crate::s57::GeoPoint;
+use sea::Sea;
+
+/// What the cells say of themselves.
+pub const NOT_FOR_NAVIGATION: &str = "LUTRA DEMONSTRATION - NOT FOR NAVIGATION - NOTHING OF THIS IS REAL";
+
+/// Where local coordinates begin, north and east (degrees): the start of the demonstration's first Otter.
+const ORIGIN_DEG: [f64; 2] = [63.446, 10.345];
+/// Metres per degree of latitude and longitude there. All that is drawn is drawn with these two numbers.
+const METRES_PER_DEG: [f64; 2] = [111_463.0, 49_905.0];
+
+/// A file of the archipelago.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DemoFile {
+    /// Its name, such as `XX5LUTRA.000`; XX is no country.
+    pub name: &'static str,
+    /// The cell.
+    pub bytes: Vec<u8>,
+}
+
+/// What a cell covers and how finely.
+struct Extent {
+    name: &'static str,
+    band: u8,
+    scale: u32,
+    /// Metres from the origin.
+    south_west: [f64; 2],
+    step_m: f64,
+    /// Points of the grid along x and y.
+    size: [usize; 2],
+    /// Depths of the coastline and of the contours (m).
+    levels: &'static [f64],
+    /// Points of the grid per sounding, along each axis.
+    block: usize,
+    /// CATZOC.
+    zone: &'static str,
+}
+
+impl Extent {
+    /// Whether it shows the harbour in detail.
+    fn fine(&self) -> bool {
+        self.band >= 5
+    }
+}
+
+const APPROACH: Extent = Extent {
+    name: "XX4LUTRA.000",
+    band: 4,
+    scale: 50_000,
+    south_west: [-4_000.0, -2_200.0],
+    step_m: 40.0,
+    size: [226, 161],
+    levels: &[cell::COAST_M, 0.0, 5.0, 10.0, 20.0, 50.0, 100.0],
+    block: 10,
+    zone: "3",
+};
+
+const HARBOUR: Extent = Extent {
+    name: "XX5LUTRA.000",
+    band: 5,
+    scale: 12_000,
+    south_west: [-1_500.0, -1_450.0],
+    step_m: 12.5,
+    size: [289, 257],
+    levels: &[cell::COAST_M, 0.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0],
+    block: 11,
+    zone: "1",
+};
+
+/// The cells: an approach of some 9 by 6 km and a harbour in it.
+pub fn archipelago() -> Vec<DemoFile> {
+    let sea = Sea::new();
+    let file = |extent: &Extent| {
+        let bytes = cell::lay(extent, &sea).to_bytes();
+        DemoFile {
+            name: extent.name,
+            bytes: bytes.expect("invariant: all text and positions fit the format"),
+        }
+    };
+    vec![file(&APPROACH), file(&HARBOUR)]
+}
+
+/// The place of a local point.
+fn degrees([east_m, north_m]: [f64; 2]) -> GeoPoint {
+    GeoPoint {
+        lon_deg: ORIGIN_DEG[1] + east_m / METRES_PER_DEG[1],
+        lat_deg: ORIGIN_DEG[0] + north_m / METRES_PER_DEG[0],
+    }
+}
