@@ -1,7 +1,7 @@
 //! Plans and maneuvers of an autonomous vessel: what to do next, and when to stop doing it.
 //!
 //! Everything is a pure state machine: inputs and their times come in, commands and replies go out. Nothing
-//! here knows IMC or motors; `onboard` translates both ways.
+//! here knows IMC or motors; `onboard` translates both ways. [`guard`] holds plans against the sea chart.
 //!
 //! SI units and radians throughout; headings and bearings turn clockwise from north.
 
@@ -9,6 +9,7 @@ mod command;
 mod database;
 mod engine;
 mod event;
+pub mod guard;
 mod maneuver;
 mod plan;
 mod speed;

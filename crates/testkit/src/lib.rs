@@ -5,6 +5,7 @@
 //! the folder is absent.
 
 pub mod browser;
+pub mod sea;
 
 use std::path::{Path, PathBuf};
 

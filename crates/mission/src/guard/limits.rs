@@ -1,0 +1,118 @@
+//! What the guard demands of the water, and how far it believes position, track and chart.
+
+use charts::depth_index::{ChartTrust, Demand};
+
+/// Limits of the guard. All but the water level are 0 or more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GuardLimits {
+    /// Least depth in which anybody may drive the vessel (m).
+    pub navigable_m: f64,
+    /// Least depth in which it may go by itself (m).
+    pub autonomous_m: f64,
+    /// Draught at rest (m).
+    pub draught_m: f64,
+    /// How much deeper it lies under way (m).
+    pub squat_m: f64,
+    /// Height of the water above chart datum (m); 0 is the careful assumption.
+    pub water_level_m: f64,
+    /// Height of the vessel above the water (m); `None` to pass under everything.
+    pub air_draught_m: Option<f64>,
+    /// How far the chart is believed.
+    pub trust: ChartTrust,
+    /// How far the vessel may be from where it believes to be (m).
+    pub position_m: f64,
+    /// How far it may stray from its track (m).
+    pub cross_track_m: f64,
+    /// Farthest point of the hull from the point that is steered (m).
+    pub hull_m: f64,
+    /// How fast it drifts with its motors off (m/s).
+    pub drift_mps: f64,
+    /// Smaller circles of loiters are widened to this (m).
+    pub least_loiter_m: f64,
+    /// Smaller radii of station keeping are widened to this (m).
+    pub least_station_m: f64,
+}
+
+impl Default for GuardLimits {
+    /// An Otter: 1 m navigable, 5 m by itself, 0.32 m of draught with its payload.
+    fn default() -> Self {
+        Self {
+            navigable_m: 1.0,
+            autonomous_m: 5.0,
+            draught_m: 0.32,
+            squat_m: 0.05,
+            water_level_m: 0.0,
+            air_draught_m: None,
+            trust: ChartTrust::AsCharted,
+            position_m: 3.0,
+            cross_track_m: 10.0,
+            hull_m: 1.2,
+            drift_mps: 0.2,
+            least_loiter_m: 1.0,
+            least_station_m: 2.0,
+        }
+    }
+}
+
+/// A limit that is none.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the guard's {name} is {value}; it must be a number from {least} on")]
+pub struct LimitsError {
+    /// Which.
+    pub name: &'static str,
+    /// What it is.
+    pub value: f64,
+    /// What it must at least be.
+    pub least: f64,
+}
+
+impl GuardLimits {
+    /// Whether all are numbers in range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn validate(&self) -> Result<(), LimitsError> {
+        let from_zero = [
+            ("navigable depth", self.navigable_m),
+            ("autonomous depth", self.autonomous_m),
+            ("draught", self.draught_m),
+            ("squat", self.squat_m),
+            ("air draught", self.air_draught_m.unwrap_or(0.0)),
+            ("position uncertainty", self.position_m),
+            ("cross-track limit", self.cross_track_m),
+            ("hull radius", self.hull_m),
+            ("drift speed", self.drift_mps),
+            ("least loiter radius", self.least_loiter_m),
+            ("least station radius", self.least_station_m),
+        ];
+        let level = ("water level", self.water_level_m, -100.0);
+        let mut all = from_zero.map(|(name, value)| (name, value, 0.0)).into_iter().chain([level]);
+        let bad = all.find(|(_, value, least)| !value.is_finite() || value < least);
+        bad.map_or(Ok(()), |(name, value, least)| Err(LimitsError { name, value, least }))
+    }
+
+    /// Depth needed where `least_m` is demanded (m): never less than hull and squat take.
+    pub fn needed_m(&self, least_m: f64) -> f64 {
+        least_m.max(self.draught_m + self.squat_m)
+    }
+
+    /// What is demanded of the water where it must be `least_m` deep.
+    pub fn demand(&self, least_m: f64) -> Demand {
+        let own_m = self.draught_m + self.squat_m;
+        Demand {
+            water_level_m: self.water_level_m,
+            draught_m: self.draught_m,
+            squat_m: self.squat_m,
+            // No number must not become the least demand.
+            reserve_m: if least_m.is_nan() { f64::NAN } else { (least_m - own_m).max(0.0) },
+            air_draught_m: self.air_draught_m,
+            position_m: self.position_m,
+            trust: self.trust,
+        }
+    }
+
+    /// Half width of the corridor of a track, position left out (m): the index adds that.
+    pub fn half_width_m(&self) -> f64 {
+        self.cross_track_m + self.hull_m
+    }
+}

@@ -1,0 +1,314 @@
+//! What the guard answers: legs with their worst spot, and what it could not check.
+
+use crate::maneuver::ManeuverKind;
+use charts::depth_index::{DepthAnswer, DepthIndex, Water};
+use std::fmt;
+use units::LatLon;
+
+/// Worst zone of confidence that is taken without a warning (CATZOC 4 = C).
+const POOR_ZONE: u8 = 5;
+
+/// What becomes of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// All of it was checked and is deep enough.
+    Ok,
+    /// What was checked is deep enough; something was not, or the chart is poor.
+    Warnings,
+    /// Some of it is not known to be deep enough.
+    Refused,
+}
+
+impl Outcome {
+    /// A word for machines.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Warnings => "warnings",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// The guard's answer about a plan.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Verdict {
+    /// Every leg that was checked, in the order they are sailed.
+    pub legs: Vec<LegCheck>,
+    /// What was not, or not well.
+    pub warnings: Vec<Warning>,
+    /// The plan is larger than the guard checks ([`MOST_CORRIDORS`](super::MOST_CORRIDORS)): it is refused.
+    pub too_much: bool,
+}
+
+impl Verdict {
+    /// What becomes of the plan.
+    pub fn outcome(&self) -> Outcome {
+        if self.too_much || self.refused().next().is_some() {
+            Outcome::Refused
+        } else if self.warnings.is_empty() {
+            Outcome::Ok
+        } else {
+            Outcome::Warnings
+        }
+    }
+
+    /// Whether the plan must not be sailed.
+    pub fn is_refused(&self) -> bool {
+        self.outcome() == Outcome::Refused
+    }
+
+    /// The legs that are the reason.
+    pub fn refused(&self) -> impl Iterator<Item = &LegCheck> {
+        self.legs.iter().filter(|leg| leg.reason.is_some())
+    }
+
+    /// The first reason and how many more there are, in one line for a reply.
+    pub fn summary(&self) -> String {
+        if self.too_much {
+            return "the plan is too large to be checked against the chart; split it".to_owned();
+        }
+        let mut refused = self.refused();
+        let Some(first) = refused.next() else {
+            return match self.warnings.len() {
+                0 => "deep enough by the chart".to_owned(),
+                count => format!("deep enough by the chart where it was checked; {count} warnings"),
+            };
+        };
+        match refused.count() {
+            0 => first.to_string(),
+            more => format!("{first} (and {more} more legs)"),
+        }
+    }
+}
+
+/// Which part of a maneuver a leg is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// The way from what came before to the maneuver's first place.
+    Transit,
+    /// A leg of a path, a trajectory or rows, turns included.
+    Track,
+    /// The circle or the eight of a loiter.
+    Circle,
+    /// The disc of station keeping.
+    Station,
+    /// Where it may drift to with its motors off.
+    Drift,
+}
+
+impl Part {
+    /// A word for machines.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Transit => "transit",
+            Self::Track => "track",
+            Self::Circle => "circle",
+            Self::Station => "station",
+            Self::Drift => "drift",
+        }
+    }
+}
+
+/// Why a leg is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reason {
+    /// Land, or a construction on the ground.
+    Land,
+    /// Something in the way, whatever the depth.
+    Obstacle,
+    /// A danger whose depth nobody knows, or an unsurveyed area.
+    UnknownDepth,
+    /// Nothing is charted.
+    NoData,
+    /// Something overhead that the vessel does not fit under.
+    TooLow,
+    /// Too shallow for anybody.
+    TooShallow,
+    /// Deep enough for an operator who steers, too shallow for the vessel by itself.
+    TooShallowAlone,
+}
+
+impl Reason {
+    /// A word for machines.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Land => "land",
+            Self::Obstacle => "obstacle",
+            Self::UnknownDepth => "unknown-depth",
+            Self::NoData => "no-data",
+            Self::TooLow => "too-low",
+            Self::TooShallow => "too-shallow",
+            Self::TooShallowAlone => "too-shallow-alone",
+        }
+    }
+}
+
+/// The worst spot of a leg.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spot {
+    /// Where.
+    pub at: LatLon,
+    /// Least charted depth (m); negative where it dries, absent where it is no water of known depth.
+    pub least_m: Option<f64>,
+    /// What is left of the depth (m), negative = too shallow; absent like the depth.
+    pub margin_m: Option<f64>,
+    /// Class of the chart object that decides (S-57 acronym); absent where there is no data.
+    pub class: Option<&'static str>,
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Its record number in its cell.
+    pub record: Option<u32>,
+    /// Cell or file that it is from.
+    pub cell: Option<String>,
+    /// Edition and update of the cell.
+    pub edition: Option<(String, String)>,
+    /// Compilation scale of the cell, 1 : this; absent where unknown.
+    pub scale: Option<u32>,
+    /// Zone of confidence (CATZOC 1 to 6); absent where the chart does not tell.
+    pub zone: Option<u8>,
+}
+
+impl Spot {
+    /// What an answer of the index means in words and numbers.
+    pub fn of(answer: &DepthAnswer, index: &DepthIndex) -> Self {
+        let object = answer.object.and_then(|id| index.object(id));
+        let source = object.map(|object| index.source(object));
+        Self {
+            at: answer.at,
+            least_m: answer.water.least_m(),
+            margin_m: answer.margin_m,
+            // No object is named for water that nothing charted decides.
+            class: object.filter(|_| answer.water != Water::NoData).and_then(|object| object.class.acronym()),
+            name: object.and_then(|object| object.name.clone()),
+            record: object.map(|object| object.record),
+            cell: source.map(|source| source.name.clone()),
+            edition: source.map(|source| (source.edition.clone(), source.update.clone())),
+            scale: source.map(|source| source.scale).filter(|scale| *scale > 0),
+            zone: answer.zone,
+        }
+    }
+}
+
+/// A leg that was checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LegCheck {
+    /// Name of the maneuver.
+    pub maneuver: String,
+    /// Which part of it.
+    pub part: Part,
+    /// Number of the leg within the part, from 0.
+    pub number: u32,
+    /// Where it begins.
+    pub from: LatLon,
+    /// Where it ends.
+    pub to: LatLon,
+    /// Half width that was looked at where it is worst, with all allowances (m).
+    pub half_width_m: f64,
+    /// Why it is refused, if it is.
+    pub reason: Option<Reason>,
+    /// The worst spot, also of a leg that is deep enough.
+    pub spot: Spot,
+}
+
+impl fmt::Display for LegCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { maneuver, part, spot, .. } = self;
+        write!(f, "'{maneuver}' ({} {}): ", part.code(), self.number + 1)?;
+        match (self.reason, spot.least_m, spot.margin_m) {
+            (Some(Reason::Land), ..) => write!(f, "land")?,
+            (Some(Reason::Obstacle), ..) => write!(f, "an obstacle")?,
+            (Some(Reason::UnknownDepth), ..) => write!(f, "unknown depth")?,
+            (Some(Reason::NoData), ..) => write!(f, "not charted")?,
+            (Some(Reason::TooLow), ..) => write!(f, "too low overhead")?,
+            (_, Some(least_m), Some(margin_m)) if margin_m < 0.0 => {
+                write!(f, "{least_m:.1} m deep, {:.1} m too little", -margin_m)?;
+            }
+            (_, least_m, margin_m) => {
+                let (least_m, margin_m) = (least_m.unwrap_or(0.0), margin_m.unwrap_or(0.0));
+                write!(f, "{least_m:.1} m deep, {margin_m:.1} m to spare")?;
+            }
+        }
+        write!(f, " at {:.5}, {:.5}", spot.at.lat_deg(), spot.at.lon_deg())?;
+        match (&spot.class, &spot.cell) {
+            (Some(class), Some(cell)) => write!(f, " ({class} of {cell})"),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What was not checked, or not well.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Warning {
+    /// Where the vessel starts is not known: the way to the first place is unchecked.
+    StartUnknown {
+        /// The first maneuver with a place.
+        maneuver: String,
+    },
+    /// Nobody knows beforehand where this maneuver leads.
+    Unchecked {
+        /// The maneuver.
+        maneuver: String,
+        /// What it is.
+        kind: ManeuverKind,
+    },
+    /// The vessel drifts for a time that nobody knows beforehand.
+    DriftsOn {
+        /// The maneuver.
+        maneuver: String,
+    },
+    /// It is deep enough by a survey of poor or unassessed quality (CATZOC D or U).
+    PoorChart {
+        /// The maneuver.
+        maneuver: String,
+        /// Cell that decides, where one does.
+        cell: Option<String>,
+    },
+}
+
+impl Warning {
+    /// A word for machines.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::StartUnknown { .. } => "start-unknown",
+            Self::Unchecked { .. } => "unchecked",
+            Self::DriftsOn { .. } => "drifts-on",
+            Self::PoorChart { .. } => "poor-chart",
+        }
+    }
+
+    /// The maneuver it is about.
+    pub fn maneuver(&self) -> &str {
+        match self {
+            Self::StartUnknown { maneuver }
+            | Self::Unchecked { maneuver, .. }
+            | Self::DriftsOn { maneuver }
+            | Self::PoorChart { maneuver, .. } => maneuver,
+        }
+    }
+
+    pub(super) fn of_quality(leg: &LegCheck) -> Option<Self> {
+        let poor = leg.spot.zone.is_some_and(|zone| zone >= POOR_ZONE) && leg.reason.is_none();
+        poor.then(|| Self::PoorChart { maneuver: leg.maneuver.clone(), cell: leg.spot.cell.clone() })
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StartUnknown { maneuver } => {
+                write!(f, "'{maneuver}': where the vessel comes from is not known; that way is not checked")
+            }
+            Self::Unchecked { maneuver, kind } => {
+                write!(f, "'{maneuver}': nobody knows beforehand where a {kind} leads; it is not checked")
+            }
+            Self::DriftsOn { maneuver } => {
+                write!(f, "'{maneuver}': the vessel drifts for a time that is not known; it is not checked")
+            }
+            Self::PoorChart { maneuver, cell } => {
+                let cell = cell.as_deref().unwrap_or("the chart");
+                write!(f, "'{maneuver}': deep enough by a survey of poor or unknown quality ({cell})")
+            }
+        }
+    }
+}
