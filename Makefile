@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help test demo demo-vessel interop bench fuzz fmt audit setup web types chromium
+.PHONY: help tools test demo demo-vessel interop bench fuzz fmt audit setup web types chromium
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
@@ -46,7 +46,17 @@ chromium:
 	  echo "Installing Chromium, for the tests of the pages (once)"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends chromium; }
 
-test: setup web chromium
+# For the tests of tunnels and clocks, which say so and pass where these are absent; so does this where it may not install.
+tools:
+	@for tool in openvpn wireguard-go wg ip; do command -v $$tool >/dev/null || missing=yes; done; \
+	ls /usr/lib/*/faketime/libfaketimeMT.so.1 >/dev/null 2>&1 || missing=yes; \
+	[ -z "$$missing" ] || { \
+	  echo "Installing OpenVPN, WireGuard and libfaketime, for tests of the link and of clocks (once)"; \
+	  apt-get update -q && apt-get install -qy --no-install-recommends \
+	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime; } || \
+	  echo "not installed: what needs them is skipped and says so"
+
+test: setup web chromium tools
 	$(call say,Formatting)
 	cargo fmt --all --check
 	$(call say,Lints)

@@ -2,16 +2,18 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
+mod support;
+
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::TcpStream;
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use support::browser::Browser;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
 /// Longer than anything here takes on a loaded machine.
@@ -114,66 +116,19 @@ fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A browser that knows no more than cookies.
-struct Browser {
-    host: String,
-    cookies: BTreeMap<String, String>,
-}
-
-impl Browser {
-    /// Head and body of the answer.
-    fn ask(&mut self, request: &str, more: &str, body: &str) -> (String, String) {
-        let cookies: Vec<String> =
-            self.cookies.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        let (host, length) = (&self.host, body.len());
-        let mut stream = TcpStream::connect(host).unwrap();
-        // The older version has whole bodies only.
-        let head = format!(
-            "{request} HTTP/1.0\r\nhost: {host}\r\norigin: http://{host}\r\ncookie: {}\r\n",
-            cookies.join("; ")
-        );
-        write!(stream, "{head}{more}content-length: {length}\r\n\r\n{body}").unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
-        for cookie in head.lines().filter_map(|line| line.strip_prefix("set-cookie: ")) {
-            let (name, value) = cookie.split(';').next().unwrap().split_once('=').unwrap();
-            self.cookies.insert(name.to_owned(), value.to_owned());
-        }
-        (head.to_owned(), body.to_owned())
-    }
-
-    fn get(&mut self, path: &str) -> String {
-        let (head, body) = self.ask(&format!("GET {path}"), "", "");
-        assert!(head.contains(" 200 "), "{path}: {head}\n{body}");
-        body
-    }
-
-    fn log_in(host: &str, name: &str, password: &str) -> Self {
-        let mut browser = Self { host: host.to_owned(), cookies: BTreeMap::new() };
-        let page = browser.get("/login");
-        let token = page.split_once("name=\"csrf\" value=\"").unwrap().1.split('"').next().unwrap();
-        let form = "content-type: application/x-www-form-urlencoded\r\n";
-        let body = format!("name={name}&password={password}&csrf={token}&next=");
-        let (head, _) = browser.ask("POST /login", form, &body);
-        assert!(head.contains(" 303 ") && head.contains("location: /\r\n"), "{head}");
-        browser
-    }
-
-    /// Where each vessel is: its place in metres north and east of the equator and Greenwich, near enough.
-    fn places(&mut self) -> BTreeMap<String, (f64, f64)> {
-        let systems: Value = serde_json::from_str(&self.get("/api/v1/vessels")).unwrap();
-        let place = |system: &Value| {
-            let fix = &system["fix"];
-            let (lat_deg, lon_deg) = (fix["lat_deg"].as_f64()?, fix["lon_deg"].as_f64()?);
-            let north_m = lat_deg * 111_200.0;
-            Some((
-                system["name"].as_str()?.to_owned(),
-                (north_m, lon_deg * 111_200.0 * lat_deg.to_radians().cos()),
-            ))
-        };
-        systems.as_array().unwrap().iter().filter_map(place).collect()
-    }
+/// Where each vessel is: its place in metres north and east of the equator and Greenwich, near enough.
+fn places(browser: &mut Browser) -> BTreeMap<String, (f64, f64)> {
+    let systems: Value = serde_json::from_str(&browser.get("/api/v1/vessels")).unwrap();
+    let place = |system: &Value| {
+        let fix = &system["fix"];
+        let (lat_deg, lon_deg) = (fix["lat_deg"].as_f64()?, fix["lon_deg"].as_f64()?);
+        let north_m = lat_deg * 111_200.0;
+        Some((
+            system["name"].as_str()?.to_owned(),
+            (north_m, lon_deg * 111_200.0 * lat_deg.to_radians().cos()),
+        ))
+    };
+    systems.as_array().unwrap().iter().filter_map(place).collect()
 }
 
 fn folder_of(line: &str) -> PathBuf {
@@ -195,9 +150,9 @@ fn otters_sail_before_a_browser_and_all_ends_with_it() {
     // No change of the password is asked for: what follows would be refused.
     let mut browser = Browser::log_in(host, "admin", password);
     let named = |places: BTreeMap<_, _>| Some(places).filter(|places| places.len() == 2);
-    let first = until("both on the map", || named(browser.places()));
+    let first = until("both on the map", || named(places(&mut browser)));
     until("both under way", || {
-        let now = browser.places();
+        let now = places(&mut browser);
         let moved = |name: &String| {
             let ((north, east), (north_0, east_0)) = (now.get(name)?, first[name]);
             Some((north - north_0).hypot(east - east_0))

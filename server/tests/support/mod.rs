@@ -17,6 +17,8 @@ use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message as Frame;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
+pub(crate) mod ashore;
+pub(crate) mod browser;
 pub(crate) mod program;
 
 pub(crate) const OTTER: Address = Address(0x2810);

@@ -3,7 +3,7 @@
 use super::{PATIENCE, packets_of};
 use bytes::Bytes;
 use std::fs::File;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -44,6 +44,15 @@ pub(crate) fn link_token(data: &Path, name: &str, address: &str) -> String {
         run(data, &["vessel", "add", name, address]);
     }
     run(data, &["token", "create", "--link", name]).trim().to_owned()
+}
+
+/// A person who may do everything, with a password that need not be changed.
+pub(crate) fn add_admin(data: &Path, name: &str, password: &str) {
+    let mut command = Command::new(SERVER);
+    command.args(["user", "add", name, "--role", "admin", "--password-stdin", "--data"]).arg(data);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(format!("{password}\n").as_bytes()).unwrap();
+    assert!(child.wait().unwrap().success());
 }
 
 /// A process that ends with the test.
@@ -90,14 +99,20 @@ pub(crate) struct Server {
 impl Server {
     /// Starts one; its log goes to a file beside the data folder.
     pub(crate) fn start(data: &Path) -> Self {
+        Self::start_by(Command::new(SERVER), data, "127.0.0.1:0", &[])
+    }
+
+    /// Starts one by a command that ends in the program, on an address.
+    pub(crate) fn start_by(mut command: Command, data: &Path, listen: &str, more: &[&str]) -> Self {
         let mut log = data.as_os_str().to_owned();
         log.push(".log");
         let log = PathBuf::from(log);
         let errors = File::options().create(true).append(true).open(&log).unwrap();
-        let mut child = Command::new(SERVER)
-            .args(["serve", "--listen", "127.0.0.1:0", "--set", "doors.imcproxy.listen=127.0.0.1:0"])
+        let mut child = command
+            .args(["serve", "--listen", listen, "--set", "doors.imcproxy.listen=127.0.0.1:0"])
             .args(["--set", "imc.active=false", "--data"])
             .arg(data)
+            .args(more)
             .stdout(Stdio::piped())
             .stderr(errors)
             .spawn()
@@ -141,6 +156,11 @@ pub(crate) struct Agent {
 impl Agent {
     /// Starts one in a folder, with the way to the shore at a port of this computer.
     pub(crate) fn start(program: &Path, folder: &Path, shore: SocketAddr, token: &str) -> Self {
+        Self::start_by(Command::new(program), folder, shore, token)
+    }
+
+    /// Starts one by a command that ends in the program.
+    pub(crate) fn start_by(mut command: Command, folder: &Path, shore: SocketAddr, token: &str) -> Self {
         let otter = testkit::repository().join("vehicle-agent/etc/otter.ini");
         let link = format!(
             "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n"
@@ -149,7 +169,7 @@ impl Agent {
         std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link).unwrap();
         std::fs::write(folder.join("lutra.token"), token).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
-        let mut child = Command::new(program)
+        let mut child = command
             .arg("run")
             .arg(&config)
             .args(["--quiet", "--bind", "127.0.0.1", "--data"])

@@ -183,17 +183,21 @@ pub enum GapReason {
     Damaged,
     /// The shore once acknowledged them; it must have them from then, or was restored from a backup.
     AcknowledgedBefore,
+    /// The vessel's program was killed with packets that it had not spooled. One number stands for all of them: how
+    /// many there were is not known.
+    Killed,
     /// A reason of a later version.
     Other(u8),
 }
 
 impl GapReason {
-    const NAMED: [(Self, u8, &'static str); 5] = [
+    const NAMED: [(Self, u8, &'static str); 6] = [
         (Self::NotRecorded, 1, "not recorded"),
         (Self::SpoolFull, 2, "spool full"),
         (Self::PowerLost, 3, "power lost"),
         (Self::Damaged, 4, "damaged on disk"),
         (Self::AcknowledgedBefore, 5, "acknowledged before"),
+        (Self::Killed, 6, "killed"),
     ];
 
     /// The number that stands for it, here and on disks.

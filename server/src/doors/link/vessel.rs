@@ -282,10 +282,14 @@ impl Task {
             from: gap.since,
             to: gap.until.max(gap.since),
             kind: match gap.reason {
-                GapReason::NotRecorded => GapKind::NotRecorded,
+                GapReason::NotRecorded | GapReason::Killed => GapKind::NotRecorded,
                 _ => GapKind::Lost,
             },
-            reason: format!("{} packets: {}", gap.to.saturating_sub(gap.from), reason(gap.reason)),
+            reason: match gap.reason {
+                // Its number counts nothing.
+                GapReason::Killed => reason(gap.reason).to_owned(),
+                _ => format!("{} packets: {}", gap.to.saturating_sub(gap.from), reason(gap.reason)),
+            },
             declared: self.now().utc,
         };
         tracing::warn!(vessel = %self.vessel, reason = %declared.reason, "packets will never come");
@@ -365,6 +369,7 @@ fn reason(reason: GapReason) -> &'static str {
         GapReason::PowerLost => "the vessel lost power before they were on its disk (an upper bound)",
         GapReason::Damaged => "the vessel's disk did not give them back",
         GapReason::AcknowledgedBefore => "they were acknowledged before; the shore has them or was restored",
+        GapReason::Killed => "the vessel's program was killed: what it had not spooled yet is lost",
         GapReason::Other(_) => "a reason that this version does not know",
     }
 }

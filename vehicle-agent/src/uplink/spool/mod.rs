@@ -4,7 +4,8 @@
 //! anyone sends them; a thread beside brings them to the disk. So a program that is killed loses nothing that was
 //! spooled, and a computer that loses power loses what was spooled since the last sync: the sync interval and the
 //! time that the disk takes. Numbers that may have been given out then are never given out again; they are
-//! declared as a gap.
+//! declared as a gap. What a killed program had not spooled yet is declared too, from the last that it had to the
+//! next start; one number stands for it, as nobody counted it.
 //!
 //! Bounded in bytes. When full, the oldest file that still has everything loses its telemetry; when none has, the
 //! oldest loses the rest. What is thinned out is declared as a gap, in its place. A disk that refuses writes is the
@@ -126,17 +127,20 @@ impl Spool {
             }
             Identity { boot: boot.to_owned(), ..Identity::fresh(0)? }
         };
-        let mut gap = None;
-        let mut next = found.next;
-        if !identity.clean && identity.boot != boot && identity.starts > 0 {
-            next += LEFT_OUT;
-            let (since, until) = (found.last_recorded, now);
-            gap = Some(Gap { from: found.next, to: next, since, until, reason: GapReason::PowerLost });
-            remarks.push(format!(
-                "power was lost; packets of the last moment are missing from {} on",
-                found.next
-            ));
+        let gap = (!identity.clean && identity.starts > 0).then(|| {
+            let is_same_boot = identity.boot == boot;
+            let (numbers, reason) =
+                if is_same_boot { (1, GapReason::Killed) } else { (LEFT_OUT, GapReason::PowerLost) };
+            let (from, to) = (found.next, found.next + numbers);
+            // A clock that was set back meanwhile makes a moment of it.
+            Gap { from, to, since: found.last_recorded.min(now), until: now, reason }
+        });
+        if let Some(gap) = gap {
+            let what =
+                if gap.reason == GapReason::Killed { "the program was killed" } else { "power was lost" };
+            remarks.push(format!("{what}; packets of the last moment are missing from {} on", gap.from));
         }
+        let next = gap.map_or(found.next, |gap| gap.to);
         identity.starts += 1;
         (identity.boot, identity.clean) = (boot.to_owned(), false);
         identity.save(folder)?;

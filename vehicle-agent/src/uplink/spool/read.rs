@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
+use std::time::UNIX_EPOCH;
 use units::UtcTime;
 
 /// Read at once at least.
@@ -20,6 +21,7 @@ pub(super) struct Found {
     pub(super) files: BTreeMap<u64, Info>,
     /// The number after the last entry.
     pub(super) next: u64,
+    /// When the last entry was recorded; of a file without any, when it was begun.
     pub(super) last_recorded: UtcTime,
 }
 
@@ -55,10 +57,15 @@ impl Found {
         let bytes = Bytes::from(fs::read(&path).with_context(|| format!("reading {}", path.display()))?);
         let mut at = if Header::from_bytes(&bytes).is_some() { HEADER_BYTES } else { bytes.len() };
         let mut next = first;
+        // It was written when the last entry of the file before was.
+        self.last_recorded = changed(&path)?;
         while let Some((item, length)) = segment::take(&bytes.slice(at..)) {
-            if let Item::Record(record, _) = &item {
-                self.last_recorded = record.recorded;
-            }
+            self.last_recorded = match &item {
+                Item::Record(record, _) => record.recorded,
+                Item::Gap(gap) if gap.until > UtcTime::default() => gap.until,
+                // Of damage nobody knows the time.
+                Item::Gap(_) => self.last_recorded,
+            };
             (next, at) = (item.end(), at + length);
         }
         if at < bytes.len() {
@@ -75,6 +82,12 @@ impl Found {
         }
         Ok(())
     }
+}
+
+/// When a file was last written to.
+fn changed(path: &Path) -> io::Result<UtcTime> {
+    let since = fs::metadata(path)?.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();
+    Ok(UtcTime::from_micros(since.as_micros() as i64))
 }
 
 fn names(folder: &Path) -> io::Result<Vec<u64>> {

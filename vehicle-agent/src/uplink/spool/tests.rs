@@ -101,15 +101,18 @@ fn killed_at_any_byte_nothing_whole_is_lost_and_it_goes_on() {
         append(&mut spool, 3, |_| false);
         let (packets, gaps) = read_all(&mut spool, first);
         assert_eq!(packets.last(), Some(&(next + 2)));
-        // As many whole entries as the bytes hold, and no other gap than the one that was written.
+        // As many whole entries as the bytes hold, no other gap than the one that was written, and the kill's.
         let mut at = HEADER_BYTES;
         let mut expected = first;
         let all = bytes::Bytes::from(whole.clone());
         while let Some((item, bytes)) = segment::take(&all.slice(at.min(length)..length)) {
             (at, expected) = (at + bytes, item.end());
         }
-        assert_eq!(next, expected, "cut at {length}");
-        assert!(gaps.iter().all(|gap| before.1.contains(gap)));
+        assert_eq!(next, expected + 1, "cut at {length}");
+        let (kills, written): (Vec<_>, Vec<_>) =
+            gaps.into_iter().partition(|gap| gap.reason == GapReason::Killed);
+        assert!(written.iter().all(|gap| before.1.contains(gap)));
+        assert_eq!((kills.len(), kills[0].from, kills[0].to), (1, expected, expected + 1));
     }
 }
 
@@ -144,7 +147,7 @@ fn when_full_telemetry_goes_first_and_every_loss_is_declared() {
     assert!(packets[0] > 0 && important(packets[0]) && spool.bytes() <= bounds.bytes);
     assert!(spool.files.len() < 30, "{}", spool.files.len());
     // It is found as it was left.
-    drop(spool);
+    spool.close().unwrap();
     let mut spool = Spool::open(folder.path(), bounds, time(0)).unwrap().0;
     assert_eq!(read_all(&mut spool, 0), (packets, gaps));
 }
@@ -160,7 +163,7 @@ fn a_thinning_that_was_cut_off_is_finished_by_the_next_start() {
     spool.thin().unwrap();
     let expected = read_all(&mut spool, 0);
     assert!(!spool.files.contains_key(&second), "joined to the first");
-    drop(spool);
+    spool.close().unwrap();
     fs::write(path(folder.path(), second), copy).unwrap();
     fs::write(folder.path().join("1.tmp"), "half").unwrap();
     let mut spool = open(folder.path());
@@ -175,20 +178,55 @@ fn after_a_loss_of_power_no_number_is_given_out_twice() {
     let (mut spool, _) = start("monday");
     append(&mut spool, 100, |_| false);
     drop(spool);
-    // Killed: the numbers go on.
+    // Killed: the numbers go on, and one stands for what was not spooled.
     let (mut spool, remarks) = start("monday");
-    assert_eq!((spool.state().next, remarks.len()), (100, 0));
-    append(&mut spool, 100, |_| false);
+    assert_eq!((spool.state().next, remarks.len()), (101, 1));
+    append(&mut spool, 99, |_| false);
     drop(spool);
     let (mut spool, remarks) = start("tuesday");
     assert_eq!((spool.state().next, remarks.len()), (200 + LEFT_OUT, 1));
     append(&mut spool, 10, |_| false);
     let (packets, gaps) = read_all(&mut spool, 0);
-    assert_eq!(packets.len(), 210);
-    assert_eq!((gaps[0].from, gaps[0].to, gaps[0].reason), (200, 200 + LEFT_OUT, GapReason::PowerLost));
+    assert_eq!(packets.len(), 209);
+    let declared: Vec<_> = gaps.iter().map(|gap| (gap.from, gap.to, gap.reason)).collect();
+    assert_eq!(declared, [(100, 101, GapReason::Killed), (200, 200 + LEFT_OUT, GapReason::PowerLost)]);
     spool.close().unwrap();
     let (spool, remarks) = start("wednesday");
     assert_eq!((spool.state().next, remarks.len()), (210 + LEFT_OUT, 0), "closed in order");
+}
+
+#[test]
+fn what_a_killed_program_had_not_spooled_is_declared_up_to_the_next_start() {
+    let folder = temporary();
+    let start = |at| {
+        let (mut spool, _) = Spool::open(folder.path(), Bounds::of(1 << 20), time(at)).unwrap();
+        let first = spool.state().first;
+        let gaps = read_all(&mut spool, first).1;
+        assert!(gaps.iter().all(|gap| gap.reason == GapReason::Killed));
+        (spool, gaps.last().map(|gap| (gap.since, gap.until)))
+    };
+    let (mut spool, first) = start(0);
+    assert_eq!(first, None, "nobody was killed before the first start");
+    append(&mut spool, 100, |_| false);
+    drop(spool);
+    // From the last packet on.
+    let (spool, gap) = start(5_000);
+    assert_eq!(gap, Some((time(99), time(5_000))));
+    // Killed at once: from the start before.
+    drop(spool);
+    let (mut spool, gap) = start(9_000);
+    assert_eq!(gap, Some((time(5_000), time(9_000))));
+    // All is ashore and the file of it is gone.
+    append(&mut spool, 1, |_| false);
+    spool.roll().unwrap();
+    spool.acknowledged(spool.state().next);
+    drop(spool);
+    // A clock that was set back declares a moment, not a time that ends before it begins.
+    let (spool, gap) = start(7_000);
+    assert_eq!(gap, Some((time(7_000), time(7_000))));
+    spool.close().unwrap();
+    let (_, gap) = start(20_000);
+    assert_eq!(gap, Some((time(7_000), time(7_000))), "closed in order");
 }
 
 #[test]
