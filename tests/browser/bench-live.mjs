@@ -28,9 +28,10 @@ await inBrowser(async (open) => {
           new Promise((done, fail) => {
             const socket = new WebSocket(`${url.replace("http", "ws")}/api/live`);
             const late_ms = [];
+            const ashore_ms = [];
             let skipped = 0;
             let missed = 0;
-            socket.onopen = () => socket.send(JSON.stringify({ subscribe: { every_ms: 5 } }));
+            socket.onopen = () => socket.send(JSON.stringify({ subscribe: { every_ms: 2 } }));
             socket.onerror = () => fail(new Error("the socket failed"));
             socket.onmessage = (message) => {
               const now_ms = performance.timeOrigin + performance.now();
@@ -38,11 +39,14 @@ await inBrowser(async (open) => {
               if (frame.snapshot) return;
               skipped += frame.skipped;
               missed += frame.events_missed;
-              for (const update of [...frame.values, ...frame.events]) late_ms.push(now_ms - update.time_us / 1e3);
+              for (const { time_us, received_us } of [...frame.values, ...frame.events]) {
+                late_ms.push(now_ms - time_us / 1e3);
+                ashore_ms.push((received_us - time_us) / 1e3);
+              }
             };
             setTimeout(() => {
               socket.close();
-              done({ late_ms, skipped, missed });
+              done({ late_ms, ashore_ms, skipped, missed });
             }, seconds * 1e3);
           }),
         [url, Number(seconds)],
@@ -51,10 +55,13 @@ await inBrowser(async (open) => {
   );
   const rate = ((await counted()) - before) / ((performance.now() - begun) / 1e3);
   console.log(`packets at the server: ${rate.toFixed(0)}/s`);
-  const late = heard.flatMap(({ late_ms }) => late_ms).sort((a, b) => a - b);
-  const at = (share) => late[Math.floor((late.length - 1) * share)].toFixed(1);
+  const sorted = (list) => list.sort((a, b) => a - b);
+  const late = sorted(heard.flatMap(({ late_ms }) => late_ms));
+  const shares = (list) => [0.5, 0.99, 1].map((share) => list[Math.floor((list.length - 1) * share)].toFixed(1));
+  const told = ([p50, p99, most]) => `p50 ${p50} ms, p99 ${p99} ms, most ${most} ms`;
   const skipped = heard.reduce((sum, one) => sum + one.skipped, 0);
   const missed = heard.reduce((sum, one) => sum + one.missed, 0);
-  console.log(`vessel's clock to a browser's script: p50 ${at(0.5)} ms, p99 ${at(0.99)} ms, most ${at(1)} ms`);
+  console.log(`a vessel's time to the server: ${told(shares(sorted(heard.flatMap(({ ashore_ms }) => ashore_ms))))}`);
+  console.log(`a vessel's time to a browser's script: ${told(shares(late))}`);
   console.log(`values that came: ${(late.length / BROWSERS / seconds).toFixed(0)}/s a browser; replaced by newer ones: ${skipped}, events missed: ${missed}`);
 });

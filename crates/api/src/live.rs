@@ -28,7 +28,7 @@ pub struct Subscription {
     pub messages: Option<Vec<String>>,
     /// Whether events are wanted.
     pub events: bool,
-    /// Milliseconds between two frames at least, 5 to 10000.
+    /// Milliseconds between two frames at least, 2 to 10000.
     pub every_ms: u32,
 }
 

@@ -136,7 +136,7 @@ impl Client {
         if listed > LISTED {
             return Err((close_code::POLICY, "too many systems and messages listed"));
         }
-        self.every = Duration::from_millis(u64::from(every_ms.clamp(5, 10_000)));
+        self.every = Duration::from_millis(u64::from(every_ms.clamp(2, 10_000)));
         self.known = 0;
         self.counts.clear();
         // At once, but not faster than its own pace, however often it asks.

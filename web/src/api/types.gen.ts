@@ -716,7 +716,7 @@ messages?: Array<string>,
  */
 events: boolean, 
 /**
- * Milliseconds between two frames at least, 5 to 10000.
+ * Milliseconds between two frames at least, 2 to 10000.
  */
 every_ms: number, };
 
