@@ -198,10 +198,10 @@ impl Layer<'_> {
         let shown = |mark: &&Mark| (fine || mark.coarse) && limits.distance(mark.at) < 0.0;
         for mark in MARKS.iter().filter(shown) {
             let node = self.records.isolated_node(degrees(stand(mark, self.sea)));
-            let master = self.point(mark.class, node, mark.attributes, None);
-            for light in mark.lights {
-                self.point("LIGHTS", node, light, Some(master));
-            }
+            // The master points to its slaves, not they to it (S-57 appendix B.1, 3.9).
+            let lights = mark.lights.iter().map(|light| self.point("LIGHTS", node, light, &[]));
+            let lights: Vec<FeatureRef> = lights.collect();
+            self.point(mark.class, node, mark.attributes, &lights);
         }
         for drawn in DRAWN.iter().filter(|drawn| fine || drawn.coarse) {
             self.drawn(drawn.class, drawn.points, drawn.area, drawn.attributes);
@@ -216,11 +216,11 @@ impl Layer<'_> {
         class: &str,
         node: VectorRef,
         attributes: Attributes,
-        master: Option<FeatureRef>,
+        slaves: &[FeatureRef],
     ) -> FeatureRef {
         let mut draft = with(FeatureDraft::point(class_of(class), node), attributes);
-        if let Some(master) = master {
-            draft = draft.linked(master.object, LinkRole::Master);
+        for slave in slaves {
+            draft = draft.linked(slave.object, LinkRole::Slave);
         }
         self.records.feature(draft)
     }

@@ -164,7 +164,7 @@ pub(super) const DRAWN: &[Drawn] = &[
     },
     Drawn {
         class: "ACHARE",
-        points: &[[700.0, -480.0], [700.0, -250.0], [1_000.0, -250.0], [1_000.0, -480.0]],
+        points: &[[620.0, -480.0], [620.0, -250.0], [890.0, -250.0], [890.0, -480.0]],
         area: true,
         attributes: &[("CATACH", "1")],
         coarse: false,

@@ -149,7 +149,10 @@ impl Sea {
         }
         let near = [at[0] + 15.0 * rough(at, 64.0, 3, 51), at[1] + 15.0 * rough(at, 64.0, 3, 61)];
         for skerry in &self.skerries {
-            height = height.max(skerry_m(skerry, near));
+            // Six radii away it is deeper than the fjord.
+            if (near[0] - skerry.middle[0]).abs() < 6.0 * skerry.radius_m {
+                height = height.max(skerry_m(skerry, near));
+            }
         }
         // Rougher ashore and close to it than on the soft bottom of the deep.
         let roughness = ((height + 45.0) / 45.0).clamp(0.15, 1.0);
@@ -196,7 +199,10 @@ fn skerry_m(skerry: &Skerry, [x, y]: [f64; 2]) -> f64 {
 /// What people made, and what the demonstration needs: open water, a sound, a harbour.
 fn shaped_m(natural_m: f64, at: [f64; 2]) -> f64 {
     let open = OPEN.distance(at).max(0.0) * 0.32 - OPEN_DEPTH_M;
-    let sound = (distance_to(&SOUND, at) - 22.0).max(0.0) * 0.16 - SOUND_DEPTH_M;
+    // Its shores wind, but never as far as its middle.
+    let wound = [at[0] + 9.0 * rough(at, 110.0, 3, 101), at[1]];
+    let shelf = 0.16 + 0.06 * rough(at, 140.0, 2, 111);
+    let sound = (distance_to(&SOUND, wound) - 22.0).max(0.0) * shelf - SOUND_DEPTH_M;
     let way_in = (distance_to(&WAY_IN, at) - 30.0).max(0.0) * 0.2 - WAY_IN_DEPTH_M;
     let mut height = natural_m.min(open).min(sound).min(way_in);
     for line in &BREAKWATERS {
