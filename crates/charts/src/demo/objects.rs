@@ -150,7 +150,7 @@ pub(super) const DRAWN: &[Drawn] = &[
     },
     Drawn {
         class: "CBLSUB",
-        points: &[[-330.0, 40.0], [-75.0, -190.0], [300.0, -520.0], [250.0, -985.0]],
+        points: &[[-500.0, 90.0], [-75.0, -190.0], [300.0, -520.0], [235.0, -1_140.0]],
         area: false,
         attributes: &[("CATCBL", "1")],
         coarse: true,
@@ -171,8 +171,9 @@ pub(super) const DRAWN: &[Drawn] = &[
     },
 ];
 
-/// The dredged area inside the harbour's basin: west, south, east, north.
-pub(super) const DREDGED: [f64; 4] = [312.0, -1_216.0, 628.0, -1_024.0];
+/// The dredged area inside the harbour's basin: west, south, east, north. It lies within the points of the grid
+/// that are flat, so that no contour touches it.
+pub(super) const DREDGED: [f64; 4] = [318.0, -1_210.0, 622.0, -1_030.0];
 /// Pontoons within it.
 pub(super) const PONTOONS: [[f64; 4]; 3] = [
     [360.0, -1_205.0, 367.0, -1_110.0],
