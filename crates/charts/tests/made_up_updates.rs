@@ -187,11 +187,14 @@ fn soundings_are_inserted_replaced_and_deleted_in_place() {
     let node = cell.records.soundings(&[6, 7, 8, 9].map(spot));
     cell.records.feature(FeatureDraft::point(ObjectClass::SOUNDG, node));
     let mut update = UpdateDraft::new(&cell, 1);
-    let change = VectorChange::of(node)
-        .soundings(ListEdit::Delete { index: 2, count: 2 })
-        .soundings(ListEdit::Replace { index: 1, items: vec![spot(-1)] })
-        .soundings(ListEdit::Insert { index: 3, items: vec![spot(3), spot(4)] });
-    let node = update.records.change_vector(change);
+    let mut node = node;
+    for edit in [
+        ListEdit::Delete { index: 2, count: 2 },
+        ListEdit::Replace { index: 1, items: vec![spot(-1)] },
+        ListEdit::Insert { index: 3, items: vec![spot(3), spot(4)] },
+    ] {
+        node = update.records.change_vector(VectorChange::of(node).soundings(edit));
+    }
     let depths = |cell: &Cell| -> Vec<f64> {
         let Geometry::Soundings(list) = &only(cell, ObjectClass::SOUNDG).geometry else { panic!() };
         list.iter().map(|one| one.depth_m).collect()

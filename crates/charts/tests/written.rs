@@ -350,6 +350,20 @@ fn what_no_file_can_hold_is_refused() {
     );
 }
 
+/// GDAL applies the first of several and leaves the others out; so may others.
+#[test]
+fn a_record_has_one_edit_of_a_list() {
+    let mut cell = draft(Style::default());
+    let at = |lon_deg: f64| GeoPoint { lon_deg, lat_deg: 1.0 };
+    let nodes = [0.0, 1.0].map(|lon_deg| cell.records.connected_node(at(lon_deg)));
+    let edge = cell.records.edge(nodes[0], nodes[1], &[]);
+    let mut update = UpdateDraft::new(&cell, 1);
+    let insert = || ListEdit::Insert { index: 1, items: vec![at(0.5)] };
+    update.records.change_vector(VectorChange::of(edge).vertices(insert()).vertices(insert()));
+    let told = update.to_bytes().unwrap_err().to_string();
+    assert_eq!(told, "a record has room for one SGCC; make a change of its own of each edit of a list");
+}
+
 /// GDAL reads the records of the format, not this crate's idea of them.
 #[test]
 fn gdal_counts_the_same() {

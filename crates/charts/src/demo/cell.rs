@@ -3,7 +3,7 @@
 use super::contour::Grid;
 use super::faces::{BorderNode, Content, Net, Part, Run};
 use super::noise::unit;
-use super::objects::{Attributes, DRAWN, DREDGED, MARKS, PONTOONS};
+use super::objects::{Attributes, DRAWN, DREDGED, MARKS, Mark, PONTOONS};
 use super::sea::{BASIN_DEPTH_M, BREAKWATERS, Sea};
 use super::{Extent, NOT_FOR_NAVIGATION, degrees};
 use crate::s57::write::{CellDraft, FeatureDraft, FeatureRef, Records, VectorRef, VectorUse};
@@ -23,7 +23,7 @@ pub(super) fn lay(extent: &Extent, sea: &Sea) -> CellDraft {
     let mut draft = CellDraft::new(extent.name, extent.band, extent.scale);
     NOT_FOR_NAVIGATION.clone_into(&mut draft.id.comment);
     NOT_FOR_NAVIGATION.clone_into(&mut draft.parameters.comment);
-    let mut layer = Layer { records: &mut draft.records, extent };
+    let mut layer = Layer { records: &mut draft.records, extent, sea };
     let laid = layer.net(&net);
     layer.meta(&laid);
     layer.skin(&net, &laid);
@@ -81,6 +81,7 @@ impl Laid {
 struct Layer<'a> {
     records: &'a mut Records,
     extent: &'a Extent,
+    sea: &'a Sea,
 }
 
 impl Layer<'_> {
@@ -193,12 +194,14 @@ impl Layer<'_> {
 
     fn objects(&mut self) {
         let fine = self.extent.fine();
-        for mark in MARKS.iter().filter(|mark| fine || mark.coarse) {
-            let node = self.records.isolated_node(degrees(mark.at));
-            let master = self.point(mark.class, node, mark.attributes, None);
-            for light in mark.lights {
-                self.point("LIGHTS", node, light, Some(master));
-            }
+        let limits = self.extent.limits();
+        let shown = |mark: &&Mark| (fine || mark.coarse) && limits.distance(mark.at) < 0.0;
+        for mark in MARKS.iter().filter(shown) {
+            let node = self.records.isolated_node(degrees(stand(mark, self.sea)));
+            // The master points to its slaves, not they to it (S-57 appendix B.1, 3.9).
+            let lights = mark.lights.iter().map(|light| self.point("LIGHTS", node, light, &[]));
+            let lights: Vec<FeatureRef> = lights.collect();
+            self.point(mark.class, node, mark.attributes, &lights);
         }
         for drawn in DRAWN.iter().filter(|drawn| fine || drawn.coarse) {
             self.drawn(drawn.class, drawn.points, drawn.area, drawn.attributes);
@@ -213,11 +216,11 @@ impl Layer<'_> {
         class: &str,
         node: VectorRef,
         attributes: Attributes,
-        master: Option<FeatureRef>,
+        slaves: &[FeatureRef],
     ) -> FeatureRef {
         let mut draft = with(FeatureDraft::point(class_of(class), node), attributes);
-        if let Some(master) = master {
-            draft = draft.linked(master.object, LinkRole::Master);
+        for slave in slaves {
+            draft = draft.linked(slave.object, LinkRole::Slave);
         }
         self.records.feature(draft)
     }
@@ -236,6 +239,17 @@ impl Layer<'_> {
         };
         self.records.feature(with(draft, attributes));
     }
+}
+
+/// Where a mark stands.
+pub(super) fn stand(mark: &Mark, sea: &Sea) -> [f64; 2] {
+    if !mark.perched {
+        return mark.at;
+    }
+    let offsets = || (-12..=12).map(|step| f64::from(step) * 5.0);
+    let places = offsets().flat_map(|dx| offsets().map(move |dy| [mark.at[0] + dx, mark.at[1] + dy]));
+    let highest = places.max_by(|a, b| sea.height_m(*a).total_cmp(&sea.height_m(*b)));
+    highest.unwrap_or(mark.at)
 }
 
 /// Corners of the blocks that a grid is cut into.

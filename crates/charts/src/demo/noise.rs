@@ -17,7 +17,7 @@ pub(super) fn unit(x: i64, y: i64, salt: u64) -> f64 {
 }
 
 /// Smooth noise from -1 to 1 with bumps of a size (m).
-pub(super) fn smooth([x, y]: [f64; 2], size_m: f64, salt: u64) -> f64 {
+fn smooth([x, y]: [f64; 2], size_m: f64, salt: u64) -> f64 {
     let (u, v) = (x / size_m, y / size_m);
     let (i, j) = (u.floor(), v.floor());
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);

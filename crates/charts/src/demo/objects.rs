@@ -12,6 +12,8 @@ pub(super) struct Mark {
     pub(super) lights: &'static [Attributes],
     /// Whether the approach cell shows it too.
     pub(super) coarse: bool,
+    /// Whether it stands on the highest ground close by.
+    pub(super) perched: bool,
 }
 
 /// A line or area of its own.
@@ -24,11 +26,15 @@ pub(super) struct Drawn {
 }
 
 const fn mark(class: &'static str, at: [f64; 2], attributes: Attributes) -> Mark {
-    Mark { class, at, attributes, lights: &[], coarse: false }
+    Mark { class, at, attributes, lights: &[], coarse: false, perched: false }
 }
 
 const fn seen(class: &'static str, at: [f64; 2], attributes: Attributes) -> Mark {
     Mark { coarse: true, ..mark(class, at, attributes) }
+}
+
+const fn perched(class: &'static str, at: [f64; 2], attributes: Attributes) -> Mark {
+    Mark { perched: true, ..mark(class, at, attributes) }
 }
 
 const PORT: Attributes = &[("BOYSHP", "4"), ("CATLAM", "1"), ("COLOUR", "3")];
@@ -80,12 +86,13 @@ pub(super) const MARKS: &[Mark] = &[
     },
     mark("PILPNT", [330.0, -1_080.0], PILE),
     mark("PILPNT", [330.0, -1_130.0], PILE),
-    // The lighthouse on Lykthólmen, whose white sector leads clear of the skerries.
+    // The lighthouse on Lyktholmen, whose white sector leads clear of the skerries.
     Mark {
         lights: &[sector!("3", "20", "150"), sector!("1", "150", "215"), sector!("4", "215", "300")],
-        ..seen(
+        coarse: true,
+        ..perched(
             "LNDMRK",
-            [940.0, 862.0],
+            [857.0, 925.0],
             &[("CATLMK", "17"), ("CONVIS", "1"), ("FUNCTN", "33"), ("COLOUR", "1"), ("OBJNAM", "Lyktholmen")],
         )
     },
@@ -96,8 +103,8 @@ pub(super) const MARKS: &[Mark] = &[
         &[("BOYSHP", "5"), ("CATCAM", "2"), ("COLOUR", "2,6,2"), ("COLPAT", "1")],
     ),
     mark("BOYCAR", [330.0, -128.0], &[("BOYSHP", "5"), ("CATCAM", "1"), ("COLOUR", "2,6"), ("COLPAT", "1")]),
-    mark("BCNSPP", [-165.0, 270.0], PERCH),
-    mark("BCNSPP", [420.0, 1_185.0], PERCH),
+    perched("BCNSPP", [-165.0, 270.0], PERCH),
+    perched("BCNSPP", [420.0, 1_185.0], PERCH),
     mark("BOYISD", [-190.0, 655.0], &[("BOYSHP", "5"), ("COLOUR", "2,3,2"), ("COLPAT", "1")]),
     seen(
         "BOYSPP",
@@ -112,7 +119,7 @@ pub(super) const MARKS: &[Mark] = &[
     mark(
         "WRECKS",
         [1_010.0, -380.0],
-        &[("CATWRK", "1"), ("VALSOU", "19.5"), ("QUASOU", "6"), ("WATLEV", "3")],
+        &[("CATWRK", "1"), ("VALSOU", "11.2"), ("QUASOU", "6"), ("WATLEV", "3")],
     ),
     mark("OBSTRN", [868.0, 330.0], &[("QUASOU", "2"), ("WATLEV", "3"), ("INFORM", "Depth unknown")]),
     mark("OBSTRN", [700.0, -560.0], &[("VALSOU", "4.1"), ("QUASOU", "6"), ("WATLEV", "3")]),
@@ -125,7 +132,7 @@ pub(super) const MARKS: &[Mark] = &[
     mark("SEAARE", [470.0, -1_120.0], &[("OBJNAM", "Lutrahavn")]),
     seen("LNDRGN", [-820.0, 420.0], &[("OBJNAM", "Oterøya")]),
     seen("LNDRGN", [1_230.0, 430.0], &[("OBJNAM", "Mårøya")]),
-    seen("LNDRGN", [1_800.0, 560.0], &[("OBJNAM", "Røyskattøya")]),
+    seen("LNDRGN", [1_760.0, 560.0], &[("OBJNAM", "Røyskattøya")]),
     seen("LNDRGN", [-1_230.0, -520.0], &[("OBJNAM", "Grevlingen")]),
     seen("LNDRGN", [300.0, 1_440.0], &[("OBJNAM", "Minkholmane")]),
     seen("LNDRGN", [2_700.0, 1_500.0], &[("OBJNAM", "Jervlandet")]),
@@ -143,7 +150,7 @@ pub(super) const DRAWN: &[Drawn] = &[
     },
     Drawn {
         class: "CBLSUB",
-        points: &[[-330.0, 40.0], [-120.0, -300.0], [300.0, -520.0], [250.0, -985.0]],
+        points: &[[-500.0, 90.0], [-75.0, -190.0], [300.0, -520.0], [235.0, -1_140.0]],
         area: false,
         attributes: &[("CATCBL", "1")],
         coarse: true,
@@ -157,15 +164,16 @@ pub(super) const DRAWN: &[Drawn] = &[
     },
     Drawn {
         class: "ACHARE",
-        points: &[[700.0, -480.0], [700.0, -250.0], [1_000.0, -250.0], [1_000.0, -480.0]],
+        points: &[[620.0, -480.0], [620.0, -250.0], [890.0, -250.0], [890.0, -480.0]],
         area: true,
         attributes: &[("CATACH", "1")],
         coarse: false,
     },
 ];
 
-/// The dredged area inside the harbour's basin: west, south, east, north.
-pub(super) const DREDGED: [f64; 4] = [312.0, -1_216.0, 628.0, -1_024.0];
+/// The dredged area inside the harbour's basin: west, south, east, north. It lies within the points of the grid
+/// that are flat, so that no contour touches it.
+pub(super) const DREDGED: [f64; 4] = [318.0, -1_210.0, 622.0, -1_030.0];
 /// Pontoons within it.
 pub(super) const PONTOONS: [[f64; 4]; 3] = [
     [360.0, -1_205.0, 367.0, -1_110.0],

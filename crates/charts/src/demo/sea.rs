@@ -3,7 +3,7 @@
 //! Points are metres east and north of the demonstration's first Otter. Heights are metres above the sounding
 //! datum; a depth is a negative height.
 
-use super::noise::{rough, smooth, unit};
+use super::noise::{rough, unit};
 
 /// Where the demonstration's Otters sail: nothing here is shallower than [`OPEN_DEPTH_M`].
 pub(super) const OPEN: Box = Box { west: -70.0, south: -70.0, east: 790.0, north: 1_060.0 };
@@ -23,9 +23,9 @@ pub(super) const SOUND: [[f64; 2]; 4] =
     [[1_500.0, 20.0], [1_535.0, 320.0], [1_480.0, 600.0], [1_560.0, 960.0]];
 const SOUND_DEPTH_M: f64 = 4.2;
 /// Breakwaters of the harbour, from the shore to their heads.
-pub(super) const BREAKWATERS: [[[f64; 2]; 3]; 2] = [
-    [[285.0, -1_020.0], [330.0, -940.0], [420.0, -915.0]],
-    [[655.0, -1_020.0], [620.0, -935.0], [525.0, -905.0]],
+pub(super) const BREAKWATERS: [[[f64; 2]; 4]; 2] = [
+    [[285.0, -1_170.0], [285.0, -1_020.0], [330.0, -940.0], [420.0, -915.0]],
+    [[655.0, -1_170.0], [655.0, -1_020.0], [620.0, -935.0], [525.0, -905.0]],
 ];
 
 /// A rectangle.
@@ -60,7 +60,7 @@ const ISLANDS: [Island; 9] = [
     island([-820.0, 420.0], [640.0, 350.0], [0.28, 0.96], 62.0),
     island([-1_230.0, -520.0], [260.0, 170.0], [0.8, 0.6], 28.0),
     island([1_230.0, 430.0], [470.0, 230.0], [0.28, 0.96], 48.0),
-    island([1_800.0, 560.0], [420.0, 240.0], [0.0, 1.0], 40.0),
+    island([1_700.0, 560.0], [420.0, 240.0], [0.0, 1.0], 40.0),
     island([940.0, 860.0], [75.0, 48.0], [0.8, 0.6], 14.0),
     island([-260.0, -330.0], [95.0, 50.0], [0.96, 0.28], 11.0),
     island([300.0, 1_440.0], [230.0, 100.0], [0.96, -0.28], 24.0),
@@ -137,7 +137,9 @@ impl Sea {
 
     /// Height above the sounding datum (m).
     pub(super) fn height_m(&self, at: [f64; 2]) -> f64 {
-        let warped = [at[0] + 75.0 * rough(at, 330.0, 4, 11), at[1] + 75.0 * rough(at, 330.0, 4, 31)];
+        // Bays and headlands, then creeks and points.
+        let bend = |salt| 150.0 * rough(at, 620.0, 2, salt) + 62.0 * rough(at, 170.0, 4, salt + 7);
+        let warped = [at[0] + bend(11), at[1] + bend(31)];
         let mut height = floor_m(at);
         for coast in [south_coast_m(warped), north_coast_m(warped)] {
             height = height.max(coast);
@@ -145,9 +147,12 @@ impl Sea {
         for island in &ISLANDS {
             height = height.max(island_m(island, warped));
         }
-        let near = [at[0] + 9.0 * smooth(at, 34.0, 51), at[1] + 9.0 * smooth(at, 34.0, 61)];
+        let near = [at[0] + 15.0 * rough(at, 64.0, 3, 51), at[1] + 15.0 * rough(at, 64.0, 3, 61)];
         for skerry in &self.skerries {
-            height = height.max(skerry_m(skerry, near));
+            // Six radii away it is deeper than the fjord.
+            if (near[0] - skerry.middle[0]).abs() < 6.0 * skerry.radius_m {
+                height = height.max(skerry_m(skerry, near));
+            }
         }
         // Rougher ashore and close to it than on the soft bottom of the deep.
         let roughness = ((height + 45.0) / 45.0).clamp(0.15, 1.0);
@@ -194,7 +199,10 @@ fn skerry_m(skerry: &Skerry, [x, y]: [f64; 2]) -> f64 {
 /// What people made, and what the demonstration needs: open water, a sound, a harbour.
 fn shaped_m(natural_m: f64, at: [f64; 2]) -> f64 {
     let open = OPEN.distance(at).max(0.0) * 0.32 - OPEN_DEPTH_M;
-    let sound = (distance_to(&SOUND, at) - 22.0).max(0.0) * 0.16 - SOUND_DEPTH_M;
+    // Its shores wind, but never as far as its middle.
+    let wound = [at[0] + 9.0 * rough(at, 110.0, 3, 101), at[1]];
+    let shelf = 0.16 + 0.06 * rough(at, 140.0, 2, 111);
+    let sound = (distance_to(&SOUND, wound) - 22.0).max(0.0) * shelf - SOUND_DEPTH_M;
     let way_in = (distance_to(&WAY_IN, at) - 30.0).max(0.0) * 0.2 - WAY_IN_DEPTH_M;
     let mut height = natural_m.min(open).min(sound).min(way_in);
     for line in &BREAKWATERS {

@@ -52,7 +52,7 @@ fn mapped<T, U>(edit: ListEdit<T>, one: impl Fn(T) -> U) -> (Option<Control>, Ve
     (control, items.into_iter().map(one).collect())
 }
 
-/// A change of a feature.
+/// A change of a feature: any attributes, and at most one edit of its edges and one of its links.
 #[derive(Debug, Clone)]
 pub struct FeatureChange {
     pub(super) target: FeatureRef,
@@ -111,7 +111,7 @@ impl FeatureChange {
     }
 }
 
-/// A change of a node or edge.
+/// A change of a node or edge: at most one edit of its positions and one of its nodes.
 #[derive(Debug, Clone)]
 pub struct VectorChange {
     pub(super) target: VectorRef,

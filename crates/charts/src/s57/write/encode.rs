@@ -249,6 +249,10 @@ fn list<T>(
     edits: &Edits<T>,
     one: impl Fn(Bytes, &T) -> Result<Bytes, WriteError>,
 ) -> Result<(), WriteError> {
+    // Control fields do not repeat (S-57 part 3, 7.6 and 7.7).
+    if edits.len() > 1 {
+        return Err(WriteError::Edits(Tag(control_tag)));
+    }
     for (control, items) in edits {
         if let Some(Control { instruction, index, count }) = *control {
             let narrow = |number| u16::try_from(number).map_err(|_| WriteError::Control(number));

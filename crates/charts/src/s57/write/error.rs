@@ -36,6 +36,9 @@ pub enum WriteError {
     /// A list control counts further than two bytes.
     #[error("index or count {0} of a list is beyond 65535; edit the list in parts")]
     Control(usize),
+    /// More than one edit of one list in one record; readers take the first and leave the others out.
+    #[error("a record has room for one {0}; make a change of its own of each edit of a list")]
+    Edits(Tag),
     /// A field that the entry map has no digits for.
     #[error("field {tag} needs {digits} digits in the directory; give the entry map more")]
     EntryMap {

@@ -14,6 +14,8 @@ mod error;
 mod feature;
 mod records;
 mod schema;
+#[cfg(test)]
+mod tests;
 
 pub use change::{EdgeEnd, FeatureChange, ListEdit, VectorChange};
 pub use container::EntryMap;

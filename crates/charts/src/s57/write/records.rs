@@ -102,6 +102,12 @@ impl Records {
         Self { agency, coordinate_factor, sounding_factor, last: [0; 4], list: Vec::new(), fault: None }
     }
 
+    /// Records of another file as they are.
+    #[cfg(test)]
+    pub(super) fn of(list: Vec<DataRecord>) -> Self {
+        Self { list, ..Self::new(0, 1, 1) }
+    }
+
     /// Nothing, with numbers beyond those used here.
     pub(super) fn continued(&self) -> Self {
         Self { last: self.last, ..Self::new(self.agency, self.coordinate_factor, self.sounding_factor) }
