@@ -7,14 +7,14 @@ use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, Vecto
 use imc::Address;
 use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, VehicleModel};
 use onboard::parameters::{self, Parameter};
-use onboard::{Entity, Settings};
+use onboard::{Chart, ChartTrust, Entity, GroundingAction, Settings};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 
 /// Which part of the vessel a task of the files is.
-const TASKS: [(&SectionSpec, Entity); 20] = [
+const TASKS: [(&SectionSpec, Entity); 21] = [
     (&loops::course_speed::COURSE_SPEED, Entity::Control),
     (&loops::course_speed_force::COURSE_SPEED_FORCE, Entity::Control),
     (&path::ilos::ILOS, Entity::Path),
@@ -30,6 +30,7 @@ const TASKS: [(&SectionSpec, Entity); 20] = [
     (&watch::entities::ENTITIES, Entity::Monitor),
     (&watch::fuel::FUEL, Entity::Fuel),
     (&watch::limits::LIMITS, Entity::Limits),
+    (&watch::grounding::GROUNDING, Entity::Grounding),
     (&watch::clock::CLOCK, Entity::Clock),
     (&watch::host::HOST, Entity::Host),
     (&transport::announce::ANNOUNCE, Entity::Announcer),
@@ -78,6 +79,7 @@ pub(crate) fn settings(config: &Config, uid: u64) -> anyhow::Result<(Settings, V
     monitored(config, &mut settings, &mut doubts);
     supervisors(config, &mut settings, &mut doubts);
     engine(config, &mut settings);
+    grounding(config, &mut settings);
     crate::transports::adopt(config, &mut settings, &mut doubts);
     adopt(config, &mut settings, &mut doubts);
     Ok((settings, doubts))
@@ -303,6 +305,32 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
             ..LimitsConfig::default()
         };
     }
+}
+
+/// The grounding supervisor's words; its numbers come with all others.
+fn grounding(config: &Config, settings: &mut Settings) {
+    use watch::grounding as schema;
+    let Some(section) = config.running(&schema::GROUNDING).next() else { return };
+    let grounding = &mut settings.grounding;
+    let path = section.get(&schema::CHART);
+    if !path.is_empty() {
+        grounding.chart = match std::fs::read(&path) {
+            Ok(bytes) => Chart::read(&path, &bytes),
+            Err(error) => Chart::Unreadable { reason: format!("{path}: {error}") },
+        };
+    }
+    grounding.refuses_without = section.get(&schema::WITHOUT_CHART) == "refuse";
+    grounding.limits.trust = match section.get(&schema::TRUST) {
+        "all errors" => ChartTrust::AllErrors(ChartTrust::STANDARD),
+        "depth errors" => ChartTrust::DepthErrors(ChartTrust::STANDARD),
+        _ => ChartTrust::AsCharted,
+    };
+    grounding.action = match section.get(&schema::ACTION) {
+        "warn" => GroundingAction::Warn,
+        "slow" => GroundingAction::Slow,
+        "stop" => GroundingAction::Stop,
+        _ => GroundingAction::DeepWater,
+    };
 }
 
 fn remedy(action: &str, home: &str) -> Option<Remedy> {

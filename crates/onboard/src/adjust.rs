@@ -2,6 +2,8 @@
 
 use crate::brain::Brain;
 use crate::bus::Asker;
+use crate::entity::Entity;
+use crate::grounding::Exempted;
 use crate::output::{Keep, Level, Output};
 use crate::parameters::{self, Access, Parameter, ParameterError};
 use imc::messages::{EntityParameter, EntityParameters, QueryEntityParameters, SetEntityParameters};
@@ -49,6 +51,9 @@ impl Brain {
             match outcome {
                 Ok(parameter) => {
                     self.bus.entry(entity, Level::Info, format!("{name} = {value}"));
+                    if entity == Entity::Grounding {
+                        self.exempt(asker, &name);
+                    }
                     taken.extend(self.value(&parameter));
                 }
                 Err(error) => {
@@ -61,6 +66,45 @@ impl Brain {
             let message = EntityParameters { name: set.name.clone(), params: taken.into_iter().collect() };
             self.bus.send_to(entity, asker, &message);
         }
+    }
+
+    /// An operator asks to steer unguarded, or confirms it. Plans never can: they are held against the chart.
+    fn exempt(&mut self, asker: Asker, name: &str) {
+        use config::schema::watch::grounding::{CONFIRM, OVERRIDE};
+        if asker.system == self.bus.address() {
+            return;
+        }
+        let now = self.bus.mono();
+        let exemption = &mut self.supervise.grounding.exemption;
+        let settings = &self.settings.grounding;
+        let (answer, seconds) = if name == OVERRIDE.spec.name {
+            (exemption.request(now, settings.override_request_s), settings.override_request_s)
+        } else if name == CONFIRM.spec.name {
+            (exemption.confirm(now, settings.override_confirm_s), settings.override_confirm_s)
+        } else {
+            return;
+        };
+        let who = asker.system;
+        let (level, text) = match answer {
+            Exempted::Nothing => return,
+            Exempted::Requested => {
+                let confirm = CONFIRM.spec.name;
+                let text = format!(
+                    "{who} asks to steer unguarded for {seconds:.0} s; it waits for '{confirm}' of the same time"
+                );
+                (Level::Warning, text)
+            }
+            Exempted::Granted => {
+                (Level::Warning, format!("{who} steers unguarded by the sea chart for {seconds:.0} s"))
+            }
+            Exempted::Refused => {
+                let request = OVERRIDE.spec.name;
+                let text = format!("{who}: no exemption; set '{request}' first, then the same time again");
+                (Level::Warning, text)
+            }
+            Exempted::Ended => (Level::Info, format!("{who} ends the exemption: the sea chart guards again")),
+        };
+        self.bus.entry(Entity::Grounding, level, text);
     }
 
     /// Changes one parameter everywhere, or nowhere.

@@ -9,7 +9,8 @@
 //! | 2 | run a plan (return) | leads the vessel out of where it is in need |
 //! | 1 | hold station | gains time |
 //!
-//! Of equal remedies the one that runs stays, else limits come before battery before lost communications. A
+//! Of equal remedies the one that runs stays, else grounding comes before limits before battery before lost
+//! communications. A
 //! weaker remedy never replaces a stronger one that runs or waits. A remedy that cannot be carried out (no
 //! position to hold, no plan of that name, the engine refuses) or that ended in a failure is tried again every
 //! two seconds until it holds; meanwhile the next weaker that is possible stands in, at last the stop.
@@ -32,6 +33,7 @@ pub(crate) enum Source {
     LostComms,
     Battery,
     Limits,
+    Grounding,
 }
 
 /// What goes on, as far as it matters here.
@@ -101,6 +103,11 @@ impl Arbiter {
     /// The run that carries out a remedy.
     pub(crate) fn run(&self) -> Option<RunId> {
         self.running.as_ref().map(|running| running.run)
+    }
+
+    /// Who asked for what runs.
+    pub(crate) fn source(&self) -> Option<Source> {
+        self.running.as_ref().map(|running| running.source)
     }
 
     /// What to do now, and for whom; its outcome is to be told.

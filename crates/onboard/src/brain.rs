@@ -272,6 +272,7 @@ impl Brain {
             }
             self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(Event::Fix(fix)));
         }
+        self.with_desk(|supervise, desk, _| supervise.see(desk));
         self.pilot.steer(&mut self.bus, self.estimate.as_ref());
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
     }
@@ -358,6 +359,7 @@ impl Brain {
             hold_radius_m: mission.hold_radius_m,
             hold_speed_mps: mission.hold_speed_mps,
             capacity_wh: mission.capacity_wh,
+            grounding: &self.settings.grounding,
         };
         act(&mut self.supervise, &mut desk, &self.sensors);
     }

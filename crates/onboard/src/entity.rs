@@ -65,11 +65,13 @@ pub enum Entity {
     Battery2,
     /// Fourth battery.
     Battery3,
+    /// Grounding supervisor.
+    Grounding,
 }
 
 impl Entity {
     /// All, in the order of their numbers.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 30] = [
         Self::Daemon,
         Self::Control,
         Self::Authority,
@@ -99,6 +101,7 @@ impl Entity {
         Self::Battery1,
         Self::Battery2,
         Self::Battery3,
+        Self::Grounding,
     ];
 
     /// The number on the bus.
@@ -148,6 +151,7 @@ impl Entity {
             Self::Battery1 => ("Battery 1", "Actuators.Torqeedo"),
             Self::Battery2 => ("Battery 2", "Actuators.Torqeedo"),
             Self::Battery3 => ("Battery 3", "Actuators.Torqeedo"),
+            Self::Grounding => ("Grounding Supervisor", "Supervisors.Grounding"),
         }
     }
 }

@@ -17,6 +17,7 @@ mod bus;
 mod detections;
 mod discovery;
 mod entity;
+mod grounding;
 mod health;
 mod inbox;
 mod input;
@@ -38,7 +39,9 @@ mod supervise;
 
 pub use authority::{Authority, COMMAND_LIFE, Owner, Refusal};
 pub use brain::Brain;
+pub use charts::depth_index::ChartTrust;
 pub use entity::{Entity, Labels};
+pub use grounding::{Chart, ChartFile, GroundingAction, GroundingSettings};
 pub use input::{
     BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, SERVERS,
     Side, TagReading, WaterReading,

@@ -92,6 +92,7 @@ const GENERAL: Homes = &[&general::GENERAL];
 const NAVIGATION: Homes = &[&gnss::NAVIGATION];
 const FUEL: Homes = &[&watch::fuel::FUEL];
 const LIMITS: Homes = &[&watch::limits::LIMITS];
+const GROUNDING: Homes = &[&watch::grounding::GROUNDING];
 const LOST_COMMS: Homes = &[&watch::lost_comms::LOST_COMMS];
 const CLOCK: Homes = &[&watch::clock::CLOCK];
 const HOST: Homes = &[&watch::host::HOST];
@@ -102,7 +103,7 @@ const FOLLOW_REFERENCE: Homes = &[&maneuver::FOLLOW_REFERENCE];
 
 /// All parameters.
 pub fn all() -> Vec<Parameter> {
-    [control_loops(), path_control(), navigation(), watching(), maneuvers()].concat()
+    [control_loops(), path_control(), navigation(), watching(), grounding(), maneuvers()].concat()
 }
 
 impl Parameter {
@@ -247,6 +248,29 @@ fn watching() -> Vec<Parameter> {
             transport::announce::PERIOD.spec,
             Span(|s| Some(&mut s.node.announce_period)),
         ),
+    ]
+}
+
+fn grounding() -> Vec<Parameter> {
+    use watch::grounding as schema;
+    let of = |spec, at| Parameter::new(Entity::Grounding, GROUNDING, spec, Place::Number(at, 1.0));
+    vec![
+        of(schema::NAVIGABLE.spec, |s| Some(&mut s.grounding.limits.navigable_m)).file_only(),
+        of(schema::AUTONOMOUS.spec, |s| Some(&mut s.grounding.limits.autonomous_m)).file_only(),
+        of(schema::DRAUGHT.spec, |s| Some(&mut s.grounding.limits.draught_m)).file_only(),
+        of(schema::SQUAT.spec, |s| Some(&mut s.grounding.limits.squat_m)).file_only(),
+        of(schema::WATER_LEVEL.spec, |s| Some(&mut s.grounding.limits.water_level_m)).file_only(),
+        of(schema::POSITION.spec, |s| Some(&mut s.grounding.limits.position_m)).file_only(),
+        of(schema::CROSS_TRACK.spec, |s| Some(&mut s.grounding.limits.cross_track_m)).file_only(),
+        of(schema::DRIFT.spec, |s| Some(&mut s.grounding.limits.drift_mps)).file_only(),
+        of(schema::WARNING_TIME.spec, |s| Some(&mut s.grounding.warning_time_s)).file_only(),
+        of(schema::WARNING_DISTANCE.spec, |s| Some(&mut s.grounding.warning_distance_m)).file_only(),
+        of(schema::REACTION.spec, |s| Some(&mut s.grounding.reaction_s)).file_only(),
+        of(schema::DECELERATION.spec, |s| Some(&mut s.grounding.deceleration_mps2)).file_only(),
+        of(schema::RESERVE.spec, |s| Some(&mut s.grounding.reserve_m)).file_only(),
+        of(schema::ABORT_AFTER.spec, |s| Some(&mut s.grounding.abort_after_s)).file_only(),
+        of(schema::OVERRIDE.spec, |s| Some(&mut s.grounding.override_request_s)),
+        of(schema::CONFIRM.spec, |s| Some(&mut s.grounding.override_confirm_s)),
     ]
 }
 

@@ -40,6 +40,53 @@ pub(crate) enum Drive {
     Remote(Option<u16>),
 }
 
+/// What manual control may not do, by the sea chart.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Gate {
+    /// Thrust ahead is blocked.
+    pub(crate) ahead: bool,
+    /// Thrust astern is blocked.
+    pub(crate) astern: bool,
+    /// Speed over ground in the direction of the bow (m/s), to brake against.
+    pub(crate) surge_mps: f64,
+}
+
+/// Actuation that brakes for each m/s of way towards danger, and at most.
+const BRAKE_PER_MPS: f64 = 0.5;
+const MOST_BRAKE: f64 = 0.4;
+/// Slower way is not braked (m/s).
+const LEAST_BRAKED_MPS: f64 = 0.05;
+
+impl Gate {
+    /// The motors without thrust towards danger; turning is let through, and way towards danger is braked.
+    fn pass(&self, motors: MotorPair) -> MotorPair {
+        let (thrust, turn) =
+            (f64::midpoint(motors.port, motors.starboard), (motors.port - motors.starboard) / 2.0);
+        let brake = (BRAKE_PER_MPS * self.surge_mps.abs()).min(MOST_BRAKE);
+        let brakes = self.surge_mps.abs() > LEAST_BRAKED_MPS;
+        let thrust = match (self.ahead, self.astern) {
+            (true, true) => 0.0,
+            (true, false) if thrust >= 0.0 => {
+                if brakes && self.surge_mps > 0.0 {
+                    -brake
+                } else {
+                    0.0
+                }
+            }
+            (false, true) if thrust <= 0.0 => {
+                if brakes && self.surge_mps < 0.0 {
+                    brake
+                } else {
+                    0.0
+                }
+            }
+            _ => return motors,
+        };
+        let pair = |turn: f64| (thrust + turn).clamp(-1.0, 1.0);
+        MotorPair { port: pair(turn), starboard: pair(-turn) }
+    }
+}
+
 /// What happened while steering.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PilotEvent {
@@ -71,6 +118,8 @@ pub(crate) struct Pilot {
     estimate: Option<Estimate>,
     events: VecDeque<PilotEvent>,
     fault: Option<PathFault>,
+    gate: Gate,
+    most_mps: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +150,8 @@ impl Pilot {
             estimate: None,
             events: VecDeque::new(),
             fault: None,
+            gate: Gate::default(),
+            most_mps: None,
         })
     }
 
@@ -119,6 +170,21 @@ impl Pilot {
 
     pub(crate) fn drive(&self) -> Drive {
         self.drive
+    }
+
+    /// What manual control may not do, and the greatest speed of a path, from here on.
+    pub(crate) fn guard(&mut self, gate: Gate, most_mps: Option<f64>) {
+        (self.gate, self.most_mps) = (gate, most_mps);
+    }
+
+    /// Where the vessel is, if it knows.
+    pub(crate) fn place(&self) -> Option<units::LatLon> {
+        self.estimate.map(|estimate| estimate.place)
+    }
+
+    /// Whether a motor is commanded to run.
+    pub(crate) fn is_running(&self) -> bool {
+        self.authority.motors() != MotorPair::STOPPED
     }
 
     /// What is wrong with the path under way.
@@ -313,7 +379,8 @@ impl Pilot {
         }
         let yaw =
             YawTarget::Course { course_rad: steering.course_rad, turn_rate_rad_s: steering.turn_rate_rad_s };
-        let setpoint = Setpoint { yaw: Some(yaw), speed: self.speed };
+        let speed = self.limited(self.speed, estimate.motion.speed_over_ground_mps());
+        let setpoint = Setpoint { yaw: Some(yaw), speed };
         self.hold(bus, estimate, &setpoint, Owner::Autopilot);
         self.fault = status.fault;
         if let Some(fault) = status.fault.filter(|_| !following.failed) {
@@ -323,6 +390,18 @@ impl Pilot {
         }
         self.following = Some(following);
         self.events.push_back(PilotEvent::Path(status));
+    }
+
+    /// A speed under the guard's limit. What is no speed in m/s is replaced while the vessel is faster.
+    fn limited(&self, speed: Option<SpeedTarget>, made_mps: f64) -> Option<SpeedTarget> {
+        let (Some(most_mps), Some(speed)) = (self.most_mps, speed) else { return speed };
+        Some(match speed {
+            SpeedTarget::MetresPerSecond(mps) => SpeedTarget::MetresPerSecond(mps.min(most_mps)),
+            SpeedTarget::Rpm(_) | SpeedTarget::Percent(_) if made_mps > most_mps => {
+                SpeedTarget::MetresPerSecond(most_mps)
+            }
+            other => other,
+        })
     }
 
     fn hold(&mut self, bus: &mut Bus, estimate: &Estimate, setpoint: &Setpoint, owner: Owner) {
@@ -336,10 +415,11 @@ impl Pilot {
         };
         // On an error nothing is sent: the authority stops the motors when the last command runs out.
         let Ok(output) = self.control.update(now, &estimate.motion, setpoint, mean_rpm) else { return };
+        let motors = if owner == Owner::Remote { self.gate.pass(output.motors) } else { output.motors };
         if output.restarted {
             bus.entry(Entity::Control, Level::Warning, "a long pause between two states; starting anew");
         }
-        if let Err(refusal) = self.authority.command(now, owner, output.motors) {
+        if let Err(refusal) = self.authority.command(now, owner, motors) {
             bus.console(Level::Debug, format!("thrusters: {refusal}"));
         }
     }
@@ -374,7 +454,7 @@ impl Pilot {
                         self.control.disable();
                         self.some_loops_off(bus, Entity::Remote, AUTOPILOT_LOOPS);
                     }
-                    if let Err(refusal) = self.authority.command(now, Owner::Remote, motors) {
+                    if let Err(refusal) = self.authority.command(now, Owner::Remote, self.gate.pass(motors)) {
                         bus.console(Level::Debug, format!("thrusters: {refusal}"));
                     }
                 }

@@ -1,6 +1,7 @@
 //! How the brain is set up. The shell makes these from the configuration files.
 
 use crate::entity::{Entity, Labels};
+use crate::grounding::GroundingSettings;
 use crate::navigation::NavigationSettings;
 use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig};
 use imc::Address;
@@ -44,6 +45,8 @@ pub struct Settings {
     pub watch: WatchSettings,
     /// Plans and maneuvers.
     pub mission: MissionSettings,
+    /// Grounding supervisor.
+    pub grounding: GroundingSettings,
 }
 
 /// Discovery and transports.
@@ -208,7 +211,7 @@ impl Settings {
         if self.watch.disk_error_percent > self.watch.disk_free_percent {
             return Err("the disk's warning level must not be below its error level".to_owned());
         }
-        Ok(())
+        self.grounding.limits.validate().map_err(|error| error.to_string())
     }
 
     /// An Otter with this name and address, everything else as usual.
@@ -230,6 +233,7 @@ impl Settings {
             names: BTreeMap::new(),
             watch: WatchSettings::default(),
             mission: MissionSettings::default(),
+            grounding: GroundingSettings::default(),
         }
     }
 }

@@ -1,12 +1,16 @@
-//! The supervisors that step in by themselves: lost communications, battery reserve, operational limits.
+//! The supervisors that step in by themselves: lost communications, battery reserve, operational limits,
+//! grounding.
 //!
 //! The mission's machines decide; here they are told what happens, the [arbiter](crate::arbiter) weighs what
 //! they ask, and remedies become plans that the engine runs. Each says in its entity's state what it does,
 //! what it will do next, and when.
 
+mod grounding;
+
 use crate::arbiter::{Arbiter, Picture, Source, Standing};
 use crate::bus::Bus;
 use crate::entity::Entity;
+use crate::grounding::{DEEP_WATER, Grounding, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::output::Level;
 use crate::pilot::{Drive, Pilot};
@@ -20,7 +24,7 @@ use mission::{
     LostComms, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
 };
 use std::time::Duration;
-use units::MonoTime;
+use units::{LatLon, MonoTime};
 
 /// Name of the plan that keeps the vessel where it is.
 const HOLD_PLAN: &str = "hold";
@@ -33,6 +37,7 @@ pub(crate) struct Supervise {
     lost_comms: LostComms,
     battery: BatteryReserve,
     limits: OperationalLimits,
+    pub(crate) grounding: Grounding,
     arbiter: Arbiter,
     config: WatchSettings,
     /// An operator has set the vessel in motion and nobody has aborted since. Until then no supervisor starts
@@ -50,6 +55,7 @@ impl Supervise {
             lost_comms: LostComms::new(now, settings.watch.lost_comms.clone()),
             battery: BatteryReserve::new(settings.watch.battery.clone()),
             limits: OperationalLimits::new(settings.watch.limits.clone()),
+            grounding: Grounding::default(),
             arbiter: Arbiter::default(),
             config: settings.watch.clone(),
             under_way: false,
@@ -69,11 +75,13 @@ impl Supervise {
     /// Somebody aborted: the motors stay still until an operator starts something again.
     pub(crate) fn aborted(&mut self) {
         self.under_way = false;
+        self.grounding.stepped_in();
         self.arbiter.stepped_in();
     }
 
     /// An operator started or stopped something: what was asked before is settled.
     pub(crate) fn stepped_in(&mut self) {
+        self.grounding.stepped_in();
         self.arbiter.stepped_in();
     }
 
@@ -242,6 +250,7 @@ impl Supervise {
         };
         desk.states.set(desk.bus, Entity::LostComms, condition, text);
         self.tell_limits(desk);
+        self.tell_grounding(desk);
     }
 
     fn tell_limits(&self, desk: &mut Desk<'_>) {
@@ -328,6 +337,7 @@ fn entity_of(source: Source) -> Entity {
         Source::LostComms => Entity::LostComms,
         Source::Battery => Entity::Fuel,
         Source::Limits => Entity::Limits,
+        Source::Grounding => Entity::Grounding,
     }
 }
 
@@ -341,6 +351,7 @@ pub(crate) struct Desk<'a> {
     pub(crate) hold_radius_m: f64,
     pub(crate) hold_speed_mps: f64,
     pub(crate) capacity_wh: f64,
+    pub(crate) grounding: &'a GroundingSettings,
 }
 
 impl Desk<'_> {
@@ -351,6 +362,10 @@ impl Desk<'_> {
                 self.plans.stop_own(self.bus, self.pilot);
                 return Ok(None);
             }
+            Remedy::Run { plan_id } if plan_id == DEEP_WATER => (
+                DEEP_WATER,
+                Some(self.deep_water().ok_or("no deep water is known that a straight way leads to")?),
+            ),
             Remedy::Run { plan_id } if self.plans.has(plan_id) => (plan_id.as_str(), None),
             Remedy::Run { plan_id } => return Err(format!("there is no plan '{plan_id}'")),
             Remedy::Hold => (HOLD_PLAN, Some(self.hold().ok_or("the position is not known")?)),
@@ -364,16 +379,27 @@ impl Desk<'_> {
     /// Keeping station where the vessel is.
     fn hold(&self) -> Option<Message> {
         let estimate = self.estimate.filter(|estimate| estimate.age < REASON_KEPT)?;
+        Some(self.station(estimate.place, self.hold_radius_m))
+    }
+
+    /// Keeping station where it is deep.
+    fn deep_water(&self) -> Option<Message> {
+        let estimate = self.estimate.filter(|estimate| estimate.age < REASON_KEPT)?;
+        let refuge = Grounding::refuge(self.grounding, estimate, self.hold_radius_m)?;
+        Some(self.station(refuge.place, refuge.radius_m))
+    }
+
+    fn station(&self, place: LatLon, radius_m: f64) -> Message {
         let station = StationKeeping {
-            lat: estimate.place.lat_rad(),
-            lon: estimate.place.lon_rad(),
+            lat: place.lat_rad(),
+            lon: place.lon_rad(),
             z_units: ZUnits::Depth,
-            radius: self.hold_radius_m as f32,
+            radius: radius_m as f32,
             speed: self.hold_speed_mps as f32,
             speed_units: SpeedUnits::MetersPs,
             ..StationKeeping::default()
         };
-        Some(station.into())
+        station.into()
     }
 }
 

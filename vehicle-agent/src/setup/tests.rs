@@ -176,3 +176,30 @@ fn the_shipped_configuration_is_as_the_schema_writes_it() {
     // Make it anew: cargo run -p config --example otter_ini > vehicle-agent/etc/otter.ini
     assert!(crate::OTTER_INI == config::documented_ini(&config::Vessel::default()).unwrap());
 }
+
+#[test]
+fn the_chart_and_the_words_of_the_grounding_supervisor_are_obeyed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let path = folder.join("chart.lutra-index");
+    let chart = testkit::sea::Sea::new(LatLon::from_deg(63.33, 10.08).unwrap(), 500.0, 20.0).index();
+    std::fs::write(&path, chart.to_bytes()).unwrap();
+    let with = |chart: &Path| {
+        let more = format!(
+            "[Supervisors.Grounding]\nChart = {}\nUnreadable Chart = warn\nChart Trust = all errors\n\
+             Action = stop\nAutonomous Depth = 4\n",
+            chart.display()
+        );
+        settings(&load(&format!("{}\n{more}", crate::OTTER_INI), ""), 1).unwrap()
+    };
+    let (good, doubts) = with(&path);
+    assert_eq!(doubts, Vec::<String>::new());
+    assert_eq!(good.grounding.chart, Chart::of(&path.display().to_string(), chart));
+    assert_eq!((good.grounding.action, good.grounding.refuses_without), (GroundingAction::Stop, false));
+    assert_eq!(good.grounding.limits.trust, ChartTrust::AllErrors(ChartTrust::STANDARD));
+    assert!((good.grounding.limits.autonomous_m - 4.0).abs() < 1e-9);
+    std::fs::write(&path, b"no chart").unwrap();
+    assert!(matches!(with(&path).0.grounding.chart, Chart::Unreadable { .. }));
+    assert!(matches!(with(&folder.join("absent")).0.grounding.chart, Chart::Unreadable { .. }));
+    assert_eq!(settings(&load(crate::OTTER_INI, ""), 1).unwrap().0.grounding.chart, Chart::Off);
+}

@@ -46,6 +46,7 @@ pub static SECTIONS: &[&SectionSpec] = &[
     &watch::entities::ENTITIES,
     &watch::fuel::FUEL,
     &watch::limits::LIMITS,
+    &watch::grounding::GROUNDING,
     &watch::clock::CLOCK,
     &watch::host::HOST,
     &watch::host::THERMAL,

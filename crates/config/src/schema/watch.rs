@@ -167,6 +167,104 @@ pub mod limits {
             .groups(&[OF_EVERY_TASK, &[MAXIMUM_SPEED.spec, AREA.spec, ACTION.spec]]);
 }
 
+pub mod grounding {
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, float, text};
+
+    pub const CHART: Param<String> = text("Chart", "").doc(
+        "Depth index that plans and the water ahead are held against, as `lutra-server chart` makes it; empty \
+         for none.",
+    );
+    pub const WITHOUT_CHART: Param<&str> = choice("Unreadable Chart", "refuse", &["refuse", "warn"]).doc(
+        "Whether plans are refused while the chart that is configured cannot be read, or only warned of.",
+    );
+    pub const NAVIGABLE: Param<f64> = float("Navigable Depth", 1.0, Unit::Metre)
+        .within(0.1, 100.0)
+        .doc("Least depth in which anybody may drive the vessel.");
+    pub const AUTONOMOUS: Param<f64> = float("Autonomous Depth", 5.0, Unit::Metre)
+        .within(0.1, 100.0)
+        .doc("Least depth in which it may go by itself.");
+    pub const DRAUGHT: Param<f64> =
+        float("Draught", 0.32, Unit::Metre).within(0.0, 10.0).doc("Draught at rest.");
+    pub const SQUAT: Param<f64> =
+        float("Squat", 0.05, Unit::Metre).within(0.0, 10.0).doc("How much deeper it lies under way.");
+    pub const WATER_LEVEL: Param<f64> = float("Water Level", 0.0, Unit::Metre)
+        .within(-10.0, 20.0)
+        .doc("Height of the water above chart datum that is relied upon.");
+    pub const TRUST: Param<&str> =
+        choice("Chart Trust", "as charted", &["as charted", "depth errors", "all errors"]).doc(
+            "Whether the errors of the zones of confidence are taken off depths, and added to widths too.",
+        );
+    pub const POSITION: Param<f64> = float("Position Uncertainty", 3.0, Unit::Metre)
+        .within(0.0, 1000.0)
+        .doc("How far off the position may be at best; more where navigation says so.");
+    pub const CROSS_TRACK: Param<f64> = float("Cross Track", 10.0, Unit::Metre)
+        .within(0.0, 1000.0)
+        .doc("How far plans may lead past danger: the vessel may stray so far from its track.");
+    pub const DRIFT: Param<f64> = float("Drift Speed", 0.2, Unit::MetrePerSecond)
+        .within(0.0, 5.0)
+        .doc("How fast the vessel drifts with its motors off.");
+    pub const WARNING_TIME: Param<f64> = float("Warning Time", 30.0, Unit::Second)
+        .within(1.0, 600.0)
+        .doc("Danger on the course within this time is warned of.");
+    pub const WARNING_DISTANCE: Param<f64> = float("Warning Distance", 20.0, Unit::Metre)
+        .within(0.0, 2000.0)
+        .doc("Danger on the course within this distance is warned of.");
+    pub const REACTION: Param<f64> = float("Reaction Time", 3.0, Unit::Second)
+        .within(0.5, 60.0)
+        .doc("Time at full way before braking works.");
+    pub const DECELERATION: Param<f64> = float("Deceleration", 0.3, Unit::MetrePerSecondSquared)
+        .within(0.01, 10.0)
+        .doc("Braking that can be relied upon.");
+    pub const RESERVE: Param<f64> = float("Reserve Distance", 5.0, Unit::Metre)
+        .within(0.0, 1000.0)
+        .doc("Distance that is kept from danger under manual control beyond stopping.");
+    pub const ACTION: Param<&str> = choice("Action", "deep water", &["warn", "slow", "stop", "deep water"])
+        .doc(
+            "What to do in a plan within stopping distance of danger; weaker ones leave the rest to others.",
+        );
+    pub const ABORT_AFTER: Param<f64> = float("Abort After", 60.0, Unit::Second)
+        .within(0.0, 3600.0)
+        .doc("Time in danger with the motors running after which they stop for good; 0 never.");
+    pub const OVERRIDE: Param<f64> = float("Override Request", 0.0, Unit::Second)
+        .within(0.0, 600.0)
+        .doc("An operator asks to steer unguarded for this time; 0 ends it. Only while it is set live.");
+    pub const CONFIRM: Param<f64> = float("Override Confirmation", 0.0, Unit::Second)
+        .within(0.0, 600.0)
+        .doc("The same time again, within 30 s of the request: only then the guard is lifted.");
+
+    pub static GROUNDING: SectionSpec = SectionSpec::task(
+        &["Supervisors.Grounding"],
+        "Grounding Supervisor",
+        "Always",
+    )
+    .doc("Lutra: keeps the vessel off the ground by the sea chart; DUNE's task of this name only warns.")
+    .groups(&[
+        OF_EVERY_TASK,
+        &[
+            CHART.spec,
+            WITHOUT_CHART.spec,
+            NAVIGABLE.spec,
+            AUTONOMOUS.spec,
+            DRAUGHT.spec,
+            SQUAT.spec,
+            WATER_LEVEL.spec,
+            TRUST.spec,
+            POSITION.spec,
+            CROSS_TRACK.spec,
+            DRIFT.spec,
+            WARNING_TIME.spec,
+            WARNING_DISTANCE.spec,
+            REACTION.spec,
+            DECELERATION.spec,
+            RESERVE.spec,
+            ACTION.spec,
+            ABORT_AFTER.spec,
+            OVERRIDE.spec,
+            CONFIRM.spec,
+        ],
+    ]);
+}
+
 pub mod clock {
     use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, float, int, text, unused};
 

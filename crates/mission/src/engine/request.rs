@@ -70,6 +70,9 @@ pub enum NoPlan {
     /// The plan is not possible.
     #[error("parse error: {0}")]
     Problems(#[from] PlanProblems),
+    /// It leads where the chart has no water for it.
+    #[error("refused by the sea chart: {0}")]
+    Grounding(String),
     /// The plan could not even be read.
     #[error("parse error: {0}")]
     Unreadable(String),

@@ -77,19 +77,23 @@ impl Database {
                 let request = DatabaseRequest { origin, name: cut(name), plan_id, ask };
                 self.plans.handle(bus.utc(), request);
             }
-            Err(info) => {
-                let reply = PlanDB {
-                    r#type: PlanDBType::Failure,
-                    op: request.op,
-                    request_id: request.request_id,
-                    plan_id: request.plan_id.clone(),
-                    arg: Nested::none(),
-                    info: info.into(),
-                };
-                bus.send_to(Entity::PlanDatabase, asker, &reply);
-            }
+            Err(info) => self.refuse(bus, asker, request, info),
         }
         self.drain(bus);
+    }
+
+    /// Answers that a request is not possible.
+    #[expect(clippy::unused_self, reason = "it is the database that answers")]
+    pub(crate) fn refuse(&self, bus: &mut Bus, asker: Asker, request: &PlanDB, info: String) {
+        let reply = PlanDB {
+            r#type: PlanDBType::Failure,
+            op: request.op,
+            request_id: request.request_id,
+            plan_id: request.plan_id.clone(),
+            arg: Nested::none(),
+            info: info.into(),
+        };
+        bus.send_to(Entity::PlanDatabase, asker, &reply);
     }
 
     /// Keeps a plan that came with a start, and tells everyone.

@@ -4,6 +4,7 @@
 //! becomes commands to the pilot and the exchange of messages that DUNE's consoles know (facts/imc.md 10,
 //! facts/dune_behaviour.md 6). Judge the running state by PlanControlState; replies are events.
 
+mod chart;
 mod database;
 mod notes;
 mod requests;

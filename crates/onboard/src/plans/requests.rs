@@ -1,20 +1,55 @@
 //! What others ask about plans.
 
-use super::{Plans, notes, translate};
+use super::{Plans, chart, notes, translate};
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
+use crate::grounding::Chart;
 use crate::output::Level;
 use crate::pilot::Pilot;
 use imc::messages::{
-    Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanSpecification,
-    Reference,
+    Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
+    PlanSpecification, Reference,
 };
 use mission::{Ask, Event, NoPlan, Origin, Plan, PlanDraft, PlanPhase, Request, StartOptions};
+use units::LatLon;
+
+/// Where a plan would begin.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    /// Here, if the vessel knows where it is.
+    From(Option<LatLon>),
+    /// A maneuver of the vessel's own leads out of need: it is not held against the chart.
+    Own,
+}
 
 impl Plans {
     /// A request to the plan database.
     pub(crate) fn database(&mut self, bus: &mut Bus, asker: Asker, name: &str, request: &PlanDB) {
+        let specification = request.arg.of::<PlanSpecification>();
+        let stores = request.r#type == PlanDBType::Request && request.op == PlanDBOp::Set;
+        if let Some(specification) = specification.filter(|_| stores)
+            && let Err(info) = self.may_be_stored(bus, &specification)
+        {
+            let plan_id = request.plan_id.to_str_lossy();
+            let text = format!("'{plan_id}' is not stored: refused by the sea chart: {info}");
+            bus.entry_to(Entity::Grounding, asker, Level::Warning, text);
+            self.database.refuse(bus, asker, request, format!("refused by the sea chart: {info}"));
+            return;
+        }
         self.database.request(bus, asker, name, request);
+    }
+
+    /// Whether the chart has water for a plan. One that cannot be sailed for other reasons is stored all the
+    /// same, as DUNE does; it is refused at its start.
+    fn may_be_stored(&self, bus: &mut Bus, specification: &PlanSpecification) -> Result<(), String> {
+        if self.settings.grounding.chart == Chart::Off {
+            return Ok(());
+        }
+        let draft = translate::draft(specification);
+        match Plan::build(&draft, &self.settings.mission.limits) {
+            Ok(plan) => chart::check(&self.settings, bus, &plan, None),
+            Err(_) => Ok(()),
+        }
     }
 
     /// A request to the plan engine.
@@ -32,7 +67,9 @@ impl Plans {
         let plan_id = request.plan_id.to_str_lossy().into_owned();
         let (verb, ask) = match request.op {
             PlanControlOp::Start => {
-                let plan = self.plan(bus, name, &plan_id, request.arg.get());
+                let own_maneuver = asker.system == bus.address() && request.arg.get().is_some();
+                let way = if own_maneuver { Way::Own } else { Way::From(pilot.place()) };
+                let plan = self.plan(bus, name, &plan_id, request.arg.get(), way);
                 let options = StartOptions {
                     calibrate: request.flags.contains(PlanControlFlags::CALIBRATE),
                     ignore_errors: request.flags.contains(PlanControlFlags::IGNORE_ERRORS),
@@ -40,7 +77,7 @@ impl Plans {
                 ("start", Ask::Start { plan, options })
             }
             PlanControlOp::Load => {
-                let plan = self.plan(bus, name, &plan_id, request.arg.get());
+                let plan = self.plan(bus, name, &plan_id, request.arg.get(), Way::From(pilot.place()));
                 ("load", Ask::Load { plan })
             }
             PlanControlOp::Stop => ("stop", Ask::Stop),
@@ -104,6 +141,7 @@ impl Plans {
         name: &str,
         plan_id: &str,
         arg: Option<Message>,
+        way: Way,
     ) -> Result<Box<Plan>, NoPlan> {
         let specification: PlanSpecification = match arg {
             None => self.database.plan(plan_id).ok_or(NoPlan::Undefined)?,
@@ -122,6 +160,9 @@ impl Plans {
         let notes = notes::notes(&specification, &self.settings);
         let draft = PlanDraft { notes, ..translate::draft(&specification) };
         let plan = Plan::build(&draft, &self.settings.mission.limits)?;
+        if let Way::From(from) = way {
+            chart::check(&self.settings, bus, &plan, from).map_err(NoPlan::Grounding)?;
+        }
         self.starting = Some(specification);
         Ok(Box::new(plan))
     }

@@ -1,0 +1,347 @@
+//! The supervisor's machine: from a look at the water to what is to be done.
+
+use super::exemption::{Answer, Exemption};
+use super::look::{Ahead, Look};
+use super::refuge::{self, Refuge};
+use super::settings::{Chart, GroundingAction, GroundingSettings};
+use crate::navigation::Estimate;
+use crate::pilot::Gate;
+use charts::depth_index::{DepthIndex, Water};
+use std::time::Duration;
+use units::MonoTime;
+
+/// Slower is no way towards anything (m/s).
+const LEAST_MPS: f64 = 0.1;
+/// Danger within stopping distance and the way of this time slows the vessel down (s).
+const SLOW_S: f64 = 4.0;
+/// How slow (m/s).
+const SLOW_MPS: f64 = 0.7;
+/// From the decision to turn back until way is made away from danger (s): an Otter turns on the spot by 180° in
+/// 10 s, and needs some to gather way.
+const TURN_S: f64 = 15.0;
+/// Way beyond danger within stopping distance that does not matter (m).
+const SLACK_M: f64 = 0.5;
+
+/// What moves the vessel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Doing {
+    /// Nothing.
+    Rest,
+    /// A plan.
+    Plan,
+    /// An operator.
+    Operator,
+    /// What another supervisor asked for.
+    Remedy,
+    /// What this one asked for.
+    Own,
+}
+
+/// How near danger is, as it is told; later is worse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Stage {
+    /// None within the warning's time and distance.
+    Clear,
+    /// On the course.
+    Ahead,
+    /// Soon within stopping distance.
+    Near,
+    /// Within stopping distance, or being drifted into.
+    Close,
+    /// Hull or position uncertainty touches it.
+    Within,
+}
+
+/// What the supervisor wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Advice {
+    /// A line for the log book: something got worse, or is well again.
+    Tell(Stage),
+    /// Back to deep water.
+    DeepWater,
+    /// Stop and drift.
+    Stop,
+    /// Stop for good: the vessel lies in danger with its motors running.
+    Abort,
+    /// The operator's exemption is over.
+    ExemptionOver,
+}
+
+/// The machine.
+#[derive(Debug, Default)]
+pub(crate) struct Grounding {
+    pub(crate) exemption: Exemption,
+    stage: Option<Stage>,
+    ahead: Option<Ahead>,
+    speed_mps: f64,
+    /// A demand stands that no operator has settled.
+    asked: bool,
+    /// Whether the rest began in water deep enough for the vessel by itself.
+    rest_was_deep: Option<bool>,
+    within_since: Option<MonoTime>,
+    blocked_since: Option<MonoTime>,
+    gate: Gate,
+    slows: bool,
+}
+
+impl Grounding {
+    /// An operator decides from here on.
+    pub(crate) fn stepped_in(&mut self) {
+        self.asked = false;
+        self.within_since = None;
+        self.rest_was_deep = None;
+    }
+
+    /// What manual control may not do.
+    pub(crate) fn gate(&self) -> Gate {
+        self.gate
+    }
+
+    /// The greatest speed of a path now (m/s), if any.
+    pub(crate) fn speed_limit_mps(&self) -> Option<f64> {
+        self.slows.then_some(SLOW_MPS)
+    }
+
+    pub(crate) fn stage(&self) -> Stage {
+        self.stage.unwrap_or(Stage::Clear)
+    }
+
+    pub(crate) fn has_asked(&self) -> bool {
+        self.asked
+    }
+
+    pub(crate) fn is_blocking(&self) -> bool {
+        self.gate.ahead || self.gate.astern
+    }
+
+    /// Where to turn back to from here.
+    pub(crate) fn refuge(settings: &GroundingSettings, estimate: &Estimate, radius_m: f64) -> Option<Refuge> {
+        let index = settings.chart.index()?;
+        let look = Look::new(index, settings, estimate, settings.limits.navigable_m);
+        refuge::find(&look, settings, radius_m)
+    }
+
+    /// Looks at the water with a new estimate; `running` tells whether a motor runs.
+    pub(crate) fn see(
+        &mut self,
+        now: MonoTime,
+        settings: &GroundingSettings,
+        estimate: &Estimate,
+        doing: Doing,
+        running: bool,
+    ) -> Vec<Advice> {
+        let mut advice = Vec::new();
+        let (exempt, answer) = self.exemption.check(now);
+        if answer == Answer::Ended {
+            advice.push(Advice::ExemptionOver);
+        }
+        let Some(index) = settings.chart.index() else {
+            *self = Self { exemption: self.exemption, ..Self::default() };
+            return advice;
+        };
+        if doing != Doing::Rest {
+            self.rest_was_deep = None;
+        }
+        let least_m = match doing {
+            Doing::Plan => settings.limits.autonomous_m,
+            Doing::Rest | Doing::Operator | Doing::Remedy | Doing::Own => settings.limits.navigable_m,
+        };
+        let look = Look::new(index, settings, estimate, least_m);
+        let motion = &estimate.motion;
+        let course_rad = motion.east_mps.atan2(motion.north_mps);
+        self.speed_mps = motion.speed_over_ground_mps();
+        let stage = self.judge(&look, settings, course_rad);
+        let exempt = exempt && doing == Doing::Operator;
+        self.gate = if doing == Doing::Operator && !exempt {
+            gate(&look, settings, estimate)
+        } else {
+            Gate::default()
+        };
+        self.slows = stage >= Stage::Near
+            && matches!(doing, Doing::Plan | Doing::Remedy)
+            && settings.action >= GroundingAction::Slow;
+        if !exempt {
+            self.act(now, settings, &look, index, (doing, stage), course_rad, &mut advice);
+        }
+        self.abort(now, settings, stage, running && !exempt, &mut advice);
+        if self.stage != Some(stage) {
+            let before = self.stage.replace(stage).unwrap_or(Stage::Clear);
+            if stage > before || stage == Stage::Clear {
+                advice.push(Advice::Tell(stage));
+            }
+        }
+        advice
+    }
+
+    fn judge(&mut self, look: &Look<'_>, settings: &GroundingSettings, course_rad: f64) -> Stage {
+        let stopping_m = settings.stopping_m(self.speed_mps);
+        let slowing_m = stopping_m + SLOW_S * self.speed_mps;
+        let warning_m = (settings.warning_time_s * self.speed_mps).max(settings.warning_distance_m);
+        let moves = self.speed_mps > LEAST_MPS;
+        let length_m = warning_m.max(slowing_m).max(1.0);
+        self.ahead = moves.then(|| look.ahead(course_rad, length_m)).flatten();
+        if !look.is_clear() {
+            return Stage::Within;
+        }
+        match &self.ahead {
+            Some(ahead) if ahead.distance_m <= stopping_m + SLACK_M => Stage::Close,
+            Some(ahead) if ahead.distance_m <= slowing_m => Stage::Near,
+            Some(_) => Stage::Ahead,
+            None => Stage::Clear,
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one look at the vessel, told apart")]
+    fn act(
+        &mut self,
+        now: MonoTime,
+        settings: &GroundingSettings,
+        look: &Look<'_>,
+        index: &DepthIndex,
+        (doing, stage): (Doing, Stage),
+        course_rad: f64,
+        advice: &mut Vec<Advice>,
+    ) {
+        let wanted = match doing {
+            Doing::Own => false,
+            Doing::Plan | Doing::Remedy => stage >= Stage::Close,
+            Doing::Operator => self.operator_needs_help(now, look, settings, course_rad),
+            Doing::Rest => {
+                let was_deep = *self.rest_was_deep.get_or_insert_with(|| {
+                    let deep = settings.limits.demand(settings.limits.autonomous_m);
+                    index.shallowest_within(look.place, look.hull_m, &deep).navigable
+                });
+                was_deep && (stage == Stage::Within || self.drifts_in(look, settings, course_rad))
+            }
+        };
+        if !wanted || self.asked {
+            return;
+        }
+        match settings.action {
+            GroundingAction::Warn | GroundingAction::Slow => {}
+            GroundingAction::Stop => {
+                self.asked = true;
+                advice.push(Advice::Stop);
+            }
+            GroundingAction::DeepWater => {
+                self.asked = true;
+                advice.push(Advice::DeepWater);
+            }
+        }
+    }
+
+    /// Danger comes within what turning back takes, by the way the vessel drifts.
+    fn drifts_in(&self, look: &Look<'_>, settings: &GroundingSettings, course_rad: f64) -> bool {
+        let way_m = TURN_S * self.speed_mps + settings.reserve_m / 2.0;
+        self.speed_mps > LEAST_MPS / 2.0 && look.ahead(course_rad, way_m).is_some()
+    }
+
+    /// Thrust towards danger is blocked, and yet the vessel goes in.
+    fn operator_needs_help(
+        &mut self,
+        now: MonoTime,
+        look: &Look<'_>,
+        settings: &GroundingSettings,
+        course_rad: f64,
+    ) -> bool {
+        // A vessel under way is the operator's until its motors were blocked for long enough to brake.
+        let slow = self.speed_mps < 1.0;
+        let carried = slow && self.drifts_in(look, settings, course_rad);
+        let since = carried.then(|| *self.blocked_since.get_or_insert(now));
+        self.blocked_since = since;
+        since.is_some_and(|since| now.since(since) >= Duration::from_secs_f64(settings.reaction_s))
+            || self.stage == Some(Stage::Within) && carried
+    }
+
+    fn abort(
+        &mut self,
+        now: MonoTime,
+        settings: &GroundingSettings,
+        stage: Stage,
+        running: bool,
+        advice: &mut Vec<Advice>,
+    ) {
+        if stage != Stage::Within || !running || settings.abort_after_s <= 0.0 {
+            self.within_since = None;
+            return;
+        }
+        let since = *self.within_since.get_or_insert(now);
+        if now.since(since).as_secs_f64() >= settings.abort_after_s {
+            self.within_since = None;
+            advice.push(Advice::Abort);
+        }
+    }
+
+    /// What is ahead, in words.
+    pub(crate) fn text(&self, settings: &GroundingSettings) -> String {
+        let Some(index) = settings.chart.index() else { return String::new() };
+        let Some(ahead) = &self.ahead else {
+            return match self.stage() {
+                Stage::Within => "hull or position uncertainty touches danger".to_owned(),
+                _ => "the water ahead is deep enough".to_owned(),
+            };
+        };
+        let what = match ahead.answer.water {
+            Water::Land => "land".to_owned(),
+            Water::Obstacle => "an obstacle".to_owned(),
+            Water::UnknownDepth => "unknown depth".to_owned(),
+            Water::NoData => "uncharted water".to_owned(),
+            Water::TooLow { .. } => "something too low".to_owned(),
+            Water::Depth { least_m, .. } => format!("water of {least_m:.1} m"),
+        };
+        let object = ahead.answer.object.and_then(|id| index.object(id));
+        let name = object.and_then(|object| object.class.acronym());
+        let cell = object.map(|object| index.source(object).name.as_str()).unwrap_or_default();
+        let of = name.filter(|_| ahead.answer.water != Water::NoData);
+        let of = of.map_or_else(String::new, |name| format!(" ({name} of {cell})"));
+        let time_s = ahead.distance_m / self.speed_mps.max(LEAST_MPS);
+        let at = ahead.answer.at;
+        format!(
+            "{what}{of} {:.0} m ahead, in {time_s:.0} s, at {:.5}, {:.5}",
+            ahead.distance_m,
+            at.lat_deg(),
+            at.lon_deg()
+        )
+    }
+
+    /// What the chart is, in words, and whether that is well.
+    pub(crate) fn chart_text(chart: &Chart) -> Result<String, String> {
+        match chart {
+            Chart::Off => {
+                Ok("off: no chart is configured; neither plans nor the water ahead are checked".to_owned())
+            }
+            Chart::Unreadable { reason } => Err(format!("the chart cannot be read: {reason}")),
+            Chart::Loaded(file) => Ok(format!("by chart {file}")),
+        }
+    }
+}
+
+/// In which directions an operator's thrust is blocked.
+fn gate(look: &Look<'_>, settings: &GroundingSettings, estimate: &Estimate) -> Gate {
+    let motion = &estimate.motion;
+    let (sin, cos) = motion.heading_rad.sin_cos();
+    let surge_mps = motion.north_mps * cos + motion.east_mps * sin;
+    let blocked = |direction_rad: f64, mps: f64| {
+        let length_m = settings.stopping_m(mps.max(0.0)) + settings.reserve_m;
+        look.ahead(direction_rad, length_m).is_some()
+    };
+    // Already within the reserve on both sides, the roomier one stays open: there must be a way out.
+    let mut gate = Gate {
+        ahead: blocked(motion.heading_rad, surge_mps),
+        astern: blocked(motion.heading_rad + std::f64::consts::PI, -surge_mps),
+        surge_mps,
+    };
+    if gate.ahead && gate.astern {
+        let room_m = |direction_rad: f64| {
+            let frame = units::LocalFrame::new(look.place);
+            let there = units::LocalPoint::default().displaced(direction_rad, look.hull_m + 2.0);
+            look.clear_radius_m(frame.to_place(there), 100.0)
+        };
+        let ahead_m = room_m(motion.heading_rad);
+        let astern_m = room_m(motion.heading_rad + std::f64::consts::PI);
+        let here_m = look.clear_radius_m(look.place, 100.0);
+        gate.ahead = ahead_m <= here_m;
+        gate.astern = astern_m <= here_m;
+    }
+    gate
+}

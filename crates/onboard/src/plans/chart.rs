@@ -1,0 +1,59 @@
+//! Plans held against the sea chart aboard.
+
+use crate::bus::Bus;
+use crate::entity::Entity;
+use crate::grounding::Chart;
+use crate::output::Level;
+use crate::settings::Settings;
+use mission::guard::{GuardLimits, check_plan};
+use mission::{ManeuverKind, Plan};
+use units::LatLon;
+
+/// Warnings of a verdict that are told one by one; of more their number.
+const MOST_TOLD: usize = 5;
+
+/// Whether a plan that starts at `from`, if that is known, keeps to deep water; doubts go to the log book.
+///
+/// # Errors
+/// Why not, with the place.
+pub(super) fn check(
+    settings: &Settings,
+    bus: &mut Bus,
+    plan: &Plan,
+    from: Option<LatLon>,
+) -> Result<(), String> {
+    let grounding = &settings.grounding;
+    let index = match &grounding.chart {
+        Chart::Off => return Ok(()),
+        Chart::Loaded(_) => grounding.chart.index(),
+        Chart::Unreadable { .. } => None,
+    };
+    let Some(index) = index else {
+        // An operator who steers sees where the vessel goes.
+        let steered = plan.nodes().iter().all(|node| node.maneuver().kind() == ManeuverKind::Teleoperation);
+        let text = "the chart that is configured cannot be read";
+        if grounding.refuses_without && !steered {
+            return Err(format!("{text}; send a whole one to the vessel, or steer by hand"));
+        }
+        let text = format!("'{}' is not held against the sea chart: {text}", plan.id());
+        bus.entry(Entity::Grounding, Level::Warning, text);
+        return Ok(());
+    };
+    let maneuver = &settings.mission.engine.maneuver;
+    let limits = GuardLimits {
+        least_loiter_m: maneuver.loiter_min_radius_m,
+        least_station_m: maneuver.station_min_radius_m,
+        ..grounding.limits
+    };
+    let verdict = check_plan(plan, from, index, &limits);
+    if verdict.is_refused() {
+        return Err(verdict.summary());
+    }
+    for warning in verdict.warnings.iter().take(MOST_TOLD) {
+        bus.entry(Entity::Grounding, Level::Warning, warning.to_string());
+    }
+    if let Some(more) = verdict.warnings.len().checked_sub(MOST_TOLD).filter(|more| *more > 0) {
+        bus.entry(Entity::Grounding, Level::Warning, format!("'{}': {more} more warnings", plan.id()));
+    }
+    Ok(())
+}

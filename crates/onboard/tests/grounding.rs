@@ -1,0 +1,217 @@
+//! The sea chart aboard: plans that lead over shoals, water ahead, an operator who steers for land.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+mod common;
+
+use common::*;
+use imc::messages::*;
+use onboard::{Chart, Entity, GroundingSettings, Settings};
+use testkit::sea::{Ground, Sea as Chartmaker};
+use units::LocalPoint;
+
+fn chartmaker() -> Chartmaker {
+    Chartmaker::new(frame().origin(), 1500.0, 20.0)
+}
+
+/// 20 m of water with an islet of 60 m, 200 m north of the start.
+fn islet() -> Chartmaker {
+    chartmaker().with(Ground::Land, point(200.0, 0.0), 60.0, 24)
+}
+
+fn point(north_m: f64, east_m: f64) -> LocalPoint {
+    LocalPoint { north_m, east_m }
+}
+
+fn with_chart(chart: Chart) -> Settings {
+    Settings { grounding: GroundingSettings { chart, ..GroundingSettings::default() }, ..settings() }
+}
+
+fn afloat(chart: &Chartmaker) -> Sea {
+    Sea::with(with_chart(Chart::of("made up", chart.index())), |_| {}).ready()
+}
+
+fn through() -> PlanSpecification {
+    plan("through", vec![("over".to_owned(), goto(400.0, 0.0, 1.5).into())])
+}
+
+fn says(sea: &Sea, entity: Entity, word: &str) -> bool {
+    let own = sea.said.iter().filter(|(_, packet)| packet.header.src_ent == entity.number());
+    own.filter_map(|(_, packet)| packet.get::<LogBookEntry>())
+        .any(|entry| entry.text.to_str_lossy().contains(word))
+}
+
+fn state(sea: &Sea, entity: Entity) -> EntityState {
+    let mut own = sea.said.iter().rev().filter(|(_, packet)| packet.header.src_ent == entity.number());
+    own.find_map(|(_, packet)| packet.get::<EntityState>().cloned()).unwrap()
+}
+
+fn stored(sea: &Sea) -> PlanDB {
+    let all = sea.all::<PlanDB>();
+    all.into_iter().map(|(_, reply)| reply).rfind(|reply| reply.r#type != PlanDBType::InProgress).unwrap()
+}
+
+#[test]
+fn a_plan_over_land_is_neither_stored_nor_started() {
+    let mut sea = afloat(&islet());
+    // From an unknown start this is one point in deep water.
+    sea.upload(&through());
+    sea.run(0.5);
+    assert_ne!(stored(&sea).r#type, PlanDBType::Failure, "{}", stored(&sea).info);
+    let request = sea.ask(PlanControlOp::Start, "through", Some(through().into()));
+    sea.run(0.5);
+    let reply = sea.replies(request).pop().unwrap();
+    assert_eq!(reply.r#type, PlanControlType::Failure);
+    let info = reply.info.to_str_lossy().into_owned();
+    assert!(info.contains("sea chart") && info.contains("land at 63.33"), "{info}");
+    assert_eq!(sea.mode(), VehicleStateOpMode::Service);
+    let both = vec![
+        ("south".to_owned(), goto(50.0, 0.0, 1.5).into()),
+        ("north".to_owned(), goto(400.0, 0.0, 1.5).into()),
+    ];
+    sea.upload(&plan("both", both));
+    sea.run(0.5);
+    let reply = stored(&sea);
+    assert_eq!(reply.r#type, PlanDBType::Failure);
+    assert!(reply.info.to_str_lossy().contains("'north' (transit 1): land"), "{}", reply.info);
+    assert!(says(&sea, Entity::Grounding, "'both' is not stored"));
+    let request = sea.ask(PlanControlOp::Start, "triangle", Some(triangle().into()));
+    sea.run(0.5);
+    assert!(sea.replies(request).iter().all(|reply| reply.r#type != PlanControlType::Failure));
+}
+
+#[test]
+fn without_a_chart_it_is_off_and_with_a_bad_one_only_an_operator_may_steer() {
+    let mut sea = Sea::new().ready();
+    sea.run(11.0);
+    assert!(state(&sea, Entity::Grounding).description.to_str_lossy().contains("off: no chart"));
+    let bad = Chart::read("chart.lutra-index", b"no chart");
+    assert!(matches!(bad, Chart::Unreadable { .. }));
+    let mut sea = Sea::with(with_chart(bad.clone()), |_| {}).ready();
+    sea.run(11.0);
+    let told = state(&sea, Entity::Grounding);
+    assert_eq!(told.state, EntityStateState::Error);
+    assert!(told.description.to_str_lossy().contains("chart.lutra-index"), "{}", told.description);
+    let request = sea.ask(PlanControlOp::Start, "triangle", Some(triangle().into()));
+    sea.run(0.5);
+    let reply = sea.replies(request).pop().unwrap();
+    assert_eq!(reply.r#type, PlanControlType::Failure);
+    assert!(reply.info.to_str_lossy().contains("cannot be read"), "{}", reply.info);
+    let request = sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
+    sea.run(0.5);
+    assert!(sea.replies(request).iter().all(|reply| reply.r#type != PlanControlType::Failure));
+    let mut lenient = with_chart(bad);
+    lenient.grounding.refuses_without = false;
+    let mut sea = Sea::with(lenient, |_| {}).ready();
+    let request = sea.ask(PlanControlOp::Start, "triangle", Some(triangle().into()));
+    sea.run(0.5);
+    assert!(sea.replies(request).iter().all(|reply| reply.r#type != PlanControlType::Failure));
+    assert!(says(&sea, Entity::Grounding, "not held against the sea chart"));
+}
+
+/// Full ahead for so many seconds; answers the least distance of the hull's middle to a point.
+fn full_ahead(sea: &mut Sea, seconds: f64, from: LocalPoint) -> f64 {
+    let mut nearest_m = f64::INFINITY;
+    for _ in 0..(seconds / 0.2) as u32 {
+        sea.send(RemoteActions { actions: "Throttle=127".into() });
+        sea.run(0.2);
+        nearest_m = nearest_m.min(sea.position().distance_m(from));
+    }
+    nearest_m
+}
+
+fn steer(sea: &mut Sea) {
+    sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
+    sea.run(1.0);
+    sea.send(RemoteActions { actions: "Throttle=0".into() });
+    sea.run(0.2);
+}
+
+#[test]
+fn an_operators_thrust_towards_land_is_blocked_and_away_is_not() {
+    let mut sea = afloat(&islet());
+    steer(&mut sea);
+    let nearest_m = full_ahead(&mut sea, 200.0, point(200.0, 0.0));
+    assert!(nearest_m > 61.2, "{nearest_m}");
+    assert!(nearest_m < 90.0, "it may come near: {nearest_m}");
+    assert!(sea.position().north_m > 100.0, "{:?}", sea.position());
+    sea.run(0.5);
+    assert!(state(&sea, Entity::Grounding).description.to_str_lossy().contains("blocked"));
+    let before_m = sea.position().north_m;
+    for _ in 0..50 {
+        sea.send(RemoteActions { actions: "Throttle=-127".into() });
+        sea.run(0.2);
+    }
+    assert!(sea.position().north_m < before_m - 5.0, "{before_m} {:?}", sea.position());
+}
+
+fn parameter(sea: &mut Sea, name: &str, value: &str) {
+    let wanted = EntityParameter { name: name.into(), value: value.into() };
+    let params = [wanted].into_iter().collect();
+    sea.send(SetEntityParameters { name: "Grounding Supervisor".into(), params });
+    sea.run(0.2);
+}
+
+#[test]
+fn a_confirmed_exemption_lets_an_operator_go_on_and_ends() {
+    let mut sea = afloat(&islet());
+    steer(&mut sea);
+    parameter(&mut sea, "Override Request", "300");
+    assert!(says(&sea, Entity::Grounding, "asks to steer unguarded"));
+    parameter(&mut sea, "Override Confirmation", "300");
+    assert!(says(&sea, Entity::Grounding, "steers unguarded by the sea chart for 300 s"));
+    let nearest_m = full_ahead(&mut sea, 150.0, point(200.0, 0.0));
+    assert!(nearest_m < 55.0, "{nearest_m}");
+    parameter(&mut sea, "Override Request", "0");
+    assert!(says(&sea, Entity::Grounding, "ends the exemption"));
+    // What keeps the vessel safe is not for the bus.
+    parameter(&mut sea, "Autonomous Depth", "0.5");
+    assert!(says(&sea, Entity::Grounding, "configuration file"));
+}
+
+#[test]
+fn a_current_onto_a_shoal_makes_a_silent_operators_vessel_turn_back() {
+    let chart = chartmaker().with(Ground::Depth(0.4), point(60.0, 0.0), 30.0, 24);
+    let settings = with_chart(Chart::of("made up", chart.index()));
+    let mut sea = Sea::with(settings, |vessel| {
+        (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = (0.3, 0.0);
+    })
+    .ready();
+    steer(&mut sea);
+    let mut nearest_m = f64::INFINITY;
+    for _ in 0..600 {
+        sea.run(0.5);
+        nearest_m = nearest_m.min(sea.position().distance_m(point(60.0, 0.0)));
+    }
+    assert!(nearest_m > 31.2, "{nearest_m}");
+    assert!(says(&sea, Entity::Grounding, "back to deep water"));
+    assert_eq!(sea.plan_state().plan_id, "deep water");
+}
+
+/// The plan is in deep water but a reference leads elsewhere: what nobody knows beforehand is watched.
+#[test]
+fn a_reference_towards_land_ends_in_deep_water() {
+    let mut sea = afloat(&islet());
+    let follow =
+        FollowReference { control_src: 0xFFFF, control_ent: 0xFF, timeout: 60.0, ..Default::default() };
+    sea.ask(PlanControlOp::Start, "follow", Some(follow.into()));
+    sea.run(1.0);
+    let target = place(200.0, 0.0);
+    let mut nearest_m = f64::INFINITY;
+    for _ in 0..300 {
+        let reference = Reference {
+            flags: ReferenceFlags::LOCATION | ReferenceFlags::SPEED,
+            lat: target.lat_rad(),
+            lon: target.lon_rad(),
+            speed: DesiredSpeed { value: 1.5, speed_units: SpeedUnits::MetersPs }.into(),
+            ..Reference::default()
+        };
+        sea.send(reference);
+        sea.run(1.0);
+        nearest_m = nearest_m.min(sea.position().distance_m(point(200.0, 0.0)));
+    }
+    assert!(nearest_m > 61.2, "{nearest_m}");
+    assert!(nearest_m < 120.0, "it was sent there: {nearest_m}");
+    assert_eq!(sea.plan_state().plan_id, "deep water");
+    assert!(says(&sea, Entity::Grounding, "land (LNDARE of XX5SEA01)"));
+}
