@@ -8,6 +8,9 @@ use std::panic::PanicHookInfo;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// What the names of the threads between vessel and shore begin with.
+pub(crate) const UPLINK_THREADS: &str = "uplink";
+
 /// The program broke off by a fault of its own.
 #[derive(Debug)]
 pub(crate) struct Fault;
@@ -53,19 +56,24 @@ impl Ending {
         Ok(())
     }
 
-    /// Ends at a panic of any thread: its first deed is to stop the motors.
+    /// Ends at a panic of any thread but those of the way to the shore, which commands no motor and is begun anew:
+    /// its first deed is to stop the motors.
     pub(crate) fn at_panics(&self, edge: &Arc<Edge>) {
         let (edge, ending) = (Arc::clone(edge), self.clone());
         std::panic::set_hook(Box::new(move |panic| {
+            let thread = std::thread::current();
+            let thread = thread.name().unwrap_or("?");
+            if thread.starts_with(UPLINK_THREADS) {
+                tracing::error!(thread, "the vessel goes on: {panic}");
+                return;
+            }
             edge.end();
-            ending.panicked(panic);
+            ending.panicked(thread, panic);
         }));
     }
 
-    fn panicked(&self, panic: &PanicHookInfo<'_>) {
+    fn panicked(&self, thread: &str, panic: &PanicHookInfo<'_>) {
         self.fault.store(true, Ordering::SeqCst);
-        let thread = std::thread::current();
-        let thread = thread.name().unwrap_or("?");
         // Not by the usual hook, which waits for whoever reads standard error.
         tracing::error!(thread, "motors stopped: {panic}");
     }
@@ -96,6 +104,10 @@ mod tests {
         ending.at_panics(&edge);
         let ahead = MotorPair { port: 0.5, starboard: 0.5 };
         edge.command(ahead);
+        // The way to the shore is not the vessel.
+        let uplink = std::thread::Builder::new().name(UPLINK_THREADS.to_owned());
+        assert!(uplink.spawn(|| panic!("a letter was lost")).unwrap().join().is_err());
+        assert!(!ending.is_near() && !ending.has_fault());
         let broken = std::thread::spawn(|| panic!("a wheel came off")).join();
         std::panic::set_hook(usual);
         assert!(broken.is_err() && ending.is_near() && ending.has_fault());

@@ -131,7 +131,7 @@ pub struct GapsQuery {
     pub to_us: i64,
 }
 
-/// A stretch of a vessel's time from which something is missing, as it was declared.
+/// A stretch of a vessel's time from which something is missing, as it was declared or as nothing was heard.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Gap {
@@ -145,7 +145,7 @@ pub struct Gap {
     pub kind: GapKind,
     /// Why, in words.
     pub reason: String,
-    /// When it was declared, by the shore's clock, µs since 1970 UTC.
+    /// When it was declared, by the shore's clock, µs since 1970 UTC; of a silence, when it ended.
     #[cfg_attr(test, ts(type = "number"))]
     pub declared_us: i64,
 }

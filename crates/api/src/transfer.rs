@@ -7,7 +7,8 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct ExportQuery {
-    /// Messages by abbreviation, like `EstimatedState,Voltage`; `*` for all.
+    /// Messages by abbreviation, like `EstimatedState,Voltage`; `*` for all; `_raw` alone for those that the
+    /// catalogue does not explain, with id and payload.
     pub message: String,
     /// IMC addresses of vessels; all that one may export when left out or empty.
     pub vessel: Option<String>,
@@ -29,6 +30,8 @@ pub struct ExportQuery {
     pub labels: Option<bool>,
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it; true when left out.
     pub guard: Option<bool>,
+    /// Whether each row also tells when its message first came ashore; false when left out.
+    pub received: Option<bool>,
     /// Whether the file is packed by gzip; false when left out.
     pub gzip: Option<bool>,
 }

@@ -106,6 +106,95 @@ fn a_long_table_has_a_row_for_each_value() {
 }
 
 #[test]
+fn a_row_tells_when_its_message_came_where_that_is_wanted() {
+    let folder = small();
+    let mut selection = messages(&["Temperature"]);
+    selection.systems = vec![OTHER];
+    let options = CsvOptions { received: true, ..CsvOptions::default() };
+    assert_eq!(
+        csv(folder.path(), &selection, options),
+        "time,unix_s,system,system_id,entity,entity_id,received,received_unix_s,value [°C]\n\
+         2026-11-21T08:00:02.000000Z,1795248002.000000,ntnu-otter-02,0x2811,,5,\
+         2026-11-21T08:00:10.000000Z,1795248010.000000,1.5\n"
+    );
+    let long = csv(folder.path(), &selection, CsvOptions { shape: Shape::Long, ..options });
+    assert!(
+        long.ends_with(",5,2026-11-21T08:00:10.000000Z,1795248010.000000,Temperature,value,1.5,°C\n"),
+        "{long}"
+    );
+    let mut reader = store::Reader::open(folder.path()).unwrap();
+    let described = describe_csv(&mut reader, &selection, &options).unwrap();
+    assert_eq!(described["columns"][6]["name"], "received");
+    assert_eq!(described["columns"].as_array().unwrap().len(), 9);
+}
+
+#[test]
+fn what_the_catalogue_does_not_explain_comes_out_as_it_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let unknown = |src, at: i64, payload: &[u8]| {
+        let header =
+            imc::Header { timestamp: utc(second(at)).seconds(), src, src_ent: 5, ..imc::Header::default() };
+        let body = imc::Body::Unknown { id: 60_001, payload: payload.to_vec() };
+        imc::Packet { body, ..imc::Packet::new(header, Temperature::default()) }.encode().unwrap()
+    };
+    let said = [
+        unknown(OTHER, 7, &[0xFF]),
+        temperature(second(4), 8.5),
+        unknown(OTTER, 5, &[1, 2, 0xAB]),
+        unknown(OTTER, 5, &[]),
+    ];
+    for packet in &said {
+        accept(&mut store, packet, second(10), Door::Tcp);
+    }
+    store.close().unwrap();
+    let table = csv(folder.path(), &messages(&["_raw"]), CsvOptions::default());
+    let mut lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines[0], "time,unix_s,system,system_id,entity,entity_id,id,payload,problem,dst,dst_ent");
+    // What is said in one microsecond is told apart by its fingerprint.
+    lines[1..3].sort_unstable();
+    let why = "the catalogue has no message with this id,0xffff,255";
+    let row = |at: i64, name: &str, payload: &str| {
+        format!(
+            "2026-11-21T08:00:0{at}.000000Z,{}.000000,{name},,5,60001,{payload},{why}",
+            second(at) / 1_000_000
+        )
+    };
+    assert_eq!(
+        lines[1..],
+        [
+            row(5, "ntnu-otter-01,0x2810", ""),
+            row(5, "ntnu-otter-01,0x2810", "0102ab"),
+            row(7, "ntnu-otter-02,0x2811", "ff")
+        ]
+    );
+    let mut selection = Selection { systems: vec![OTHER], ..messages(&["_raw"]) };
+    selection.range = TimeRange { from_us: second(6), to_us: second(9) };
+    let options = CsvOptions { received: true, ..CsvOptions::default() };
+    let table = csv(folder.path(), &selection, options);
+    assert!(
+        table.lines().count() == 2
+            && table.contains(",2026-11-21T08:00:10.000000Z,1795248010.000000,60001,ff,")
+    );
+    let mut reader = store::Reader::open(folder.path()).unwrap();
+    let described = describe_csv(&mut reader, &selection, &options).unwrap();
+    assert_eq!(
+        described["columns"].as_array().unwrap().len(),
+        table.lines().next().unwrap().split(',').count()
+    );
+
+    let with_more =
+        [messages(&["_raw", "Temperature"]), Selection { fields: vec!["id".into()], ..messages(&["_raw"]) }];
+    for selection in with_more {
+        let error = export_csv(folder.path(), &selection, &options, &mut Vec::new()).unwrap_err();
+        assert!(error.to_string().contains("ask for it alone"), "{error}");
+    }
+    let long = CsvOptions { shape: Shape::Long, ..options };
+    let error = export_csv(folder.path(), &selection, &long, &mut Vec::new()).unwrap_err();
+    assert!(error.to_string().contains("wide table"), "{error}");
+}
+
+#[test]
 fn formulas_are_harmless_unless_wanted() {
     let folder = small();
     let mut selection = messages(&["LogBookEntry"]);

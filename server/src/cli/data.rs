@@ -23,8 +23,10 @@ pub(super) struct ImportArguments {
 }
 
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(super) struct ExportArguments {
-    /// Messages by name, like EstimatedState; may be repeated. Without it: all.
+    /// Messages by name, like EstimatedState; may be repeated. Without it: all. `_raw` alone, as CSV: what the
+    /// catalogue does not explain, with id and payload.
     #[arg(long = "message", value_name = "NAME")]
     messages: Vec<String>,
     /// Vessels by name or address, like 0x2810; may be repeated. Without it: all.
@@ -54,6 +56,9 @@ pub(super) struct ExportArguments {
     /// Numbers that have names by these names.
     #[arg(long)]
     labels: bool,
+    /// Also when each message first came ashore.
+    #[arg(long)]
+    received: bool,
     /// The file to write; - or nothing for the standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -202,6 +207,7 @@ fn write(
         shape: if arguments.long { Shape::Long } else { Shape::Wide },
         angles: if arguments.degrees { Angles::Degrees } else { Angles::Radians },
         labels: arguments.labels,
+        received: arguments.received,
         ..CsvOptions::default()
     };
     Ok(match arguments.format {

@@ -64,6 +64,11 @@ async fn a_table_holds_what_was_asked_for() {
     let range = csv("message=*&from=2026-11-21T08:00:01Z&to=2026-11-21T08:00:02Z&units=false").await;
     assert!(range.body.contains("24.5") && !range.body.contains("8.25") && !range.body.contains("[V]"));
 
+    let arrived = csv("message=Voltage&received=true").await;
+    assert!(arrived.body.lines().next().unwrap().contains(",received,received_unix_s,"), "{}", arrived.body);
+    let raw = csv("message=_raw").await;
+    assert!(raw.body.ends_with("entity_id,id,payload,problem,dst,dst_ent\n"), "{}", raw.body);
+
     let packed = csv("message=Voltage&gzip=true").await;
     assert_eq!(packed.headers[header::CONTENT_TYPE], "application/gzip");
     assert_eq!(packed.headers[header::CONTENT_DISPOSITION], "attachment; filename=\"Voltage.csv.gz\"");

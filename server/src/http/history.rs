@@ -23,8 +23,11 @@ pub(crate) async fn vessels(
     Who(who): Who,
 ) -> Result<Json<Vec<System>>, ApiError> {
     let wanted = Arc::new(Wanted { grants: who.grants, ..Wanted::default() });
-    let systems = state.fleet.systems(wanted).await;
-    systems.map(Json).ok_or_else(ApiError::stopping)
+    let mut systems = state.fleet.systems(wanted).await.ok_or_else(ApiError::stopping)?;
+    // The server's own words, and those of its people, make no vessel.
+    let shore = hub::Door::Shore.name();
+    systems.retain(|system| system.doors.iter().any(|door| door != shore));
+    Ok(Json(systems))
 }
 
 /// `GET /api/v1/recorded`.

@@ -106,6 +106,34 @@ async fn a_recording_of_dune_is_whole_in_plots_and_tables() {
 }
 
 #[tokio::test]
+async fn silence_is_told_where_nothing_is_declared() {
+    let second = |at: i64| START_US + at * 1_000_000;
+    let shore = Shore::with(|data| {
+        let heard = (0..5).chain(20..25).chain(60..65);
+        let packets: Vec<_> =
+            heard.map(|at| (3, second(at), imc::messages::Voltage { value: 24.0 }.into())).collect();
+        put(data, &packets);
+        let mut store = Store::open(data).unwrap();
+        let at = UtcTime::from_micros;
+        // What the vessel declares says more, though it begins a moment after the last packet.
+        let (from, to, declared) = (at(second(4) + 300_000), at(second(20)), at(second(21)));
+        let reason = "a test".to_owned();
+        let gap = store::Gap { system: Address(OTTER), from, to, kind: Missing::Lost, reason, declared };
+        store.declare_gap(&gap).unwrap();
+        store.close().unwrap();
+    });
+    let token = shore.token(Some(OTTER), Role::Viewer).await;
+    let question = format!("/api/v1/vessels/{OTTER}/gaps?from_us={START_US}&to_us={}", second(100));
+    let gaps: Vec<Gap> = json(&shore, &question, &token).await;
+    let told: Vec<_> = gaps.iter().map(|gap| (gap.kind, gap.from_us, gap.to_us)).collect();
+    assert_eq!(
+        told,
+        [(GapKind::Lost, second(4) + 300_000, second(20)), (GapKind::NotRecorded, second(24), second(60))]
+    );
+    assert_eq!(gaps[1].reason, "nothing was heard for 36 s");
+}
+
+#[tokio::test]
 async fn tags_entries_and_gaps_are_told() {
     let tag = |lat, lon| TBRFishTag {
         serial_no: 1_024,

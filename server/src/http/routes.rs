@@ -113,9 +113,14 @@ fn of_vessels() -> Vec<Route> {
             .query::<EventsQuery>()
             .gives::<LogBook>()
             .packed(),
-        Route::get("/api/v1/vessels/{vessel}/gaps", viewer, "What is declared missing.", history::gaps)
-            .query::<GapsQuery>()
-            .gives::<Vec<Gap>>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/gaps",
+            viewer,
+            "What is declared missing, and when nothing was heard.",
+            history::gaps,
+        )
+        .query::<GapsQuery>()
+        .gives::<Vec<Gap>>(),
     ]
 }
 

@@ -9,6 +9,9 @@ use std::str::FromStr;
 use store::{Angles, CsvOptions, Reader, Selection, Shape, StoreError, TimeRange};
 use units::UtcTime;
 
+/// What the catalogue does not explain, in the words of the store.
+const RAW: &str = "_raw";
+
 /// What is wrong with a question.
 type Wrong = StoreError;
 
@@ -87,7 +90,8 @@ impl Export {
     pub(crate) fn csv(query: &ExportQuery) -> Result<Self, Wrong> {
         let messages = messages(Some(&query.message))?;
         if messages.is_none() {
-            let text = "name messages, separated by commas, or `*` for all";
+            let text = "name messages, separated by commas, or `*` for all that the catalogue explains, or `_raw` \
+                        for the rest";
             return Err(wrong("message", text));
         }
         let degrees = ("deg", Angles::Degrees);
@@ -98,6 +102,7 @@ impl Export {
             units: query.units.unwrap_or(true),
             labels: query.labels.unwrap_or(false),
             guard: query.guard.unwrap_or(true),
+            received: query.received.unwrap_or(false),
         };
         Ok(Self {
             messages: messages.unwrap_or_default(),
@@ -173,6 +178,9 @@ fn messages(text: Option<&str>) -> Result<Option<Vec<String>>, Wrong> {
     }
     if names == ["*"] {
         return Ok(Some(Vec::new()));
+    }
+    if names == [RAW] {
+        return Ok(Some(names));
     }
     names.iter().map(|name| message(name).map(str::to_owned)).collect::<Result<_, _>>().map(Some)
 }

@@ -17,6 +17,8 @@ use tokio::sync::Semaphore;
 const QUESTIONS: usize = 16;
 /// Most exports at the same time.
 const EXPORTS: usize = 4;
+/// What a vessel declares missing may begin and end so long beside the samples that it has (µs).
+const MOMENT_US: i64 = 1_000_000;
 /// Bytes of text and raw data in one answer.
 const ANSWER_BYTES: usize = 8 << 20;
 
@@ -298,7 +300,8 @@ pub(crate) fn log_book(
     Ok(api::LogBook { entries: found.items.into_iter().map(entry).collect(), next: found.next.map(next) })
 }
 
-/// What a vessel declared missing.
+/// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more
+/// than silence: a silence within a declared gap is not told again.
 pub(crate) fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Result<Vec<api::Gap>> {
     let gap = |gap: store::Gap| api::Gap {
         from_us: gap.from.micros(),
@@ -311,5 +314,22 @@ pub(crate) fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> st
         reason: gap.reason,
         declared_us: gap.declared.micros(),
     };
-    Ok(reader.gaps(Some(vessel), range)?.into_iter().map(gap).collect())
+    let mut gaps: Vec<api::Gap> = reader.gaps(Some(vessel), range)?.into_iter().map(gap).collect();
+    let mut silences = reader.silences(vessel, range)?;
+    silences.retain(|silence| {
+        // Its ends were heard; what is declared begins and ends within moments of them.
+        let within = |gap: &api::Gap| {
+            gap.from_us - MOMENT_US <= silence.from_us && silence.to_us <= gap.to_us + MOMENT_US
+        };
+        !gaps.iter().any(within)
+    });
+    gaps.extend(silences.into_iter().map(|silence| api::Gap {
+        from_us: silence.from_us,
+        to_us: silence.to_us,
+        kind: api::GapKind::NotRecorded,
+        reason: format!("nothing was heard for {:.0} s", (silence.to_us - silence.from_us) as f64 / 1e6),
+        declared_us: silence.to_us,
+    }));
+    gaps.sort_by_key(|gap| (gap.from_us, gap.to_us));
+    Ok(gaps)
 }

@@ -2,7 +2,8 @@
 //!
 //! The loop's side is [`Uplink`]. Its queue holds 4 MiB; what comes while it is full is counted and declared as a gap
 //! of the record. The thread puts everything on disk first ([`spool`]), talks to the shore by the
-//! rules of [`link`], and hands commands on as they come.
+//! rules of [`link`], and hands commands on as they come. A fault of its own (a panic) is told and it begins anew: it
+//! ends neither the vessel's voyage nor the record of it.
 
 mod filter;
 mod queue;
@@ -18,10 +19,13 @@ pub(crate) use settings::UplinkSettings;
 
 use crate::clock::Clock;
 use crate::disk::InUse;
+use crate::ending::UPLINK_THREADS;
 use anyhow::Context as _;
 use queue::Queue;
 use spool::Spool;
-use std::sync::Arc;
+use std::os::unix::net::UnixStream;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use worker::Worker;
@@ -30,6 +34,8 @@ use worker::Worker;
 const END_WITHIN: Duration = Duration::from_secs(3);
 /// A spool that the disk refused is tried again this often.
 const OPEN_EVERY: Duration = Duration::from_secs(5);
+/// After a fault of its own the thread begins anew so much later: one that comes again is not to fill the log.
+const ANEW_AFTER: Duration = Duration::from_secs(1);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Takes a command for the vessel; an error says why it is refused.
@@ -39,7 +45,8 @@ pub(crate) type Deliver = Box<dyn FnMut(&[u8]) -> Result<(), String> + Send>;
 #[derive(Debug)]
 pub(crate) struct Uplink {
     queue: Arc<Queue>,
-    thread: Option<JoinHandle<()>>,
+    /// Answers whether it ended in order.
+    thread: Option<JoinHandle<bool>>,
     clock: Clock,
 }
 
@@ -62,12 +69,8 @@ impl Uplink {
         let (queue, wake) = Queue::new().context("making the queue to the shore")?;
         let queue = Arc::new(queue);
         let shared = Arc::clone(&queue);
-        let work = move || {
-            if let Some(spool) = opened.or_else(|| open_later(&settings, &shared)) {
-                Worker::new(settings, spool, shared, wake, deliver).run();
-            }
-        };
-        let thread = std::thread::Builder::new().name("uplink".to_owned()).spawn(work)?;
+        let work = move || work(&settings, &shared, &wake, opened, deliver);
+        let thread = std::thread::Builder::new().name(UPLINK_THREADS.to_owned()).spawn(work)?;
         Ok(Self { queue, thread: Some(thread), clock })
     }
 
@@ -84,7 +87,46 @@ impl Uplink {
         while !thread.is_finished() && Instant::now() < until {
             std::thread::sleep(LOOK_EVERY);
         }
-        thread.is_finished() && thread.join().is_ok()
+        thread.is_finished() && thread.join().unwrap_or(false)
+    }
+}
+
+/// Works until the end of the program, anew after each fault; answers whether it ended in order. What a fault takes
+/// along is declared by the spool, which was not closed.
+fn work(
+    settings: &UplinkSettings,
+    queue: &Arc<Queue>,
+    wake: &UnixStream,
+    mut opened: Option<Spool>,
+    deliver: Deliver,
+) -> bool {
+    let deliver = Arc::new(Mutex::new(deliver));
+    loop {
+        let spool = opened.take();
+        let run = catch_unwind(AssertUnwindSafe(|| -> std::io::Result<()> {
+            if let Some(spool) = spool.or_else(|| open_later(settings, queue)) {
+                let deliver = Arc::clone(&deliver);
+                let deliver: Deliver =
+                    Box::new(move |packet| deliver.lock().unwrap_or_else(PoisonError::into_inner)(packet));
+                let wake = wake.try_clone()?;
+                Worker::new(settings.clone(), spool, Arc::clone(queue), wake, deliver).run();
+            }
+            Ok(())
+        }));
+        match run {
+            Ok(Ok(())) => return true,
+            Ok(Err(error)) => tracing::error!("uplink: {error}"),
+            // The hook has told of it.
+            Err(_) => {}
+        }
+        if queue.is_ending() {
+            return false;
+        }
+        tracing::error!("uplink: begins anew after a fault of its own");
+        let begun = Instant::now();
+        while begun.elapsed() < ANEW_AFTER && !queue.is_ending() {
+            std::thread::sleep(LOOK_EVERY * 10);
+        }
     }
 }
 

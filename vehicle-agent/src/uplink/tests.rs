@@ -34,10 +34,20 @@ fn packet(number: u64) -> Vec<u8> {
 
 /// A shore that keeps records in memory and serves one connection after the other.
 struct SmallShore {
+    /// Nothing under the number of a declared gap.
     kept: BTreeMap<u64, Vec<u8>>,
+    gaps: Vec<link::GapReason>,
     shore: Shore,
     outcomes: Vec<(u64, Outcome)>,
     started: Instant,
+}
+
+fn shore() -> (TcpListener, u16, SmallShore) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let shore = Shore::new(ShoreSettings::default());
+    let (kept, gaps, outcomes) = (BTreeMap::new(), Vec::new(), Vec::new());
+    (listener, port, SmallShore { kept, gaps, shore, outcomes, started: Instant::now() })
 }
 
 impl SmallShore {
@@ -47,8 +57,19 @@ impl SmallShore {
     }
 
     /// Serves a connection until `done`.
-    #[expect(clippy::result_large_err, reason = "the library's type for a refusal")]
     fn serve(&mut self, id: u64, stream: std::net::TcpStream, done: impl Fn(&Self) -> bool) {
+        let broken = self.serve_while(id, stream, done);
+        assert!(broken.is_ok(), "{broken:?}");
+    }
+
+    /// Serves a connection until `done`, or until the vessel breaks it.
+    #[expect(clippy::result_large_err, reason = "the library's type for a refusal")]
+    fn serve_while(
+        &mut self,
+        id: u64,
+        stream: std::net::TcpStream,
+        done: impl Fn(&Self) -> bool,
+    ) -> Result<(), tungstenite::Error> {
         let token = |request: &tungstenite::handshake::server::Request, response| {
             assert_eq!(request.headers()["authorization"], "Bearer secret");
             Ok(response)
@@ -58,7 +79,8 @@ impl SmallShore {
         let id = ConnectionId(id);
         self.shore.handle(self.now(), ShoreInput::Opened(id));
         let until = Instant::now() + DEADLINE;
-        while !done(self) {
+        let mut outcome = Ok(());
+        while outcome.is_ok() && !done(self) {
             assert!(Instant::now() < until, "{} kept", self.kept.len());
             match socket.read() {
                 Ok(Message::Binary(bytes)) => self.shore.handle(self.now(), ShoreInput::Message(id, bytes)),
@@ -66,17 +88,19 @@ impl SmallShore {
                 Err(tungstenite::Error::Io(error)) if error.kind() == io::ErrorKind::WouldBlock => {
                     self.shore.handle(self.now(), ShoreInput::Timer);
                 }
-                Err(error) => panic!("{error}"),
+                Err(error) => outcome = Err(error),
             }
             self.carry_out(&mut socket);
         }
         self.shore.handle(self.now(), ShoreInput::Closed(id));
+        outcome
     }
 
     fn carry_out(&mut self, socket: &mut WebSocket<std::net::TcpStream>) {
         while let Some(output) = self.shore.poll_output() {
             match output {
-                ShoreOutput::Send(_, bytes) => socket.send(Message::Binary(bytes)).unwrap(),
+                // A vessel that is gone is noticed by reading.
+                ShoreOutput::Send(_, bytes) => drop(socket.send(Message::Binary(bytes))),
                 ShoreOutput::Hello(id, hello) => {
                     assert_eq!((hello.address, &hello.name[..]), (0x2810, "ntnu-otter-01"));
                     let durable = self.kept.last_key_value().map(|(seq, _)| *seq);
@@ -92,7 +116,10 @@ impl SmallShore {
                 }
                 ShoreOutput::Outcome(id, outcome) => self.outcomes.push((id, outcome)),
                 ShoreOutput::Close(_, code, text) => panic!("{code:?} {text}"),
-                ShoreOutput::Gap { gap, .. } => panic!("{gap:?}"),
+                ShoreOutput::Gap { gap, .. } => {
+                    self.kept.extend((gap.from..gap.to).map(|seq| (seq, Vec::new())));
+                    self.gaps.push(gap.reason);
+                }
                 ShoreOutput::Up(_) | ShoreOutput::Down | ShoreOutput::Live(_) => {}
             }
         }
@@ -111,11 +138,7 @@ fn commands() -> (Deliver, Receiver<Vec<u8>>) {
 #[test]
 fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() {
     let folder = tempfile::tempdir().unwrap();
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = listener.local_addr().unwrap().port();
-    let shore = Shore::new(ShoreSettings::default());
-    let mut small =
-        SmallShore { kept: BTreeMap::new(), shore, outcomes: Vec::new(), started: Instant::now() };
+    let (listener, port, mut small) = shore();
     let mut said = 0;
     let mut connection = 0;
     for _ in 0..3 {
@@ -154,7 +177,38 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
     for (seq, kept) in &small.kept {
         assert_eq!(*kept, packet(*seq));
     }
-    assert_eq!(small.kept.len() as u64, said);
+    assert_eq!((small.kept.len() as u64, small.gaps), (said, vec![]));
+}
+
+#[test]
+fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
+    let folder = tempfile::tempdir().unwrap();
+    let (listener, port, mut small) = shore();
+    let mut faults = 0;
+    let deliver: Deliver = Box::new(move |_| {
+        faults += 1;
+        if faults == 1 { panic!("a fault of the program") } else { Ok(()) }
+    });
+    let uplink = Uplink::start(settings(folder.path(), port), deliver).unwrap();
+    (0..100).for_each(|number| uplink.record(&packet(number)));
+    let (stream, _) = listener.accept().unwrap();
+    small.serve(1, stream, |small| small.kept.len() == 100);
+    let command = || ShoreInput::Command {
+        id: 1,
+        ttl: Duration::from_secs(50),
+        packet: bytes::Bytes::from_static(b"go"),
+    };
+    small.shore.handle(small.now(), command());
+    // The connection breaks with the thread: the shore sends the command again over the next.
+    let (stream, _) = listener.accept().unwrap();
+    assert!(small.serve_while(2, stream, |_| false).is_err());
+    (100..200).for_each(|number| uplink.record(&packet(number)));
+    let (stream, _) = listener.accept().unwrap();
+    small.serve(3, stream, |small| small.kept.len() == 201 && !small.outcomes.is_empty());
+    assert_eq!(small.gaps, [link::GapReason::Killed]);
+    let packets: Vec<_> = small.kept.values().filter(|one| !one.is_empty()).cloned().collect();
+    assert_eq!(packets, (0..200).map(packet).collect::<Vec<_>>());
+    assert!(uplink.end());
 }
 
 #[test]

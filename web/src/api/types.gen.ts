@@ -258,7 +258,7 @@ kind: GapKind,
  */
 reason: string, 
 /**
- * When it was declared, by the shore's clock, µs since 1970 UTC.
+ * When it was declared, by the shore's clock, µs since 1970 UTC; of a silence, when it ended.
  */
 declared_us: number, };
 

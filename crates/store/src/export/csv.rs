@@ -6,7 +6,8 @@
 
 use super::cell;
 use super::number::{self, IsoTime};
-use super::plan::{CsvOptions, Field, Message, Plan, Selection, Shape};
+use super::plan::{CsvOptions, Field, Message, Plan, Selection, Shape, is_raw};
+use super::raw::Raw;
 use crate::error::{Result, StoreError};
 use crate::history::{ColumnKind, GroupKey, Table};
 use crate::range::TimeRange;
@@ -47,17 +48,19 @@ pub fn export_csv(
     out: &mut dyn Write,
 ) -> Result<Exported> {
     let mut reader = Reader::open_with(data, Memory::EXPORT)?;
-    let plan = Plan::new(&mut reader, selection, *options)?;
     let mut writer =
         Writer { out, buffer: Vec::with_capacity(2 * CHUNK_BYTES), exported: Exported::default() };
-    header(&mut writer.buffer, &plan, *options);
     // Whoever waits for the first byte gets it before the first question to the database.
-    let mut written = writer.flush();
-    if written.is_ok() {
-        written =
-            rows(&mut reader, &plan, *options, selection.range, &mut writer).and_then(|()| writer.flush());
-    }
-    if let Err(error) = written {
+    let written = if is_raw(selection)? {
+        let table = Raw::new(&reader, selection, *options)?;
+        table.header(&mut writer.buffer);
+        writer.flush().and_then(|()| table.rows(&mut reader, &mut writer))
+    } else {
+        let plan = Plan::new(&mut reader, selection, *options)?;
+        header(&mut writer.buffer, &plan, *options);
+        writer.flush().and_then(|()| rows(&mut reader, &plan, *options, selection.range, &mut writer))
+    };
+    if let Err(error) = written.and_then(|()| writer.flush()) {
         writer.buffer.clear();
         let line = format!("#ERROR the export is cut here: {error}\n").replace('\r', " ");
         writer.out.write_all(line.as_bytes()).ok();
@@ -66,10 +69,10 @@ pub fn export_csv(
     Ok(writer.exported)
 }
 
-struct Writer<'o> {
+pub(super) struct Writer<'o> {
     out: &'o mut dyn Write,
-    buffer: Vec<u8>,
-    exported: Exported,
+    pub(super) buffer: Vec<u8>,
+    pub(super) exported: Exported,
 }
 
 impl Writer<'_> {
@@ -80,7 +83,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn flush_full(&mut self) -> Result<()> {
+    pub(super) fn flush_full(&mut self) -> Result<()> {
         if self.buffer.len() >= CHUNK_BYTES { self.flush() } else { Ok(()) }
     }
 }
@@ -89,8 +92,16 @@ pub(super) fn unwritable(source: std::io::Error) -> StoreError {
     StoreError::Io { path: "the export".into(), source }
 }
 
-fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
+/// The names of the columns that every table begins with.
+pub(super) fn header_start(out: &mut Vec<u8>, options: CsvOptions) {
     out.extend_from_slice(b"time,unix_s,system,system_id,entity,entity_id");
+    if options.received {
+        out.extend_from_slice(b",received,received_unix_s");
+    }
+}
+
+fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
+    header_start(out, options);
     match options.shape {
         Shape::Long => out.extend_from_slice(b",message,field,value,unit"),
         Shape::Wide => {
@@ -147,7 +158,7 @@ fn rows(
                 there.extend(reader.named(key, series)?);
             }
         }
-        let mut lines = Lines { plan, options, iso: IsoTime::new() };
+        let mut lines = Lines { plan, options, iso: IsoTime::new(), received: IsoTime::new() };
         if let [one] = there.as_slice() {
             stream(reader, key, connection, one, part, &mut lines, writer)?;
         } else {
@@ -172,8 +183,9 @@ fn series<'p>(
     }
     let names: Vec<&str> = message.fields.iter().map(|field| field.name).collect();
     let sql = format!(
-        "SELECT time_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
+        "SELECT time_us{}{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
          ORDER BY time_us,hash",
+        if options.received { ",received_us" } else { "" },
         select_list(connection, table, &names)?,
         table.desc.abbrev
     );
@@ -313,6 +325,19 @@ struct Lines<'p> {
     plan: &'p Plan,
     options: CsvOptions,
     iso: IsoTime,
+    received: IsoTime,
+}
+
+/// Writes the columns of an arrival; empty for rows of a history that did not know it.
+pub(super) fn arrival(out: &mut Vec<u8>, iso: &mut IsoTime, received_us: Option<i64>) {
+    out.push(b',');
+    if let Some(received_us) = received_us {
+        iso.write(out, received_us);
+    }
+    out.push(b',');
+    if let Some(received_us) = received_us {
+        number::epoch(out, received_us);
+    }
 }
 
 impl Lines<'_> {
@@ -327,7 +352,7 @@ impl Lines<'_> {
         if self.options.shape == Shape::Long {
             return self.write_long(out, series, time_us, row);
         }
-        self.start(out, series, time_us);
+        self.start(out, series, time_us, row)?;
         let message = series.message;
         if self.plan.messages.len() > 1 {
             out.push(b',');
@@ -336,7 +361,7 @@ impl Lines<'_> {
         out.extend(std::iter::repeat_n(b',', message.first_column));
         for (at, field) in message.fields.iter().enumerate() {
             out.push(b',');
-            self.value(out, field, row.get_ref(at + 1)?);
+            self.value(out, field, row.get_ref(at + self.first_value())?);
         }
         let after = self.plan.columns - message.first_column - message.fields.len();
         out.extend(std::iter::repeat_n(b',', after));
@@ -353,11 +378,11 @@ impl Lines<'_> {
     ) -> rusqlite::Result<u64> {
         let mut written = 0;
         for (at, field) in series.message.fields.iter().enumerate() {
-            let value = row.get_ref(at + 1)?;
+            let value = row.get_ref(at + self.first_value())?;
             if value == ValueRef::Null {
                 continue;
             }
-            self.start(out, series, time_us);
+            self.start(out, series, time_us, row)?;
             for name in [series.message.name, field.name] {
                 out.push(b',');
                 out.extend_from_slice(name.as_bytes());
@@ -373,7 +398,13 @@ impl Lines<'_> {
     }
 
     /// What every line begins with.
-    fn start(&mut self, out: &mut Vec<u8>, series: &Series<'_>, time_us: i64) {
+    fn start(
+        &mut self,
+        out: &mut Vec<u8>,
+        series: &Series<'_>,
+        time_us: i64,
+        row: &Row<'_>,
+    ) -> rusqlite::Result<()> {
         self.iso.write(out, time_us);
         out.push(b',');
         number::epoch(out, time_us);
@@ -388,6 +419,15 @@ impl Lines<'_> {
         }
         out.push(b',');
         number::integer(out, series.group.src_ent.into());
+        if self.options.received {
+            arrival(out, &mut self.received, row.get(1)?);
+        }
+        Ok(())
+    }
+
+    /// Where the fields begin in a row of the database.
+    fn first_value(&self) -> usize {
+        1 + usize::from(self.options.received)
     }
 
     fn value(&self, out: &mut Vec<u8>, field: &Field, value: ValueRef<'_>) {

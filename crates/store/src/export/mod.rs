@@ -5,6 +5,7 @@ mod csv;
 mod lsf;
 mod number;
 mod plan;
+mod raw;
 
 pub use csv::{Exported, export_csv};
 pub use lsf::export_lsf;

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 /// What is asked for. An empty list means all.
 #[derive(Debug, Clone)]
 pub struct Selection {
-    /// Messages by name.
+    /// Messages by name; `_raw` alone for those that the catalogue does not explain.
     pub messages: Vec<String>,
     /// Systems.
     pub systems: Vec<Address>,
@@ -59,6 +59,7 @@ pub enum Angles {
 
 /// How values are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 pub struct CsvOptions {
     /// How the table is laid out.
     pub shape: Shape,
@@ -71,11 +72,20 @@ pub struct CsvOptions {
     /// Whether text that a spreadsheet would take for a formula gets an apostrophe before it. To get the text
     /// back, take one apostrophe from text that begins with one.
     pub guard: bool,
+    /// Whether each row also tells when its message first came ashore.
+    pub received: bool,
 }
 
 impl Default for CsvOptions {
     fn default() -> Self {
-        Self { shape: Shape::Wide, angles: Angles::Radians, units: true, labels: false, guard: true }
+        Self {
+            shape: Shape::Wide,
+            angles: Angles::Radians,
+            units: true,
+            labels: false,
+            guard: true,
+            received: false,
+        }
     }
 }
 
@@ -158,15 +168,6 @@ pub(crate) fn choose(
     if let Some(unknown) = selection.messages.iter().find(|name| imc::catalogue::by_abbrev(name).is_none()) {
         return Err(StoreError::Query(format!("IMC has no message `{unknown}`")));
     }
-    let entity = |group: &GroupKey| {
-        selection.entities.iter().any(|wanted| {
-            wanted.parse() == Ok(group.src_ent)
-                || names
-                    .entities
-                    .get(&(group.src, group.src_ent))
-                    .is_some_and(|runs| runs.runs.values().any(|run| run.name == *wanted))
-        })
-    };
     let message = |group: &GroupKey| {
         selection
             .messages
@@ -174,10 +175,22 @@ pub(crate) fn choose(
             .any(|name| imc::catalogue::by_abbrev(name).is_some_and(|desc| desc.id == group.id))
     };
     Ok(groups
-        .filter(|group| selection.systems.is_empty() || selection.systems.contains(&Address(group.src)))
-        .filter(|group| selection.entities.is_empty() || entity(group))
+        .filter(|group| says(names, selection, group.src, group.src_ent))
         .filter(|group| selection.messages.is_empty() || message(group))
         .collect())
+}
+
+/// Whether an entity of a system is asked for.
+pub(crate) fn says(names: &Names, selection: &Selection, src: u16, src_ent: u8) -> bool {
+    let entity = |wanted: &String| {
+        wanted.parse() == Ok(src_ent)
+            || names
+                .entities
+                .get(&(src, src_ent))
+                .is_some_and(|runs| runs.runs.values().any(|run| run.name == *wanted))
+    };
+    (selection.systems.is_empty() || selection.systems.contains(&Address(src)))
+        && (selection.entities.is_empty() || selection.entities.iter().any(entity))
 }
 
 fn wants(selection: &Selection, table: &Table, column: &Column) -> bool {
@@ -222,14 +235,26 @@ fn field(column: &Column, options: CsvOptions) -> Field {
     Field { name: column.name, kind: column.kind, unit, factor, names: named, desc: column.desc }
 }
 
-/// What stands in each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
-/// was asked for.
+/// The name by which all that the catalogue does not explain is asked for, beside messages' names.
+pub(crate) const RAW: &str = "_raw";
+
+/// Whether what the catalogue does not explain is asked for, which has a table of its own.
 ///
 /// # Errors
-/// As the export itself.
-pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Value> {
-    let plan = Plan::new(reader, selection, *options)?;
-    let several = plan.messages.len() > 1;
+/// When something else is asked for with it.
+pub(crate) fn is_raw(selection: &Selection) -> Result<bool> {
+    if !selection.messages.iter().any(|name| name == RAW) {
+        return Ok(false);
+    }
+    if selection.messages.len() > 1 || !selection.fields.is_empty() {
+        let problem = format!("`{RAW}` has columns of its own: ask for it alone and without fields");
+        return Err(StoreError::Query(problem));
+    }
+    Ok(true)
+}
+
+/// The columns that every table begins with.
+pub(super) fn described_start(options: CsvOptions) -> Vec<Value> {
     let fixed = [
         ("time", "when it was said, by the sender's clock; ISO 8601, UTC", None),
         ("unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
@@ -238,10 +263,27 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
         ("entity", "label of the entity", None),
         ("entity_id", "its number", None),
     ];
-    let mut columns: Vec<Value> = fixed
-        .iter()
-        .map(|(name, meaning, unit)| json!({"name": name, "description": meaning, "unit": unit}))
-        .collect();
+    let received = [
+        ("received", "when it first came ashore, by the shore's clock; ISO 8601, UTC", None),
+        ("received_unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
+    ];
+    let describe = |(name, meaning, unit): &(&str, &str, Option<&str>)| json!({"name": name, "description": meaning, "unit": unit});
+    let received = received.iter().filter(|_| options.received);
+    fixed.iter().chain(received).map(describe).collect()
+}
+
+/// What stands in each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
+/// was asked for.
+///
+/// # Errors
+/// As the export itself.
+pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOptions) -> Result<Value> {
+    if is_raw(selection)? {
+        return Ok(super::raw::describe(selection, *options));
+    }
+    let plan = Plan::new(reader, selection, *options)?;
+    let several = plan.messages.len() > 1;
+    let mut columns = described_start(*options);
     for message in &plan.messages {
         for field in &message.fields {
             let name =
@@ -261,11 +303,16 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
             }));
         }
     }
+    Ok(described(&columns, selection, *options))
+}
+
+/// A description of a table with these columns.
+pub(super) fn described(columns: &[Value], selection: &Selection, options: CsvOptions) -> Value {
     let text = |us: i64| {
         let open = us == i64::MIN || us == i64::MAX;
         (!open).then(|| units::UtcTime::from_micros(us).to_string())
     };
-    Ok(json!({
+    json!({
         "columns": columns,
         "shape": if options.shape == Shape::Wide { "wide" } else { "long" },
         "time_zone": "UTC",
@@ -274,5 +321,5 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
         "text_guard": if options.guard { "one apostrophe before text that begins with one of = + - @ tab CR '" } else { "none" },
         "from": text(selection.range.from_us),
         "to": text(selection.range.to_us),
-    }))
+    })
 }

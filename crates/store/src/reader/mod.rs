@@ -8,6 +8,7 @@ mod catalogue;
 mod events;
 mod page;
 mod samples;
+mod silence;
 mod track;
 
 pub use buckets::{Bucket, Buckets};
