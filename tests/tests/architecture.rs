@@ -13,7 +13,7 @@ const LAYERS: [(u8, &[&str]); 5] = [
     (0, &["units"]),
     (1, &["charts", "imc"]),
     (2, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
-    (3, &["api", "hub", "onboard", "sim", "store"]),
+    (3, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
     (4, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
 ];
 
@@ -37,7 +37,7 @@ const NOT_IN_CORES: [&str; 12] = [
 ];
 
 /// Crates in `crates/` that are allowed to do input and output.
-const SHELLS_IN_CRATES: [&str; 2] = ["config", "store"];
+const SHELLS_IN_CRATES: [&str; 3] = ["chartdb", "config", "store"];
 
 struct Package {
     name: String,

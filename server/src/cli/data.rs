@@ -103,17 +103,17 @@ pub(super) struct PruneArguments {
 }
 
 /// Rewrites one line on a terminal, not more than ten times a second; says nothing elsewhere.
-struct Progress {
+pub(super) struct Progress {
     last: Option<Instant>,
     shown: bool,
 }
 
 impl Progress {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { last: None, shown: io::stderr().is_terminal() }
     }
 
-    fn tell(&mut self, text: impl FnOnce() -> String) {
+    pub(super) fn tell(&mut self, text: impl FnOnce() -> String) {
         if self.shown && self.last.is_none_or(|last| last.elapsed() >= Duration::from_millis(100)) {
             self.last = Some(Instant::now());
             write!(io::stderr(), "\r\x1b[K{}", text()).ok();

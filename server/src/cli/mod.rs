@@ -1,5 +1,6 @@
 //! The command line, one module per subcommand.
 
+mod chart;
 mod data;
 mod demo;
 mod doctor;
@@ -66,6 +67,8 @@ enum Command {
     Backup(data::BackupArguments),
     /// Remove what is old. The server must not run.
     Prune(data::PruneArguments),
+    /// The sea chart: import, list, ask for depths, export.
+    Chart(chart::ChartArguments),
     /// Look whether all is well, and say what to do where it is not.
     Doctor(doctor::DoctorArguments),
     /// Print a configuration file with every key, its default and what it means.
@@ -104,6 +107,7 @@ pub fn main() -> ExitCode {
         Command::Reindex(arguments) => data::reindex(&common, &arguments),
         Command::Backup(arguments) => data::backup(&common, &arguments),
         Command::Prune(arguments) => data::prune(&common, &arguments),
+        Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
         Command::Config { effective: false } => {
             say!("{}", config::DOCUMENTED.trim_end());

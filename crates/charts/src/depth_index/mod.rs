@@ -31,6 +31,7 @@ mod object;
 mod places;
 mod plane;
 mod ring;
+mod sealed;
 mod seams;
 mod tree;
 
@@ -41,3 +42,4 @@ pub use demand::{ChartTrust, Demand, ZoneError};
 pub use index::DepthIndex;
 pub use nearest::Nearby;
 pub use object::{ChartObject, Source, Water};
+pub use sealed::SealedIndex;

@@ -1,0 +1,231 @@
+//! Importing charts into a set: all or nothing, one chart at a time in memory.
+
+use crate::cells;
+use crate::error::{ChartDbError, Result};
+use crate::files::Found;
+use crate::index_file;
+use crate::lakes;
+use crate::stage::{Stage, hex};
+use crate::supplements;
+use charts::s57::SkinCheck;
+use charts::xyz::Vertical;
+use std::path::{Path, PathBuf};
+use units::UtcTime;
+
+/// How to read what does not say it itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImportOptions {
+    /// EPSG code of soundings, and of lakes that do not name theirs: a zone of UTM, or 4326 or 4258 for
+    /// degrees.
+    pub epsg: Option<u32>,
+    /// Which way the z of soundings counts.
+    pub vertical: Vertical,
+    /// Column of the least depth of lakes (m).
+    pub depth_column: Option<String>,
+    /// Column of the greatest depth of lakes (m).
+    pub deepest_column: Option<String>,
+    /// Table of a GeoPackage with lakes, where it has several.
+    pub layer: Option<String>,
+    /// Import what is whole although others are not.
+    pub keep_going: bool,
+    /// The time to note.
+    pub now: UtcTime,
+}
+
+impl ImportOptions {
+    /// As they are when nothing is said.
+    pub fn new(now: UtcTime) -> Self {
+        Self {
+            epsg: None,
+            vertical: Vertical::DepthDown,
+            depth_column: None,
+            deepest_column: None,
+            layer: None,
+            keep_going: false,
+            now,
+        }
+    }
+}
+
+/// How far an import is.
+#[derive(Debug, Clone, Copy)]
+pub struct ImportProgress<'a> {
+    /// Charts that are done.
+    pub done: usize,
+    /// Charts in all.
+    pub of: usize,
+    /// The chart that is next, or `index`.
+    pub name: &'a str,
+}
+
+/// What was done with a chart.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[serde(tag = "outcome", rename_all = "snake_case")]
+pub enum Outcome {
+    /// It is new in the set.
+    Added,
+    /// It took the place of an older one.
+    Replaced {
+        /// Edition and update before.
+        before: String,
+    },
+    /// It was there already, the same.
+    Unchanged,
+    /// Its producer has withdrawn it, and it is out of the set.
+    Withdrawn,
+}
+
+/// A chart that was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imported {
+    /// Name.
+    pub name: String,
+    /// `cell`, `soundings`, `land` or `lakes`.
+    pub kind: &'static str,
+    /// What was done.
+    pub outcome: Outcome,
+    /// Edition, for cells.
+    pub edition: String,
+    /// Last update, for cells.
+    pub update: String,
+    /// Number of features.
+    pub features: u64,
+    /// The acceptance check, for cells.
+    pub skin: Option<SkinCheck>,
+    /// What was dropped or repaired; it stands in the import log too.
+    pub notices: Vec<String>,
+}
+
+/// A chart that could not be read.
+#[derive(Debug)]
+pub struct ImportFailure {
+    /// Name.
+    pub name: String,
+    /// Why, with file, place and remedy.
+    pub error: ChartDbError,
+}
+
+/// What came of an import.
+#[derive(Debug)]
+pub struct ImportReport {
+    /// Charts that were read.
+    pub charts: Vec<Imported>,
+    /// Charts that could not be read.
+    pub failures: Vec<ImportFailure>,
+    /// What else is odd.
+    pub notices: Vec<String>,
+    /// Whether the set was changed, or was this already.
+    pub applied: bool,
+    /// Digest of the set as it is now, in hexadecimal; empty where there is none.
+    pub digest: String,
+}
+
+/// Imports files and folders into a chart set, which is made where there is none.
+///
+/// `progress` is told before each chart and may return false to stop. Where any chart fails, the set stays as
+/// it was (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import goes on from
+/// what was read.
+///
+/// # Errors
+/// When the set or an input cannot be read or written at all, or the caller asked to stop.
+pub fn import(
+    db: &Path,
+    inputs: &[PathBuf],
+    options: &ImportOptions,
+    progress: &mut dyn FnMut(&ImportProgress<'_>) -> bool,
+) -> Result<ImportReport> {
+    let mut found = Found::of(inputs)?;
+    let mut stage = Stage::open(db)?;
+    let of = found.count();
+    let mut report = ImportReport {
+        charts: Vec::new(),
+        failures: Vec::new(),
+        notices: std::mem::take(&mut found.notices),
+        applied: false,
+        digest: String::new(),
+    };
+    for (name, error) in std::mem::take(&mut found.failures) {
+        found.cells.remove(&name);
+        report.failures.push(ImportFailure { name, error });
+    }
+    let mut done = 0;
+    let mut tell = |name: &str| {
+        let go_on = progress(&ImportProgress { done, of, name });
+        done += 1;
+        if go_on { Ok(()) } else { Err(ChartDbError::Cancelled) }
+    };
+    for (name, files) in &found.cells {
+        tell(name)?;
+        report.add(name, cells::import(&mut stage, name, files, &found, options))?;
+    }
+    for path in &found.soundings {
+        tell(&supplements::name(path))?;
+        let outcome = supplements::soundings(&mut stage, path, options);
+        report.add(&supplements::name(path), outcome)?;
+    }
+    for path in &found.land {
+        tell(&supplements::name(path))?;
+        report.add(&supplements::name(path), supplements::land(&mut stage, path, options))?;
+    }
+    for path in &found.lakes {
+        tell(&supplements::name(path))?;
+        report.add(&supplements::name(path), lakes::import(&mut stage, path, options))?;
+    }
+    report.applied = report.failures.is_empty() || options.keep_going && !report.charts.is_empty();
+    if report.applied {
+        tell("index")?;
+        report.digest = hex(&stage.finish(&options.now.to_string())?);
+        index_file::load_index(db)?;
+    }
+    Ok(report)
+}
+
+impl ImportReport {
+    /// Keeps what came of one chart. What is wrong with the chart is its failure; what is wrong with the disk
+    /// or the database ends the import.
+    fn add(&mut self, name: &str, outcome: Result<Imported>) -> Result<()> {
+        match outcome {
+            Ok(imported) => self.charts.push(imported),
+            Err(error @ (ChartDbError::Cell(_) | ChartDbError::File { .. } | ChartDbError::Build(_))) => {
+                self.failures.push(ImportFailure { name: name.to_owned(), error });
+            }
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+}
+
+/// Takes charts out of a set.
+///
+/// Returns the digest of the set after that, in hexadecimal.
+///
+/// # Errors
+/// When there is no set or no chart of a name, and when the set cannot be written; then it stays as it was.
+pub fn remove(db: &Path, names: &[String], now: UtcTime) -> Result<String> {
+    let charts = crate::read::ChartDb::open(db)?.charts_named(names)?;
+    let mut stage = Stage::open(db)?;
+    let time = now.to_string();
+    let part = stage.part().to_owned();
+    let take = |connection: &mut rusqlite::Connection| -> rusqlite::Result<()> {
+        let all = connection.transaction()?;
+        for chart in &charts {
+            crate::write::remove(&all, &chart.name)?;
+            let text = format!("edition {}, update {}", chart.edition, chart.update);
+            let entry = crate::write::Entry {
+                source: None,
+                cell: &chart.name,
+                file: "",
+                record: None,
+                what: "removed",
+                text: &text,
+            };
+            crate::write::log(&all, &time, &entry)?;
+        }
+        all.commit()
+    };
+    if let Err(source) = take(stage.connection()) {
+        stage.abandon()?;
+        return Err(ChartDbError::Sqlite { path: part, source });
+    }
+    stage.finish(&time).map(|digest| hex(&digest))
+}

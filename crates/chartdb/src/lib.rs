@@ -1,0 +1,35 @@
+//! Charts on disk: one GeoPackage for each chart set, and the depth index beside it.
+//!
+//! [`import()`] brings S-57 cells with their updates, soundings, land masks and lakes into a set and [`remove`]
+//! takes them out; both change all or nothing. [`ChartDb`] reads a set: what it holds, and every feature as it
+//! was imported. [`load_index`] gives the [`charts::depth_index::DepthIndex`] that answers how deep it is; it is
+//! made from the database alone. [`export`] writes grids and contours for other programs.
+//!
+//! On disk, for a set `chart.gpkg`:
+//! - `chart.gpkg`: an OGC GeoPackage 1.3, which QGIS opens as it is (its tables: `schema.rs`);
+//! - `chart.lutra-index`: the depth index under the digest of the set;
+//! - `chart.gpkg.part`: a change under way, or what one that did not end leaves for the next;
+//! - `chart.gpkg.lock`: locked by the one process that changes the set.
+
+mod blob;
+mod cells;
+mod error;
+pub mod export;
+mod files;
+mod import;
+mod index_file;
+mod lakes;
+mod locate;
+mod read;
+mod row;
+mod schema;
+mod stage;
+mod supplements;
+mod write;
+
+pub use error::{ChartDbError, Result};
+pub use import::{
+    ImportFailure, ImportOptions, ImportProgress, ImportReport, Imported, Outcome, import, remove,
+};
+pub use index_file::{LoadedIndex, index_path, load_index};
+pub use read::{Chart, ChartDb, LogEntry};

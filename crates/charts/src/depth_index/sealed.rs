@@ -1,0 +1,60 @@
+//! An index as a file: its bytes under the digest of the charts it was made of.
+//!
+//! Layout: the magic `LUTRACHI`, the digest (32 bytes), then the bytes of [`DepthIndex::to_bytes`]. So a file
+//! tells without the charts which set it holds, ashore and aboard.
+
+use super::codec::IndexError;
+use super::index::DepthIndex;
+
+const MAGIC: &[u8; 8] = b"LUTRACHI";
+const HEAD_BYTES: usize = 40;
+
+/// An index and the digest of its charts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SealedIndex {
+    /// SHA-256 that names the contents of the chart set.
+    pub digest: [u8; 32],
+    /// The index.
+    pub index: DepthIndex,
+}
+
+impl SealedIndex {
+    /// As a file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(self.digest);
+        bytes.extend(self.index.to_bytes());
+        bytes
+    }
+
+    /// The digest that a file begins with, without reading the rest; `None` if it is no such file.
+    pub fn digest_of(bytes: &[u8]) -> Option<[u8; 32]> {
+        let head = bytes.get(..HEAD_BYTES)?;
+        if head.starts_with(MAGIC) { head[MAGIC.len()..].try_into().ok() } else { None }
+    }
+
+    /// The index of a file.
+    ///
+    /// # Errors
+    /// When the bytes are no such file, of another version, or damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, IndexError> {
+        let digest = Self::digest_of(bytes).ok_or(IndexError::Magic)?;
+        let index = DepthIndex::from_bytes(&bytes[HEAD_BYTES..])?;
+        Ok(Self { digest, index })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_comes_back_with_the_index() {
+        let sealed = SealedIndex { digest: [7; 32], index: DepthIndex::default() };
+        let bytes = sealed.to_bytes();
+        assert_eq!(SealedIndex::digest_of(&bytes), Some([7; 32]));
+        assert_eq!(SealedIndex::from_bytes(&bytes).unwrap(), sealed);
+        assert!(SealedIndex::from_bytes(&bytes[..bytes.len() - 1]).is_err());
+        assert_eq!(SealedIndex::from_bytes(b"LUTRACHI").unwrap_err(), IndexError::Magic);
+    }
+}

@@ -1,0 +1,189 @@
+//! `chart depth` and `chart corridor`.
+
+use crate::cli::say::{complain, say};
+use charts::depth_index::{ChartTrust, Demand, DepthAnswer, DepthIndex, Leg, Water};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::Path;
+use units::LatLon;
+
+/// What the vessel needs.
+#[derive(Debug, Args)]
+struct Needs {
+    /// Depth that the vessel needs (m): draught, squat and water under the keel.
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    needs: f64,
+    /// Height of the water above chart datum (m).
+    #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
+    water_level: f64,
+    /// How far the vessel may be from where it believes to be (m).
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    position: f64,
+    /// Height above the water (m), for bridges and cables.
+    #[arg(long, value_name = "M")]
+    air_draught: Option<f64>,
+    /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
+    #[arg(long)]
+    errors: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  lutra-server chart depth --at 63.4517,10.3834 --radius 20")]
+pub(super) struct DepthArguments {
+    /// The place in degrees.
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    at: LatLon,
+    /// The worst within this distance of it (m), so that single rocks count.
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    radius: f64,
+    #[command(flatten)]
+    needs: Needs,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  lutra-server chart corridor --from 63.44,10.38 --to 63.46,10.42 --half-width 25"
+)]
+pub(super) struct CorridorArguments {
+    /// Start in degrees.
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    from: LatLon,
+    /// End in degrees.
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    to: LatLon,
+    /// Half the width that is looked at (m).
+    #[arg(long, value_name = "M", default_value_t = 20.0)]
+    half_width: f64,
+    #[command(flatten)]
+    needs: Needs,
+}
+
+/// A place like `63.45,10.38`.
+pub(super) fn place(text: &str) -> Result<LatLon, String> {
+    let (lat, lon) = text.split_once(',').ok_or("write LAT,LON in degrees, like 63.4517,10.3834")?;
+    let number =
+        |text: &str| text.trim().parse::<f64>().map_err(|_| format!("{text:?} is no number of degrees"));
+    LatLon::from_deg(number(lat)?, number(lon)?).map_err(|error| error.to_string())
+}
+
+impl Needs {
+    fn demand(&self) -> Demand {
+        Demand {
+            water_level_m: self.water_level,
+            air_draught_m: self.air_draught,
+            position_m: self.position,
+            trust: if self.errors {
+                ChartTrust::AllErrors(ChartTrust::STANDARD)
+            } else {
+                ChartTrust::AsCharted
+            },
+            ..Demand::least_depth(self.needs)
+        }
+    }
+}
+
+pub(super) fn index(db: &Path) -> anyhow::Result<DepthIndex> {
+    let loaded = chartdb::load_index(db)?;
+    if let Some(why) = loaded.rebuilt {
+        complain!("{why}; made anew from the charts");
+    }
+    Ok(loaded.sealed.index)
+}
+
+pub(super) fn depth(db: &Path, json: bool, arguments: &DepthArguments) -> anyhow::Result<()> {
+    let index = index(db)?;
+    let demand = arguments.needs.demand();
+    // A place without any size can still be uncertain.
+    let answer = if arguments.radius > 0.0 || demand.position_m > 0.0 || arguments.needs.errors {
+        index.shallowest_within(arguments.at, arguments.radius, &demand)
+    } else {
+        index.depth_at(arguments.at, &demand)
+    };
+    tell(&index, json, &answer, None);
+    Ok(())
+}
+
+pub(super) fn corridor(db: &Path, json: bool, arguments: &CorridorArguments) -> anyhow::Result<()> {
+    let index = index(db)?;
+    let demand = arguments.needs.demand();
+    let leg = Leg { from: arguments.from, to: arguments.to };
+    let worst = index.shallowest_along(leg, arguments.half_width, &demand);
+    let first = index.first_danger_along(leg, arguments.half_width, &demand);
+    tell(&index, json, &worst, Some(first));
+    Ok(())
+}
+
+/// `first` is the first danger of a corridor.
+fn tell(index: &DepthIndex, json: bool, answer: &DepthAnswer, first: Option<Option<DepthAnswer>>) {
+    if json {
+        let mut value = described(index, answer);
+        if let Some(first) = first {
+            value["first_danger"] = first.map_or(Value::Null, |first| described(index, &first));
+        }
+        say!("{value}");
+        return;
+    }
+    say!("{}", words(index, answer));
+    match first {
+        Some(Some(first)) => say!("first danger: {}", words(index, &first)),
+        Some(None) => say!("nothing on the way is too shallow"),
+        None => {}
+    }
+}
+
+fn kind(water: Water) -> &'static str {
+    match water {
+        Water::Land => "land",
+        Water::Obstacle => "obstacle",
+        Water::UnknownDepth => "unknown depth",
+        Water::NoData => "no data",
+        Water::TooLow { .. } => "too low overhead",
+        Water::Depth { least_m, .. } if least_m < 0.0 => "intertidal",
+        Water::Depth { .. } => "water",
+    }
+}
+
+fn words(index: &DepthIndex, answer: &DepthAnswer) -> String {
+    let mut text = kind(answer.water).to_owned();
+    if let Water::Depth { least_m, greatest_m } = answer.water {
+        text += &format!(" {least_m} m");
+        if let Some(greatest_m) = greatest_m {
+            text += &format!(" to {greatest_m} m");
+        }
+    }
+    if let Some(object) = answer.object.and_then(|object| index.object(object)) {
+        let source = index.source(object);
+        text += &format!(" ({} {} of {}", object.class, object.record, source.name);
+        if source.scale > 0 {
+            text += &format!(", edition {} update {}, 1:{}", source.edition, source.update, source.scale);
+        }
+        text += ")";
+    }
+    text += &format!(" at {:.6},{:.6}", answer.at.lat_deg(), answer.at.lon_deg());
+    if answer.along_m > 0.0 || answer.off_m > 0.0 {
+        text += &format!(", {:.1} m along and {:.1} m off", answer.along_m, answer.off_m);
+    }
+    if let Some(margin_m) = answer.margin_m {
+        text += &format!("; margin {margin_m:.2} m");
+    }
+    text + if answer.navigable { "; navigable" } else { "; NOT navigable" }
+}
+
+fn described(index: &DepthIndex, answer: &DepthAnswer) -> Value {
+    let (least, greatest) = match answer.water {
+        Water::Depth { least_m, greatest_m } => (Some(least_m), greatest_m),
+        _ => (None, None),
+    };
+    let clearance = if let Water::TooLow { clearance_m } = answer.water { clearance_m } else { None };
+    let object = answer.object.and_then(|object| index.object(object)).map(|object| {
+        let source = index.source(object);
+        json!({"class": object.class.to_string(), "record": object.record, "name": object.name,
+               "chart": source.name, "edition": source.edition, "update": source.update,
+               "scale": source.scale, "band": source.band, "sounding_datum": source.sounding_datum})
+    });
+    json!({"water": kind(answer.water), "least_m": least, "greatest_m": greatest, "clearance_m": clearance,
+           "navigable": answer.navigable, "margin_m": answer.margin_m, "depth_error_m": answer.depth_error_m,
+           "zone": answer.zone, "lat_deg": answer.at.lat_deg(), "lon_deg": answer.at.lon_deg(),
+           "along_m": answer.along_m, "off_m": answer.off_m, "half_width_m": answer.half_width_m,
+           "object": object})
+}

@@ -1,0 +1,73 @@
+//! `lutra-server chart`: the chart set and questions to it.
+
+mod ask;
+mod export;
+mod keep;
+
+use super::Common;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// The chart set lies in the folder of data unless told otherwise.
+#[derive(Debug, Args)]
+pub(super) struct Set {
+    /// The chart set, a GeoPackage [default: charts/chart.gpkg in the folder of data].
+    #[arg(long, global = true, value_name = "FILE")]
+    db: Option<PathBuf>,
+    /// Answer in JSON, for scripts.
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ChartArguments {
+    #[command(flatten)]
+    set: Set,
+    #[command(subcommand)]
+    command: ChartCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum ChartCommand {
+    /// Bring charts into the set: all of them, or, where one cannot be read, none.
+    Import(keep::ImportArguments),
+    /// The charts of the set.
+    List,
+    /// What the set holds by class and chart, and what was dropped or repaired.
+    Info(keep::InfoArguments),
+    /// How deep it is at a place.
+    Depth(ask::DepthArguments),
+    /// What is shallowest on the way from one place to another.
+    Corridor(ask::CorridorArguments),
+    /// Take charts out of the set.
+    Remove(keep::RemoveArguments),
+    /// Write depths on a grid, fixed or fine where it is shallow.
+    ExportGrid(export::GridArguments),
+    /// Write the borders of depth areas as dense points.
+    ExportVertices(export::VerticesArguments),
+}
+
+impl Set {
+    fn path(&self, common: &Common) -> anyhow::Result<PathBuf> {
+        match &self.db {
+            Some(path) => Ok(path.clone()),
+            None => Ok(common.load(Vec::new())?.data.join("charts/chart.gpkg")),
+        }
+    }
+}
+
+/// Does as told.
+pub(super) fn chart(common: &Common, arguments: &ChartArguments) -> anyhow::Result<()> {
+    let db = arguments.set.path(common)?;
+    let json = arguments.set.json;
+    match &arguments.command {
+        ChartCommand::Import(arguments) => keep::import(&db, json, arguments),
+        ChartCommand::List => keep::list(&db, json),
+        ChartCommand::Info(arguments) => keep::info(&db, json, arguments),
+        ChartCommand::Depth(arguments) => ask::depth(&db, json, arguments),
+        ChartCommand::Corridor(arguments) => ask::corridor(&db, json, arguments),
+        ChartCommand::Remove(arguments) => keep::remove(&db, json, arguments),
+        ChartCommand::ExportGrid(arguments) => export::grid(&db, json, arguments),
+        ChartCommand::ExportVertices(arguments) => export::vertices(&db, json, arguments),
+    }
+}
