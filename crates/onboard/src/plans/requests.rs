@@ -1,6 +1,6 @@
 //! What others ask about plans.
 
-use super::{Plans, notes, translate};
+use super::{Plans, translate};
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::output::Level;
@@ -9,7 +9,7 @@ use imc::messages::{
     Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanSpecification,
     Reference,
 };
-use mission::{Ask, Event, NoPlan, Origin, Plan, PlanDraft, PlanPhase, Request, StartOptions};
+use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, StartOptions};
 
 impl Plans {
     /// A request to the plan database.
@@ -119,9 +119,7 @@ impl Plans {
                 return Err(NoPlan::Unreadable(what));
             }
         };
-        let notes = notes::notes(&specification, &self.settings);
-        let draft = PlanDraft { notes, ..translate::draft(&specification) };
-        let plan = Plan::build(&draft, &self.settings.mission.limits)?;
+        let plan = super::checked(&specification, &self.settings)?;
         self.starting = Some(specification);
         Ok(Box::new(plan))
     }
