@@ -177,6 +177,21 @@ await inBrowser(async (open) => {
   await kept(page);
   check((await stored(page)).plan.description === "never sent", "offered again and taken up");
 
+  // An answer that is lost makes no conflict with oneself.
+  let lost = 0;
+  await page.route("**/api/v1/plans/*", async (route) => {
+    if (route.request().method() !== "PUT" || lost++) return route.continue();
+    await route.fetch();
+    await route.abort();
+  });
+  await type("What for", "sent, and not answered");
+  await page.getByText(/Not on the server: The server cannot be reached/).waitFor();
+  await type("What for", "and then more");
+  await kept(page);
+  check(lost > 1 && (await stored(page)).plan.description === "and then more", "both changes are there");
+  check((await page.getByRole("alert").filter({ hasText: "changed this plan" }).count()) === 0, "and nobody is accused");
+  await page.unroute("**/api/v1/plans/*");
+
   // Two tabs: the later one is told, and both states survive.
   const other = await page.context().newPage();
   await other.goto(address);

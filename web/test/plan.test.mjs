@@ -112,3 +112,10 @@ test("undo and redo go through all states, quick nudges together", () => {
   while (history.undo()) steps++;
   assert.equal(steps, 200);
 });
+
+test("plans are compared by what they say", () => {
+  const plan = drawn();
+  assert.ok(state.same(plan, JSON.parse(JSON.stringify(plan))));
+  assert.ok(state.same({ a: 1, b: [{ c: null }] }, { b: [{ c: null }], a: 1 }));
+  for (const [one, other] of [[{ a: 1 }, { a: 1, b: undefined }], [[1], { 0: 1 }], [{ a: null }, { a: 0 }], [[1, 2], [2, 1]], [plan, state.withoutStep(plan, 0)]]) assert.ok(!state.same(one, other));
+});

@@ -16,7 +16,8 @@ const MANEUVERS: usize = 500;
 const POINTS: usize = 5_000;
 /// Letters of a description.
 const DESCRIPTION: usize = 500;
-/// Most places that are handed out to be drawn; of longer plans the maneuvers beyond have none.
+/// Most points of all its rows together, and most places that are handed out to be drawn; of longer plans the
+/// maneuvers beyond have none.
 const PLACES: usize = 50_000;
 
 /// Whether a plan can be kept at all, as a draft at least.
@@ -56,6 +57,12 @@ pub(crate) fn limits(plan: &PlanDocument) -> Result<(), String> {
 
 /// Judges a plan that keeps its [`limits`].
 pub(crate) fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
+    let laid_out: f64 = plan.maneuvers.iter().map(|step| row_points(&step.task)).sum();
+    // Not a number where a width is nothing by nothing; the vessel's own checks tell that.
+    if laid_out > PLACES as f64 {
+        let text = format!("its rows have more than {PLACES} points together; widen them or divide the plan");
+        return PlanCheck { problems: vec![trouble(None, text)], ..PlanCheck::default() };
+    }
     let specification = match specification(plan) {
         Ok(specification) => specification,
         Err(problems) => return PlanCheck { problems, ..PlanCheck::default() },
@@ -165,6 +172,14 @@ fn costs(document: &PlanDocument, plan: &Plan, now: UtcTime) -> PlanCheck {
 fn cost(cost: Cost) -> PlanCost {
     let Cost { length_m, duration_s, energy_j } = cost;
     PlanCost { length_m, duration_s, energy_j }
+}
+
+/// How many points rows will have, about: three, a square curve's, for each row.
+fn row_points(task: &PlanTask) -> f64 {
+    match task {
+        PlanTask::Rows { width_m, step_m, .. } => 3.0 * (width_m / step_m + 2.0),
+        _ => 0.0,
+    }
 }
 
 /// The places that somebody drew.

@@ -184,6 +184,28 @@ fn problems_come_by_maneuver_with_the_remedy() {
 }
 
 #[test]
+fn rows_beyond_count_are_a_problem_and_not_laid_out() {
+    let rows = |width_m: f64, step_m: f64| PlanTask::Rows {
+        at: place(63.44, 10.40),
+        bearing_deg: 0.0,
+        cross_angle_deg: 0.0,
+        width_m,
+        length_m: 10.0,
+        step_m,
+        curve_offset_m: 0,
+        alternation_percent: 100,
+        square_curve: false,
+        curve_right: true,
+    };
+    let many = (0..400).map(|number| step(&format!("r{number}"), rows(1_000.0, 1.0))).collect();
+    assert!(check(&plan("p", many), NOW).problems[0].text.contains("more than 50000 points together"));
+    let endless = check(&plan("p", vec![step("r", rows(10.0, 0.0))]), NOW);
+    assert!(endless.problems[0].text.contains("points"), "{:?}", endless.problems);
+    assert!(!check(&plan("p", vec![step("r", rows(0.0, 0.0))]), NOW).problems.is_empty());
+    assert!(check(&plan("p", vec![step("r", rows(100.0, 10.0))]), NOW).maneuvers[0].places.len() > 20);
+}
+
+#[test]
 fn what_cannot_be_kept_is_refused() {
     for (plan, words) in [
         (plan("", vec![]), "name has 1 to 60"),

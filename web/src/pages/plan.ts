@@ -7,7 +7,7 @@ import { createCanvas } from "../plan/canvas";
 import { checkField, choiceField, numberField, rebuilt, textField } from "../plan/fields";
 import { createKeeper, forget, type Keeper, type Keeping, type Left, leftovers } from "../plan/keeper";
 import { createSteps, durationText, energyText, lengthText, UNITS } from "../plan/steps";
-import { displaced, History, KINDS, middle, placeAt, placesOf, type TaskKind, type Vertex, vertices, withBetween, withName, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint, withSpeed, withTask } from "../state/plan";
+import { displaced, History, KINDS, middle, placeAt, placesOf, same, type TaskKind, type Vertex, vertices, withBetween, withName, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint, withSpeed, withTask } from "../state/plan";
 import { serverNowUs } from "../state/fleet";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute, setText } from "../ui/dom";
@@ -425,7 +425,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   if (writable) {
     keeper = createKeeper(first, keeping);
     const [left] = leftovers(first.id);
-    if (left && JSON.stringify(left.plan) !== JSON.stringify(first.plan)) offer(left);
+    if (left && !same(left.plan, first.plan)) offer(left);
     else if (left) forget(left);
   }
   setText(status, `${first.draft ? "Draft" : "Saved"} by ${first.author}, ${utc(first.updated_us)}, revision ${first.revision}`);

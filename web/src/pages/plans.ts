@@ -42,7 +42,7 @@ export function startPlans(root: HTMLElement): void {
 
   const tableOf = (plans: readonly PlanSummary[]): HTMLElement => {
     const head = make("tr");
-    for (const name of ["Plan", "For", "State", "Changed", "Takes (energy: an estimate)", "Digest ashore", ...(writable ? ["Do"] : [])]) head.append(make("th", { scope: "col" }, name));
+    for (const name of ["Plan", "For", "State", "Changed", "Takes (energy estimated)", "Digest ashore", ...(writable ? ["Do"] : [])]) head.append(make("th", { scope: "col" }, name));
     const rows = plans.map((plan) => {
       const cells: (Node | string)[] = [
         plan.vessel === null ? "any vessel" : (names[String(plan.vessel)] ?? `0x${plan.vessel.toString(16).toUpperCase().padStart(4, "0")}`),

@@ -2,12 +2,14 @@
 
 import { putJson, reason, Refusal } from "../api/http";
 import type { PlanChange, PlanDocument, StoredPlan } from "../api/types.gen";
+import { same } from "../state/plan";
 
 /** A change goes to the server this long after the last one, ms. */
 const SETTLE_MS = 700;
 const FIRST_WAIT_MS = 2_000;
 const LONGEST_WAIT_MS = 10_000;
 const PATIENCE_MS = 10_000;
+const UNANSWERED = 30;
 
 /** What was not brought to the server, as it lies in the browser. */
 export interface Left {
@@ -63,6 +65,8 @@ export function createKeeper(first: StoredPlan, told: (keeping: Keeping) => void
   let timer: number | undefined;
   let wait = FIRST_WAIT_MS;
   let conflict = false;
+  /** What was sent from this revision without an answer: the server may have taken one of them all the same. */
+  let unanswered: PlanDocument[] = [];
 
   const local = (plan: PlanDocument): boolean => {
     try {
@@ -95,6 +99,7 @@ export function createKeeper(first: StoredPlan, told: (keeping: Keeping) => void
       const stored = await putJson<StoredPlan>(`/api/v1/plans/${first.id}`, change, PATIENCE_MS);
       revision = stored.revision;
       wait = FIRST_WAIT_MS;
+      unanswered = [];
       if (waiting === plan) {
         waiting = undefined;
         localStorage.removeItem(key);
@@ -103,12 +108,19 @@ export function createKeeper(first: StoredPlan, told: (keeping: Keeping) => void
       return true;
     } catch (error) {
       const newer = error instanceof Refusal ? (error.answer as { newer?: StoredPlan } | undefined)?.newer : undefined;
+      if (newer && unanswered.some((one) => same(newer.plan, one))) {
+        // It is our own change whose answer was lost.
+        unanswered = [];
+        revision = newer.revision;
+        return await send(plan, draft);
+      }
       if (newer) {
         conflict = true;
         told({ state: "conflict", newer });
         return false;
       }
       // What the server refuses it refuses again; what did not reach it is sent again.
+      if (!(error instanceof Refusal)) unanswered = [...unanswered.slice(1 - UNANSWERED), plan];
       const again = !(error instanceof Refusal) || error.status >= 500 || error.status === 429;
       told({ state: "failed", text: reason(error), again, local: localStorage.getItem(key) !== null });
       if (again) {

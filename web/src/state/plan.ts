@@ -188,6 +188,14 @@ export function writeAngle(deg: number, axis: "lat" | "lon", minutes: boolean): 
   return `${whole}° ${rest}′ ${hemisphere}`;
 }
 
+/** Whether two things of JSON say the same, in whatever order their fields stand. */
+export function same(one: unknown, other: unknown): boolean {
+  if (one === other) return true;
+  if (typeof one !== "object" || typeof other !== "object" || one === null || other === null) return false;
+  const [own, theirs] = [Object.entries(one), new Map(Object.entries(other))];
+  return Array.isArray(one) === Array.isArray(other) && own.length === theirs.size && own.every(([key, value]) => theirs.has(key) && same(value, theirs.get(key)));
+}
+
 /** The states of a plan, to go back and forth between. */
 export class History {
   private before: PlanDocument[] = [];
