@@ -5,7 +5,7 @@
 
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS := imc_packet imc_deframer imc_json imc_lsf link_message store_arrivals \
+FUZZ_TARGETS := geofile imc_packet imc_deframer imc_json imc_lsf link_message store_arrivals \
   $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/charts_*.rs))
 
 say = @printf '\n== %s\n' "$(1)"

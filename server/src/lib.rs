@@ -11,6 +11,7 @@ mod http;
 mod log;
 mod pages;
 mod people;
+mod plans;
 mod relay;
 mod shore;
 mod tls;

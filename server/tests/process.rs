@@ -19,8 +19,12 @@ struct Server {
 
 impl Server {
     fn start(data: &Path, arguments: &[&str]) -> Self {
+        Self::start_at("127.0.0.1:0", data, arguments)
+    }
+
+    fn start_at(listen: &str, data: &Path, arguments: &[&str]) -> Self {
         let mut child = Command::new(PROGRAM)
-            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+            .args(["serve", "--listen", listen, "--data"])
             .arg(data)
             .args(arguments)
             .stdout(Stdio::piped())
@@ -240,4 +244,23 @@ fn people_are_managed_in_a_browser() {
     let mut server = Server::start(folder.path(), &[]);
     let password = server.one_time_password();
     testkit::browser::run("admin.mjs", &[&server.url, &password], |_| {});
+}
+
+#[test]
+fn plans_are_drawn_in_a_browser_and_outlive_a_killed_server() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = Server::start(folder.path(), &[]);
+    let (password, url) = (server.one_time_password(), server.url.clone());
+    let listen = url.split("://").nth(1).unwrap().to_owned();
+    testkit::browser::run("plans.mjs", &[&url, &password], |line| match line {
+        "kill the server" => {
+            server.child.kill().unwrap();
+            server.child.wait().unwrap();
+        }
+        "start the server" => server = Server::start_at(&listen, folder.path(), &[]),
+        _ => {}
+    });
 }

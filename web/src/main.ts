@@ -2,13 +2,17 @@
 
 import { createChrome } from "./ui/chrome";
 
-const [fleet, vessel] = [document.getElementById("fleet"), document.getElementById("vessel")];
+const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
 } else if (vessel) {
   void import("./pages/vessel").then(({ startVessel }) => startVessel(vessel));
+} else if (plan) {
+  void import("./pages/plan").then(({ startPlan }) => startPlan(plan));
 } else {
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
   const form = document.querySelector<HTMLFormElement>("form#import");
   if (form) void import("./pages/import").then(({ startImport }) => startImport(form));
+  const plans = document.getElementById("plans");
+  if (plans) void import("./pages/plans").then(({ startPlans }) => startPlans(plans));
 }

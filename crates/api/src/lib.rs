@@ -12,6 +12,7 @@ mod events;
 mod history;
 mod live;
 mod people;
+mod plans;
 mod samples;
 mod transfer;
 
@@ -23,6 +24,11 @@ pub use events::{
 pub use history::{Recorded, TrackPoint, TrackQuery};
 pub use live::{Field, Fix, LiveFrame, LiveRequest, Liveness, Subscription, System, Update};
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
+pub use plans::{
+    ImportedPlan, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanExportQuery, PlanImportQuery, PlanLeg,
+    PlanPlace, PlanQuery, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, SpeedUnit,
+    StoredPlan,
+};
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,

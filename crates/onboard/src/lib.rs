@@ -48,5 +48,6 @@ pub use input::{
 };
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
+pub use plans::{LONGEST_NAME as LONGEST_PLAN_NAME, LONGEST_PLAN, checked as checked_plan};
 pub use settings::{MissionSettings, NodeSettings, Settings, TransportSettings, WatchSettings};
 pub use states::Condition;

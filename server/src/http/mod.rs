@@ -32,6 +32,9 @@ mod live_tests;
 mod measure;
 mod openapi;
 mod people;
+mod plans;
+#[cfg(test)]
+mod plans_tests;
 mod route;
 mod routes;
 pub(crate) mod serve;
@@ -45,4 +48,5 @@ pub(crate) use caller::Caller;
 
 pub(crate) use error::ApiError;
 pub(crate) use guard::{OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};
+pub(crate) use plans::seen_plan;
 pub(crate) use route::{Kind, Need, Route};

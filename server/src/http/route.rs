@@ -2,6 +2,7 @@
 
 use crate::shore::AppState;
 use api::Role;
+use axum::extract::DefaultBodyLimit;
 use axum::handler::Handler;
 use axum::http::Method;
 use axum::routing::{MethodFilter, MethodRouter, on};
@@ -100,6 +101,15 @@ impl Route {
         Self::new(Method::POST, path, Kind::Api, need, about, on(MethodFilter::POST, handler))
     }
 
+    /// Something for programs to change as a whole.
+    pub(crate) fn put<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::PUT, path, Kind::Api, need, about, on(MethodFilter::PUT, handler))
+    }
+
     /// Something for programs to undo.
     pub(crate) fn delete<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where
@@ -157,6 +167,12 @@ impl Route {
     /// It takes a file.
     pub(crate) fn takes_file(mut self) -> Self {
         self.takes_file = true;
+        self
+    }
+
+    /// Its body may have so many bytes.
+    pub(crate) fn body_bytes(mut self, most: usize) -> Self {
+        self.handler = self.handler.layer(DefaultBodyLimit::max(most));
         self
     }
 

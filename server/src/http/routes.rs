@@ -4,15 +4,16 @@ use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
     assets, commands, doors, error::ApiError, export, headers, health, history, imports, live, measure,
-    openapi, people,
+    openapi, people, plans,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
     AuditEntry, Buckets, BucketsQuery, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
-    GapsQuery, Import, ImportQuery, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken,
-    Ordered, Person, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, System,
-    Token, TokenMade, TrackPoint, TrackQuery,
+    GapsQuery, Import, ImportQuery, ImportedPlan, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me,
+    NewToken, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery,
+    PlanQuery, PlanRevision, PlanSummary, Recorded, Recording, Role, Samples, SamplesQuery, Series,
+    SeriesQuery, Session, StoredPlan, System, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -26,6 +27,8 @@ use tower_http::timeout::RequestBodyTimeoutLayer;
 
 /// Bytes of a request's body that are read unless a route allows more.
 const BODY_BYTES: usize = 64 * 1024;
+/// Bytes of a plan, and of a file that holds one.
+const PLAN_BYTES: usize = 4 << 20;
 /// How long a body may pause.
 const BODY_PAUSE: Duration = Duration::from_secs(30);
 
@@ -78,6 +81,7 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(of_vessels());
     table.extend(orders());
     table.extend(transfers());
+    table.extend(plans());
     table.extend(pages::routes());
     table
 }
@@ -163,6 +167,65 @@ fn transfers() -> Vec<Route> {
         Route::get("/api/v1/import", operator, "Logs uploaded, the newest first.", imports::list)
             .gives::<Vec<Import>>(),
         Route::get("/api/v1/import/{id}", operator, "How far an import is.", imports::one).gives::<Import>(),
+    ]
+}
+
+/// Plans ashore. Who may see and change which is decided by the plan's vessel.
+fn plans() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    let operator = Need::Somewhere(Role::Operator);
+    vec![
+        Route::get("/api/v1/plans", viewer, "Plans, by name.", plans::list).gives::<Vec<PlanSummary>>(),
+        Route::post(
+            "/api/v1/plans",
+            operator,
+            "Keep a new plan, as a draft. It gets another name if its own is taken.",
+            plans::create,
+        )
+        .takes::<PlanDocument>()
+        .gives::<StoredPlan>()
+        .body_bytes(PLAN_BYTES),
+        Route::post(
+            "/api/v1/plans/check",
+            viewer,
+            "What a plan would take and what is wrong with it; nothing is kept.",
+            plans::check,
+        )
+        .takes::<PlanDocument>()
+        .gives::<PlanCheck>()
+        .body_bytes(PLAN_BYTES),
+        Route::post(
+            "/api/v1/plans/import",
+            operator,
+            "Keep a new plan from a file: GPX, GeoJSON, or JSON of an IMC PlanSpecification. The body is the file.",
+            plans::import,
+        )
+        .query::<PlanImportQuery>()
+        .takes_file()
+        .gives::<ImportedPlan>()
+        .body_bytes(PLAN_BYTES),
+        Route::get("/api/v1/plans/{id}", viewer, "A plan.", plans::read)
+            .query::<PlanQuery>()
+            .gives::<StoredPlan>(),
+        Route::put(
+            "/api/v1/plans/{id}",
+            operator,
+            "Change a plan. 409 with the newer one when somebody else changed it meanwhile.",
+            plans::save,
+        )
+        .takes::<PlanChange>()
+        .gives::<StoredPlan>()
+        .body_bytes(PLAN_BYTES),
+        Route::delete("/api/v1/plans/{id}", operator, "Delete a plan; it can be restored.", plans::delete),
+        Route::post("/api/v1/plans/{id}/restore", operator, "Take a deletion back.", plans::restore)
+            .gives::<StoredPlan>(),
+        Route::post("/api/v1/plans/{id}/duplicate", operator, "Copy a plan.", plans::duplicate)
+            .gives::<StoredPlan>(),
+        Route::get("/api/v1/plans/{id}/revisions", viewer, "The states that a plan had.", plans::revisions)
+            .gives::<Vec<PlanRevision>>(),
+        Route::get("/api/v1/plans/{id}/export", viewer, "A plan as a file.", plans::export)
+            .query::<PlanExportQuery>()
+            .media("application/octet-stream"),
     ]
 }
 

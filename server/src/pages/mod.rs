@@ -6,6 +6,7 @@ mod fleet;
 mod form;
 mod frame;
 mod login;
+mod plans;
 mod rows;
 mod vessel;
 
@@ -20,6 +21,8 @@ pub(crate) fn routes() -> Vec<Route> {
     vec![
         Route::page("/", Need::Somewhere(Role::Viewer), "The fleet.", fleet::page),
         Route::page("/vessels/{vessel}", Need::OnVessel(Role::Viewer), "One vessel.", vessel::page),
+        Route::page("/plans", Need::Somewhere(Role::Viewer), "Plans.", plans::list),
+        Route::page("/plans/{id}", Need::Somewhere(Role::Viewer), "One plan, to be edited.", plans::editor),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),

@@ -72,8 +72,10 @@ impl People {
         self.db.ask(work).await
     }
 
-    /// Changes something in nobody's name.
-    #[cfg(test)]
+    /// Changes something without a line in the audit log.
+    ///
+    /// # Errors
+    /// What `work` says.
     pub(crate) async fn change<R: Send + 'static>(
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,

@@ -17,6 +17,8 @@ pub(crate) mod sessions;
 pub(crate) mod tokens;
 pub(crate) mod vessels;
 
+#[cfg(test)]
+pub(crate) use db::tests::fresh as migrated;
 pub(crate) use db::{Fault, backup, open};
 pub(crate) use handle::{FirstAdmin, People};
 pub(crate) use login::{Attempt, Refused};

@@ -312,6 +312,16 @@ problems: Array<string>, };
 
 export type ImportState = "running" | "done" | "failed";
 
+export type ImportedPlan = { 
+/**
+ * As it is kept.
+ */
+stored: StoredPlan, 
+/**
+ * What of the file was left out.
+ */
+notes: Array<string>, };
+
 export type Label = { 
 /**
  * The number.
@@ -530,6 +540,279 @@ must_change_password: boolean,
  */
 created_us: number, };
 
+export type PlanChange = { 
+/**
+ * The revision that the change was made from. Another in the store refuses the change: 409, with the newer
+ * plan as `newer` beside `error`.
+ */
+revision: number, 
+/**
+ * Whether it is only kept, not saved. What is saved must have no problems.
+ */
+draft: boolean, 
+/**
+ * All of it as it shall be.
+ */
+plan: PlanDocument, };
+
+export type PlanCheck = { 
+/**
+ * What keeps it from being sailed; none for a good plan. A vessel's own limits may be narrower.
+ */
+problems: Array<PlanTrouble>, 
+/**
+ * What its author may not have meant.
+ */
+warnings: Array<PlanTrouble>, 
+/**
+ * What all of it takes, from its first place on; of a plan that repeats, one round. Empty while it has problems.
+ */
+total: PlanCost, 
+/**
+ * What each maneuver takes, and where it leads, in their order. Empty while there are problems.
+ */
+maneuvers: Array<PlanLeg>, 
+/**
+ * MD5 of the plan as it would be aboard, 32 hexadecimal digits; null while it has problems.
+ */
+digest: string | null, };
+
+export type PlanCost = { 
+/**
+ * Way (m).
+ */
+length_m: number | null, 
+/**
+ * Time (s).
+ */
+duration_s: number | null, 
+/**
+ * Energy from the battery (J), an estimate.
+ */
+energy_j: number | null, };
+
+export type PlanDocument = { 
+/**
+ * Its name, ashore and aboard; 1 to 60 bytes.
+ */
+name: string, 
+/**
+ * What it is for; up to 500 letters.
+ */
+description: string, 
+/**
+ * IMC address of the vessel it is for; null for any.
+ */
+vessel: number | null, 
+/**
+ * Whether it begins anew at its end.
+ */
+repeat: boolean, 
+/**
+ * What to do, in this order.
+ */
+maneuvers: Array<PlanStep>, };
+
+export type PlanLeg = { 
+/**
+ * Its name.
+ */
+id: string, 
+/**
+ * What it takes, with the way to it.
+ */
+cost: PlanCost, 
+/**
+ * Where it leads, to be drawn.
+ */
+places: Array<PlanPlace>, };
+
+export type PlanPlace = { 
+/**
+ * Latitude (°).
+ */
+lat_deg: number, 
+/**
+ * Longitude (°).
+ */
+lon_deg: number, };
+
+export type PlanRevision = { 
+/**
+ * Its number.
+ */
+revision: number, 
+/**
+ * Who made it.
+ */
+author: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+saved_us: number, 
+/**
+ * Whether it was only kept, not saved.
+ */
+draft: boolean, };
+
+export type PlanSpeed = { 
+/**
+ * How much of it.
+ */
+value: number, 
+/**
+ * Of what.
+ */
+unit: SpeedUnit, };
+
+export type PlanStep = { 
+/**
+ * Its name, which no other maneuver of the plan has; 1 to 60 bytes.
+ */
+id: string, 
+/**
+ * How fast.
+ */
+speed: PlanSpeed, 
+/**
+ * What to do.
+ */
+task: PlanTask, };
+
+export type PlanSummary = { 
+/**
+ * Its number ashore.
+ */
+id: number, 
+/**
+ * Its name, ashore and aboard.
+ */
+name: string, 
+/**
+ * IMC address of the vessel it is for; null for any.
+ */
+vessel: number | null, 
+/**
+ * Grows with every change.
+ */
+revision: number, 
+/**
+ * Whether its latest changes were kept by themselves only.
+ */
+draft: boolean, 
+/**
+ * Who changed it last.
+ */
+author: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+updated_us: number, 
+/**
+ * How many maneuvers.
+ */
+maneuvers: number, 
+/**
+ * How many problems keep it from being sailed.
+ */
+problems: number, 
+/**
+ * MD5 of the plan as it would be aboard, 32 hexadecimal digits; null where it cannot be.
+ */
+digest: string | null, 
+/**
+ * What all of it takes.
+ */
+total: PlanCost, };
+
+export type PlanTask = { "kind": "goto", 
+/**
+ * Where to.
+ */
+at: PlanPlace, } | { "kind": "follow_path", 
+/**
+ * The points; up to 2000.
+ */
+points: Array<PlanPlace>, } | { "kind": "station_keeping", 
+/**
+ * Around where.
+ */
+at: PlanPlace, 
+/**
+ * How far the vessel may drift (m).
+ */
+radius_m: number, 
+/**
+ * How long after the arrival (s); 0 until stopped.
+ */
+duration_s: number, } | { "kind": "loiter", 
+/**
+ * Around where.
+ */
+at: PlanPlace, 
+/**
+ * Radius of the circle (m).
+ */
+radius_m: number, 
+/**
+ * How long on the circle (s); 0 until stopped.
+ */
+duration_s: number, 
+/**
+ * Which way round.
+ */
+clockwise: boolean, } | { "kind": "rows", 
+/**
+ * Where the first row starts.
+ */
+at: PlanPlace, 
+/**
+ * Direction of the first row (°).
+ */
+bearing_deg: number, 
+/**
+ * How far the sideways step is turned clockwise (°).
+ */
+cross_angle_deg: number, 
+/**
+ * Extent across the rows (m).
+ */
+width_m: number, 
+/**
+ * Length of a row (m).
+ */
+length_m: number, 
+/**
+ * Distance between rows (m).
+ */
+step_m: number, 
+/**
+ * How far rows are overrun before turning (m), 0 to 255.
+ */
+curve_offset_m: number, 
+/**
+ * Share of the step that is taken at the upper end of rows (%); 100 is the same at both.
+ */
+alternation_percent: number, 
+/**
+ * Turns are squares instead of diagonals.
+ */
+square_curve: boolean, 
+/**
+ * The first curve goes to the right.
+ */
+curve_right: boolean, };
+
+export type PlanTrouble = { 
+/**
+ * Name of the maneuver; null for the plan itself.
+ */
+maneuver: string | null, 
+/**
+ * What, in words.
+ */
+text: string, };
+
 export type Recorded = { 
 /**
  * IMC address of the source.
@@ -701,6 +984,38 @@ address: string,
  * What the browser calls itself.
  */
 agent: string, };
+
+export type SpeedUnit = "mps" | "rpm" | "percent";
+
+export type StoredPlan = { 
+/**
+ * Its number ashore.
+ */
+id: number, 
+/**
+ * Grows with every change; a change names the one it was made from.
+ */
+revision: number, 
+/**
+ * Whether its latest changes were kept by themselves only, not saved by somebody.
+ */
+draft: boolean, 
+/**
+ * Who changed it last.
+ */
+author: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+updated_us: number, 
+/**
+ * What is drawn.
+ */
+plan: PlanDocument, 
+/**
+ * What it takes, and what is wrong with it.
+ */
+check: PlanCheck, };
 
 export type Subscription = { 
 /**

@@ -13,7 +13,7 @@ import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
-import { readPalette } from "./palette";
+import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
 
@@ -35,6 +35,12 @@ interface Drawn {
 
 export interface FleetMap {
   readonly overlays: Overlays;
+  /** For what a page draws by itself. */
+  readonly ol: OlMap;
+  /** The colours in force. */
+  palette(): Palette;
+  /** `then` is called when the colours have changed. */
+  onRepaint(then: () => void): void;
   update(systems: readonly System[], selected: number | undefined, nowUs: number): void;
   track(address: number, points: readonly TrackPoint[]): void;
   /** Brings all systems into view. */
@@ -67,6 +73,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     if (hit !== undefined) select(hit);
   });
   const overlays = createOverlays(map, () => palette);
+  const repainted: (() => void)[] = [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
 
@@ -121,6 +128,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     for (const [address, { track }] of drawn) track.setStyle(trackStyle(address, palette));
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
+    for (const then of repainted) then();
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", repaint);
@@ -129,6 +137,9 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
 
   return {
     overlays,
+    ol: map,
+    palette: () => palette,
+    onRepaint: (then) => void repainted.push(then),
     update,
     track(address, points) {
       const line = features(address).track.getGeometry();

@@ -18,12 +18,12 @@ use std::collections::BTreeMap;
 
 /// Header and footer around a payload.
 const AROUND: usize = HEADER_BYTES + FOOTER_BYTES;
-/// Longest plan, so that a reply around it still fits a packet.
-const LONGEST_PLAN: usize = 65_000;
-/// Plans kept, and the longest name of a plan and of who changed it (bytes): so the state of all, 36 bytes and
-/// both names for each, still fits a packet.
+/// Longest plan (bytes of its packet), so that a reply around it still fits a packet.
+pub const LONGEST_PLAN: usize = 65_000;
+/// Plans kept: with the longest names the state of all, 36 bytes and both names for each, still fits a packet.
 const PLANS_KEPT: usize = 400;
-const LONGEST_NAME: usize = 60;
+/// Longest name of a plan and of who changed it (bytes).
+pub const LONGEST_NAME: usize = 60;
 
 /// The plans, and which operations are to be answered.
 #[derive(Debug)]

@@ -18,6 +18,7 @@ use crate::pilot::{Pilot, PilotEvent};
 use crate::settings::Settings;
 use control::{Loiter, PathCommand, PathEnd};
 use database::Database;
+pub use database::{LONGEST_NAME, LONGEST_PLAN};
 use imc::messages::{
     Aborted, LoggingControl, LoggingControlOp, ManeuverControlState, ManeuverControlStateState, Message,
     PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanManeuver, PlanSpecification,
@@ -26,7 +27,7 @@ use imc::messages::{
 use imc::{Address, Nested};
 use mission::{
     ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, Operator,
-    PathProgress, PathStart, PlanState, Reply, RunId, Success, Ticket, Turn,
+    PathProgress, PathStart, Plan, PlanDraft, PlanProblems, PlanState, Reply, RunId, Success, Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -34,6 +35,16 @@ use units::MonoTime;
 
 /// Runs remembered for their specification; the engine has one at a time and perhaps the one before.
 const RUNS_KEPT: usize = 4;
+
+/// A plan as a vessel with these settings would sail it.
+///
+/// # Errors
+/// All that keeps it from being sailed.
+pub fn checked(plan: &PlanSpecification, settings: &Settings) -> Result<Plan, PlanProblems> {
+    let notes = notes::notes(plan, settings);
+    let draft = PlanDraft { notes, ..translate::draft(plan) };
+    Plan::build(&draft, &settings.mission.limits)
+}
 
 /// Plans and the vehicle's modes.
 #[derive(Debug)]

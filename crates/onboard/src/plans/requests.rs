@@ -1,6 +1,6 @@
 //! What others ask about plans.
 
-use super::{Plans, chart, notes, translate};
+use super::{Plans, chart};
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::grounding::Chart;
@@ -10,7 +10,7 @@ use imc::messages::{
     Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
     PlanSpecification, Reference,
 };
-use mission::{Ask, Event, NoPlan, Origin, Plan, PlanDraft, PlanPhase, Request, StartOptions};
+use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, StartOptions};
 use units::LatLon;
 
 /// Where a plan would begin.
@@ -157,9 +157,7 @@ impl Plans {
                 return Err(NoPlan::Unreadable(what));
             }
         };
-        let notes = notes::notes(&specification, &self.settings);
-        let draft = PlanDraft { notes, ..translate::draft(&specification) };
-        let plan = Plan::build(&draft, &self.settings.mission.limits)?;
+        let plan = super::checked(&specification, &self.settings)?;
         if let Way::From(from) = way {
             chart::check(&self.settings, bus, &plan, from).map_err(NoPlan::Grounding)?;
         }

@@ -1,0 +1,72 @@
+//! Named points and lines, to and from GPX 1.1 and GeoJSON (RFC 7946).
+//!
+//! What a file means to a plan is not decided here. Positions are WGS 84 degrees. A file is read whole or refused
+//! with the place of what is wrong in it; nothing is believed about its size before it is there, and a file of more
+//! than [`MOST_POSITIONS`] positions is refused.
+
+pub mod geojson;
+pub mod gpx;
+
+use serde_json::{Map, Value};
+
+/// Most positions of a file.
+pub const MOST_POSITIONS: usize = 50_000;
+/// Letters that are kept of a name.
+const LONGEST_NAME: usize = 200;
+
+/// A place in degrees, WGS 84.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Position {
+    /// Latitude (°), within ±90.
+    pub lat_deg: f64,
+    /// Longitude (°), within ±180.
+    pub lon_deg: f64,
+}
+
+impl Position {
+    /// From degrees; `None` where they are no place.
+    pub fn new(lat_deg: f64, lon_deg: f64) -> Option<Self> {
+        let good = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0;
+        good.then_some(Self { lat_deg, lon_deg })
+    }
+}
+
+/// Where a thing is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Geometry {
+    /// At a place.
+    Point(Position),
+    /// Along places.
+    Line(Vec<Position>),
+}
+
+/// A thing of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// What it is called; empty for nothing.
+    pub name: String,
+    /// Where it is.
+    pub geometry: Geometry,
+    /// What else is said of it; always empty from GPX.
+    pub properties: Map<String, Value>,
+}
+
+/// All that a file holds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shapes {
+    /// What the file calls itself; empty for nothing.
+    pub name: String,
+    /// What else it says of itself; always empty from GPX.
+    pub properties: Map<String, Value>,
+    /// Its things, in their order.
+    pub shapes: Vec<Shape>,
+    /// What was left out, for people.
+    pub notes: Vec<String>,
+}
+
+/// A name as it is kept: without control characters and blanks around it, not too long.
+fn tidy(text: &str) -> String {
+    let seen = text.chars().map(|letter| if letter.is_control() { ' ' } else { letter });
+    let kept: String = seen.collect::<String>().trim().chars().take(LONGEST_NAME).collect();
+    kept.trim_end().to_owned()
+}

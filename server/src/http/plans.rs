@@ -1,0 +1,308 @@
+//! Plans for programs and for the editor.
+//!
+//! A plan of a vessel is seen by who may see the vessel and changed by its operators; one of no vessel by all and by
+//! whoever is operator somewhere. What is merely kept (drafts) is not audited: the revisions tell who it was.
+
+use super::asked::{Asked, InPath};
+use super::caller::Caller;
+use super::error::ApiError;
+use super::guard::Who;
+use crate::clock;
+use crate::people::{Fault, Principal};
+use crate::plans::{self, Change, Format, Row};
+use crate::shore::AppState;
+use api::{
+    ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
+    PlanRevision, PlanSummary, Role, StoredPlan,
+};
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::extract::rejection::{BytesRejection, JsonRejection};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde_json::json;
+use units::UtcTime;
+
+/// Letters of a file's name.
+const FILE_NAME: std::ops::RangeInclusive<usize> = 1..=200;
+
+type Sent<T> = Result<Json<T>, JsonRejection>;
+
+/// `GET /api/v1/plans`.
+pub(crate) async fn list(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<PlanSummary>>, ApiError> {
+    let mut rows = state.people.ask(plans::list).await?;
+    rows.retain(|row| may_see(&who, row.plan.vessel));
+    let now = clock::now();
+    Ok(Json(slow(move || rows.into_iter().map(|row| summary(row, now)).collect()).await?))
+}
+
+/// `POST /api/v1/plans`.
+pub(crate) async fn create(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    sent: Sent<PlanDocument>,
+) -> Result<Json<StoredPlan>, ApiError> {
+    let plan = taken(sent)?;
+    keep_new(&state, &who, caller, "plan.create", plan).await.map(Json)
+}
+
+/// `GET /api/v1/plans/{id}`.
+pub(crate) async fn read(
+    State(state): State<AppState>,
+    Who(who): Who,
+    InPath(id): InPath<i64>,
+    Asked(query): Asked<PlanQuery>,
+) -> Result<Json<StoredPlan>, ApiError> {
+    let row = find(&state, &who, id, query.revision).await?;
+    stored(row).await.map(Json)
+}
+
+/// `GET /api/v1/plans/{id}/revisions`.
+pub(crate) async fn revisions(
+    State(state): State<AppState>,
+    Who(who): Who,
+    InPath(id): InPath<i64>,
+) -> Result<Json<Vec<PlanRevision>>, ApiError> {
+    find(&state, &who, id, None).await?;
+    Ok(Json(state.people.ask(move |db| plans::revisions(db, id)).await?))
+}
+
+/// `PUT /api/v1/plans/{id}`: 409 with the newer plan when there is one.
+pub(crate) async fn save(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    InPath(id): InPath<i64>,
+    sent: Sent<PlanChange>,
+) -> Result<Response, ApiError> {
+    let row = find(&state, &who, id, None).await?;
+    may_change(&who, row.plan.vessel)?;
+    let PlanChange { revision: from, draft, plan } = taken(sent)?;
+    may_change(&who, plan.vessel)?;
+    plans::limits(&plan).map_err(refused)?;
+    let now = clock::now();
+    if !draft {
+        let judged = plan.clone();
+        let check = slow(move || plans::check(&judged, now)).await?;
+        if let Some(first) = check.problems.first() {
+            let place = first.maneuver.as_ref().map_or_else(String::new, |name| format!("{name}: "));
+            let count = check.problems.len();
+            return Err(refused(format!(
+                "The plan has {count} problems and stays a draft: {place}{}",
+                first.text
+            )));
+        }
+    }
+    let (author, subject) = (who.name.clone(), plan.name.clone());
+    let work = move |db: &rusqlite::Connection| {
+        plans::save(db, id, from, &plan, Change { author: &author, now, draft })
+    };
+    let done = if draft {
+        state.people.change(work).await
+    } else {
+        state.people.act(&who, caller.address.to_string(), "plan.save", subject, work).await
+    };
+    let row = find(&state, &who, id, None).await?;
+    match done {
+        Ok(()) => Ok(Json(stored(row).await?).into_response()),
+        Err(Fault::Refused(text)) if row.revision != from => {
+            let newer = stored(row).await?;
+            let body = json!({ "error": { "code": "newer_revision", "text": text }, "newer": newer });
+            Ok((StatusCode::CONFLICT, Json(body)).into_response())
+        }
+        Err(fault) => Err(fault.into()),
+    }
+}
+
+/// `POST /api/v1/plans/{id}/duplicate`.
+pub(crate) async fn duplicate(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    InPath(id): InPath<i64>,
+) -> Result<Json<StoredPlan>, ApiError> {
+    let row = find(&state, &who, id, None).await?;
+    keep_new(&state, &who, caller, "plan.duplicate", row.plan).await.map(Json)
+}
+
+/// `DELETE /api/v1/plans/{id}`.
+pub(crate) async fn delete(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    InPath(id): InPath<i64>,
+) -> Result<(), ApiError> {
+    let row = find(&state, &who, id, None).await?;
+    may_change(&who, row.plan.vessel)?;
+    let work = move |db: &rusqlite::Connection| plans::delete(db, id, clock::now());
+    Ok(state.people.act(&who, caller.address.to_string(), "plan.delete", row.plan.name, work).await?)
+}
+
+/// `POST /api/v1/plans/{id}/restore`.
+pub(crate) async fn restore(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    InPath(id): InPath<i64>,
+) -> Result<Json<StoredPlan>, ApiError> {
+    let row = state.people.ask(move |db| plans::load(db, id, None)).await?;
+    let row = row.filter(|row| may_see(&who, row.plan.vessel)).ok_or_else(no_such)?;
+    may_change(&who, row.plan.vessel)?;
+    let author = who.name.clone();
+    let work = move |db: &rusqlite::Connection| {
+        plans::restore(db, id, Change { author: &author, now: clock::now(), draft: false })
+    };
+    state.people.act(&who, caller.address.to_string(), "plan.restore", row.plan.name, work).await?;
+    stored(find(&state, &who, id, None).await?).await.map(Json)
+}
+
+/// `POST /api/v1/plans/check`.
+pub(crate) async fn check(sent: Sent<PlanDocument>) -> Result<Json<PlanCheck>, ApiError> {
+    let plan = taken(sent)?;
+    plans::limits(&plan).map_err(refused)?;
+    slow(move || plans::check(&plan, clock::now())).await.map(Json)
+}
+
+/// `GET /api/v1/plans/{id}/export`.
+pub(crate) async fn export(
+    State(state): State<AppState>,
+    Who(who): Who,
+    InPath(id): InPath<i64>,
+    Asked(query): Asked<PlanExportQuery>,
+) -> Result<Response, ApiError> {
+    let row = find(&state, &who, id, None).await?;
+    let format = Format::named(&query.format)
+        .ok_or_else(|| ApiError::bad_request("format: give imc, geojson or gpx"))?;
+    let text = plans::write(&row.plan, format).map_err(refused)?;
+    let (media, ending) = format.kind();
+    let plain =
+        |letter: char| if letter.is_ascii_alphanumeric() || "-_".contains(letter) { letter } else { '_' };
+    let name: String = row.plan.name.chars().map(plain).collect();
+    let disposition = format!("attachment; filename=\"{name}.{ending}\"");
+    Ok(([(header::CONTENT_TYPE, media.to_owned()), (header::CONTENT_DISPOSITION, disposition)], text)
+        .into_response())
+}
+
+/// `POST /api/v1/plans/import`: the body is the file.
+pub(crate) async fn import(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    Asked(query): Asked<PlanImportQuery>,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<Json<ImportedPlan>, ApiError> {
+    let file = query.name;
+    if !FILE_NAME.contains(&file.chars().count()) || file.chars().any(char::is_control) {
+        let (least, most) = FILE_NAME.into_inner();
+        return Err(ApiError::bad_request(format!("name: give the file's name, {least} to {most} letters")));
+    }
+    let bytes = body.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
+    let told = file.clone();
+    let read = slow(move || plans::read(&bytes, &file)).await?;
+    let (plan, notes) = read.map_err(|text| refused(format!("{told} was not imported: {text}")))?;
+    let stored = keep_new(&state, &who, caller, "plan.import", plan).await?;
+    Ok(Json(ImportedPlan { stored, notes }))
+}
+
+async fn keep_new(
+    state: &AppState,
+    who: &Principal,
+    caller: Caller,
+    action: &'static str,
+    plan: PlanDocument,
+) -> Result<StoredPlan, ApiError> {
+    may_change(who, plan.vessel)?;
+    plans::limits(&plan).map_err(refused)?;
+    let (author, subject) = (who.name.clone(), plan.name.clone());
+    let work = move |db: &rusqlite::Connection| {
+        plans::create(db, plan, Change { author: &author, now: clock::now(), draft: true })
+    };
+    let id = state.people.act(who, caller.address.to_string(), action, subject, work).await?;
+    stored(find(state, who, id, None).await?).await
+}
+
+/// The name of a plan that the person may see, and whether they may change it.
+pub(crate) async fn seen_plan(
+    state: &AppState,
+    who: &Principal,
+    id: i64,
+) -> Result<(String, bool), ApiError> {
+    let row = find(state, who, id, None).await?;
+    let may = may_change(who, row.plan.vessel).is_ok();
+    Ok((row.plan.name, may))
+}
+
+/// A plan that the person may see.
+async fn find(state: &AppState, who: &Principal, id: i64, revision: Option<u32>) -> Result<Row, ApiError> {
+    let row = state.people.ask(move |db| plans::load(db, id, revision)).await?;
+    row.filter(|row| !row.deleted && may_see(who, row.plan.vessel)).ok_or_else(no_such)
+}
+
+fn may_see(who: &Principal, vessel: Option<u16>) -> bool {
+    vessel.map_or_else(|| who.grants.somewhere(), |vessel| who.grants.on(vessel)).is_some()
+}
+
+fn may_change(who: &Principal, vessel: Option<u16>) -> Result<(), ApiError> {
+    let role = vessel.map_or_else(|| who.grants.somewhere(), |vessel| who.grants.on(vessel));
+    if role >= Some(Role::Operator) {
+        return Ok(());
+    }
+    let place = vessel.map_or_else(|| "any vessel".to_owned(), |vessel| format!("vessel {vessel}"));
+    Err(ApiError::forbidden(format!(
+        "{} may not change this plan: it takes the role operator on {place}.",
+        who.name
+    )))
+}
+
+fn no_such() -> ApiError {
+    ApiError::not_found("There is no such plan, or it was deleted; GET /api/v1/plans lists them.")
+}
+
+fn refused(text: String) -> ApiError {
+    ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text)
+}
+
+fn taken<T>(sent: Sent<T>) -> Result<T, ApiError> {
+    sent.map(|Json(sent)| sent).map_err(|error| ApiError::malformed(error.status(), error.body_text()))
+}
+
+/// Judging a long plan takes some milliseconds, which others need not wait for.
+async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> Result<R, ApiError> {
+    tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))
+}
+
+async fn stored(row: Row) -> Result<StoredPlan, ApiError> {
+    let judged = row.plan.clone();
+    let check = slow(move || plans::check(&judged, clock::now())).await?;
+    Ok(StoredPlan {
+        id: row.id,
+        revision: row.revision,
+        draft: row.draft,
+        author: row.author,
+        updated_us: row.updated.micros(),
+        plan: row.plan,
+        check,
+    })
+}
+
+fn summary(row: Row, now: UtcTime) -> PlanSummary {
+    let check = plans::check(&row.plan, now);
+    PlanSummary {
+        id: row.id,
+        name: row.plan.name,
+        vessel: row.plan.vessel,
+        revision: row.revision,
+        draft: row.draft,
+        author: row.author,
+        updated_us: row.updated.micros(),
+        maneuvers: row.plan.maneuvers.len() as u32,
+        problems: check.problems.len() as u32,
+        digest: check.digest,
+        total: check.total,
+    }
+}

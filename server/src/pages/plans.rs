@@ -1,0 +1,62 @@
+//! The list of plans and the editor of one. The scripts ask the API for everything that changes.
+
+use super::frame::{Frame, PageError, html};
+use crate::http::{Who, seen_plan};
+use crate::people::{Principal, vessels};
+use crate::shore::AppState;
+use api::Role;
+use askama::Template;
+use axum::extract::{Path, State};
+use axum::response::Response;
+use std::collections::BTreeMap;
+
+#[derive(Template)]
+#[template(path = "plans.html")]
+struct PlansPage {
+    frame: Frame,
+    /// Names of vessels that people gave, as JSON by address, for the script.
+    vessels: String,
+    /// Whether the person may make plans.
+    operator: bool,
+}
+
+#[derive(Template)]
+#[template(path = "plan.html")]
+struct PlanPage {
+    frame: Frame,
+    id: i64,
+    name: String,
+    /// As in [`PlansPage`].
+    vessels: String,
+    /// Whether the person may change this plan.
+    operator: bool,
+}
+
+/// `GET /plans`.
+pub(super) async fn list(
+    State(state): State<AppState>,
+    Who(who): Who,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let operator = who.grants.somewhere() >= Some(Role::Operator);
+    Ok(html(&PlansPage { frame, vessels: names(&state, &who).await?, operator }))
+}
+
+/// `GET /plans/{id}`.
+pub(super) async fn editor(
+    State(state): State<AppState>,
+    Who(who): Who,
+    Path(id): Path<i64>,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let (name, operator) = seen_plan(&state, &who, id).await?;
+    Ok(html(&PlanPage { frame, id, name, vessels: names(&state, &who).await?, operator }))
+}
+
+/// The vessels that the person may see.
+async fn names(state: &AppState, who: &Principal) -> Result<String, PageError> {
+    let all = state.people.ask(vessels::list).await?;
+    let seen = all.into_iter().filter(|vessel| who.grants.on(vessel.address).is_some());
+    let names: BTreeMap<u16, String> = seen.map(|vessel| (vessel.address, vessel.name)).collect();
+    Ok(serde_json::to_string(&names).unwrap_or_default())
+}

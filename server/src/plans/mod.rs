@@ -1,0 +1,17 @@
+//! Plans ashore: kept with their revisions, checked as a vessel would, written for vessels and for other programs.
+//!
+//! What people draw is an [`api::PlanDocument`]. [`translate`] alone knows how it becomes a PlanSpecification and
+//! back; [`check`] asks the very code that vessels judge plans by, so that what is good here is good aboard, but
+//! for limits of a vessel's own.
+
+mod check;
+mod files;
+mod store;
+mod translate;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use check::{check, limits};
+pub(crate) use files::{Format, read, write};
+pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};

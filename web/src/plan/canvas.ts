@@ -1,0 +1,190 @@
+// A plan on the map: drawn, clicked and dragged. What changes is told, not changed here.
+
+import Feature from "ol/Feature";
+import type MapBrowserEvent from "ol/MapBrowserEvent";
+import { Circle as CircleGeometry, LineString, Point } from "ol/geom";
+import DoubleClickZoom from "ol/interaction/DoubleClickZoom";
+import PointerInteraction from "ol/interaction/Pointer";
+import VectorLayer from "ol/layer/Vector";
+import VectorSource from "ol/source/Vector";
+import { boundingExtent } from "ol/extent";
+import { fromLonLat, toLonLat } from "ol/proj";
+import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
+import type { PlanDocument, PlanLeg, PlanPlace, PlanStep } from "../api/types.gen";
+import type { FleetMap } from "../map/map";
+import { middle, placesOf, type Vertex, vertices } from "../state/plan";
+
+/** A finger or pointer is on a vertex within this, px. */
+const NEAR_PX = 14;
+/** Lines with more vertices than this have no handles between them, which would only hide it. */
+const MOST_HANDLES = 150;
+
+export interface CanvasHandlers {
+  /** Somebody clicked beside everything. */
+  clicked(place: PlanPlace): void;
+  select(vertex: Vertex): void;
+  /** A vertex is being dragged; `done` when it is let go. */
+  moved(vertex: Vertex, place: PlanPlace, done: boolean): void;
+  /** A place between a vertex and the next is taken hold of; answers which vertex it is then. */
+  between(after: Vertex, place: PlanPlace): Vertex;
+}
+
+export interface PlanCanvas {
+  update(plan: PlanDocument, selected: Vertex | undefined, legs: readonly PlanLeg[]): void;
+  /** Brings all of the plan into view. */
+  fit(): void;
+  centre(): PlanPlace;
+  /** Brings a place into view if it is not. */
+  reveal(place: PlanPlace): void;
+}
+
+/** Draws on `map`. */
+export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanvas {
+  const source = new VectorSource();
+  const route = new Feature(new LineString([]));
+  let drawn: PlanDocument | undefined;
+  let selected: Vertex | undefined;
+  const layer = new VectorLayer({ source, style: (feature) => styleOf(feature as Feature), updateWhileInteracting: true, zIndex: 5 });
+  map.ol.addLayer(layer);
+  map.onRepaint(() => layer.changed());
+
+  const styleOf = (feature: Feature): Style[] => {
+    const { ink, halo, series } = map.palette();
+    const colour = series[0] ?? ink;
+    const vertex = feature.get("vertex") as Vertex | undefined;
+    if (vertex) {
+      const chosen = vertex.step === selected?.step && vertex.point === selected.point;
+      const fill = new Fill({ color: chosen ? ink : halo });
+      const first = vertex.point === 0;
+      const label = new Text({
+        text: feature.get("label") as string,
+        font: "600 13px system-ui, sans-serif",
+        offsetY: -18,
+        overflow: true,
+        fill: new Fill({ color: ink }),
+        stroke: new Stroke({ color: halo, width: 4 }),
+      });
+      const image = (stroke: Stroke): Circle | RegularShape =>
+        first ? new Circle({ radius: chosen ? 10 : 8, fill, stroke }) : new RegularShape({ points: 4, angle: Math.PI / 4, radius: chosen ? 11 : 8, fill, stroke });
+      return [
+        new Style({ image: image(new Stroke({ color: halo, width: 6 })), zIndex: 3 }),
+        new Style({ image: image(new Stroke({ color: chosen ? ink : colour, width: 3 })), text: label, zIndex: chosen ? 5 : 4 }),
+      ];
+    }
+    if (feature.get("after")) {
+      const image = new Circle({ radius: 5, fill: new Fill({ color: halo }), stroke: new Stroke({ color: colour, width: 1.5 }) });
+      return [new Style({ image, zIndex: 2 })];
+    }
+    const dashed = feature !== route;
+    const stroke = dashed ? new Stroke({ color: colour, width: 2, lineDash: [6, 5] }) : new Stroke({ color: colour, width: 3 });
+    return [new Style({ stroke: new Stroke({ color: halo, width: 6 }), zIndex: 0 }), new Style({ stroke, zIndex: 1 })];
+  };
+
+  /** The vertex under the pointer, or else a handle between two: by distance, which needs no picture to be read back. */
+  const at = (event: MapBrowserEvent): Feature | undefined => {
+    const [x = 0, y = 0] = event.pixel;
+    const near = (kind: "vertex" | "after"): Feature | undefined => {
+      let [found, best]: [Feature | undefined, number] = [undefined, NEAR_PX ** 2];
+      for (const feature of source.getFeatures()) {
+        if (!feature.get(kind)) continue;
+        const pixel = map.ol.getPixelFromCoordinate((feature.getGeometry() as Point).getCoordinates());
+        const away = pixel ? ((pixel[0] ?? 0) - x) ** 2 + ((pixel[1] ?? 0) - y) ** 2 : Infinity;
+        if (away <= best) [found, best] = [feature, away];
+      }
+      return found;
+    };
+    return near("vertex") ?? near("after");
+  };
+  const placeOf = (event: MapBrowserEvent): PlanPlace => {
+    const [lon = 0, lat = 0] = toLonLat(event.coordinate);
+    return { lat_deg: lat, lon_deg: lon };
+  };
+  let held: { vertex: Vertex; moved: boolean } | undefined;
+  map.ol.addInteraction(
+    new PointerInteraction({
+      handleDownEvent: (event) => {
+        const feature = at(event);
+        if (!feature) return false;
+        const vertex = feature.get("vertex") as Vertex | undefined;
+        held = { vertex: vertex ?? handlers.between(feature.get("after") as Vertex, placeOf(event)), moved: false };
+        handlers.select(held.vertex);
+        return true;
+      },
+      handleDragEvent: (event) => {
+        if (!held) return;
+        held.moved = true;
+        handlers.moved(held.vertex, placeOf(event), false);
+      },
+      handleUpEvent: (event) => {
+        if (held?.moved) handlers.moved(held.vertex, placeOf(event), true);
+        held = undefined;
+        return false;
+      },
+    }),
+  );
+  map.ol.on("click", (event) => {
+    if (!at(event)) handlers.clicked(placeOf(event));
+  });
+  map.ol.on("pointermove", (event) => {
+    if (!event.dragging) (map.ol.getTargetElement() ?? document.body).dataset["over"] = at(event) ? "vertex" : "";
+  });
+  // Two quick clicks are two points here.
+  for (const one of map.ol.getInteractions().getArray()) if (one instanceof DoubleClickZoom) one.setActive(false);
+
+  return {
+    update(plan, vertex, legs) {
+      [drawn, selected] = [plan, vertex];
+      const ways = plan.maneuvers.map((step) => wayOf(step, legs));
+      const line = ways.flat();
+      const [first] = line;
+      if (plan.repeat && first) line.push(first);
+      route.getGeometry()?.setCoordinates(line.map(xy));
+      const features: Feature[] = [route];
+      for (const { task } of plan.maneuvers) {
+        if (task.kind !== "station_keeping" && task.kind !== "loiter") continue;
+        // A metre on the ground is more on this projection, the farther from the equator.
+        const radius = task.radius_m / Math.max(0.01, Math.cos((task.at.lat_deg * Math.PI) / 180));
+        features.push(new Feature(new CircleGeometry(xy(task.at), radius)));
+      }
+      const all = vertices(plan);
+      all.forEach(({ vertex: one, place }, index) => {
+        const step = plan.maneuvers[one.step];
+        const feature = new Feature({ geometry: new Point(xy(place)), vertex: one });
+        feature.set("label", one.point === 0 ? `${one.step + 1} ${step?.id ?? ""}` : "", true);
+        features.push(feature);
+        const next = all[index + 1];
+        if (!next || all.length > MOST_HANDLES) return;
+        const from = next.vertex.step === one.step ? place : (ways[one.step]?.at(-1) ?? place);
+        features.push(new Feature({ geometry: new Point(xy(middle(from, next.place))), after: one }));
+      });
+      source.clear(true);
+      source.addFeatures(features);
+    },
+    fit() {
+      const places = drawn ? vertices(drawn).map(({ place }) => xy(place)) : [];
+      for (const [x = 0, y = 0] of route.getGeometry()?.getCoordinates() ?? []) places.push([x, y]);
+      if (places.length) map.ol.getView().fit(boundingExtent(places), { padding: [90, 70, 70, 70], maxZoom: 17, duration: 0 });
+    },
+    centre() {
+      const [lon = 0, lat = 0] = toLonLat(map.ol.getView().getCenter() ?? [0, 0]);
+      return { lat_deg: lat, lon_deg: lon };
+    },
+    reveal(place) {
+      const extent = map.ol.getView().calculateExtent(map.ol.getSize());
+      const [x = 0, y = 0] = xy(place);
+      const [west = 0, south = 0, east = 0, north = 0] = extent;
+      if (x < west || x > east || y < south || y > north) map.ol.getView().setCenter([x, y]);
+    },
+  };
+}
+
+function xy(place: PlanPlace): number[] {
+  return fromLonLat([place.lon_deg, place.lat_deg]);
+}
+
+/** Where a maneuver leads: of rows as the server laid them out, as soon as it has. */
+function wayOf(step: PlanStep, legs: readonly PlanLeg[]): PlanPlace[] {
+  if (step.task.kind !== "rows") return [...placesOf(step.task)];
+  const leg = legs.find((one) => one.id === step.id);
+  return leg?.places.length ? [...leg.places] : [step.task.at];
+}

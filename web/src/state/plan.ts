@@ -1,0 +1,245 @@
+// A plan under the hands of its author: pure steps from one document to the next, with undo.
+
+import type { PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask } from "../api/types.gen";
+
+export type TaskKind = PlanTask["kind"];
+export type Task<K extends TaskKind> = Extract<PlanTask, { kind: K }>;
+
+/** What maneuvers are called, in the order of the tools. */
+export const KINDS: readonly (readonly [TaskKind, string])[] = [
+  ["goto", "Goto"],
+  ["follow_path", "Path"],
+  ["station_keeping", "Station"],
+  ["loiter", "Loiter"],
+  ["rows", "Rows"],
+];
+/** Decimals of a degree that are kept: a centimetre. */
+const PER_DEGREE = 1e7;
+const STEPS_KEPT = 200;
+/** Changes of the same thing within this are one step of undo, ms. */
+const TOGETHER_MS = 1_200;
+const M_PER_DEGREE = 111_195;
+
+/** A place of a plan: which maneuver, and which point of it. */
+export interface Vertex {
+  readonly step: number;
+  readonly point: number;
+}
+
+export function kindName(kind: TaskKind): string {
+  return KINDS.find(([known]) => known === kind)?.[1] ?? kind;
+}
+
+export function placesOf(task: PlanTask): readonly PlanPlace[] {
+  return task.kind === "follow_path" ? task.points : [task.at];
+}
+
+export function placeAt(plan: PlanDocument, vertex: Vertex): PlanPlace | undefined {
+  const step = plan.maneuvers[vertex.step];
+  return step && placesOf(step.task)[vertex.point];
+}
+
+/** All places in the order in which they are sailed. */
+export function vertices(plan: PlanDocument): { vertex: Vertex; place: PlanPlace }[] {
+  return plan.maneuvers.flatMap(({ task }, step) => placesOf(task).map((place, point) => ({ vertex: { step, point }, place })));
+}
+
+function rounded(place: PlanPlace): PlanPlace {
+  const round = (deg: number): number => Math.round(deg * PER_DEGREE) / PER_DEGREE;
+  const lon = ((((place.lon_deg + 180) % 360) + 360) % 360) - 180;
+  return { lat_deg: round(Math.max(-90, Math.min(90, place.lat_deg))), lon_deg: round(lon) };
+}
+
+function withStep(plan: PlanDocument, index: number, change: (step: PlanStep) => PlanStep): PlanDocument {
+  return { ...plan, maneuvers: plan.maneuvers.map((step, at) => (at === index ? change(step) : step)) };
+}
+
+/** With other values in one maneuver. */
+export function withTask(plan: PlanDocument, index: number, values: Readonly<Record<string, number | boolean>>): PlanDocument {
+  return withStep(plan, index, (step) => ({ ...step, task: { ...step.task, ...values } as PlanTask }));
+}
+
+export function withName(plan: PlanDocument, index: number, id: string): PlanDocument {
+  return withStep(plan, index, (step) => ({ ...step, id }));
+}
+
+/** With another speed of one maneuver, or without index of all. */
+export function withSpeed(plan: PlanDocument, speed: PlanSpeed, index?: number): PlanDocument {
+  return { ...plan, maneuvers: plan.maneuvers.map((step, at) => (index === undefined || at === index ? { ...step, speed } : step)) };
+}
+
+/** With a vertex somewhere else. */
+export function withPlace(plan: PlanDocument, { step, point }: Vertex, place: PlanPlace): PlanDocument {
+  return withStep(plan, step, (one) => {
+    const { task } = one;
+    if (task.kind !== "follow_path") return { ...one, task: { ...task, at: rounded(place) } };
+    return { ...one, task: { ...task, points: task.points.map((old, at) => (at === point ? rounded(place) : old)) } };
+  });
+}
+
+/** With a new maneuver at `index`, or at the end. */
+export function withNew(plan: PlanDocument, kind: TaskKind, place: PlanPlace, speed: PlanSpeed, index = plan.maneuvers.length): PlanDocument {
+  const maneuvers = [...plan.maneuvers];
+  maneuvers.splice(index, 0, { id: freeId(plan, kindName(kind)), speed, task: fresh(kind, rounded(place)) });
+  return { ...plan, maneuvers };
+}
+
+function fresh(kind: TaskKind, at: PlanPlace): PlanTask {
+  switch (kind) {
+    case "goto":
+      return { kind, at };
+    case "follow_path":
+      return { kind, points: [at] };
+    case "station_keeping":
+      return { kind, at, radius_m: 15, duration_s: 300 };
+    case "loiter":
+      return { kind, at, radius_m: 30, duration_s: 300, clockwise: true };
+    case "rows":
+      return { kind, at, bearing_deg: 0, cross_angle_deg: 0, width_m: 100, length_m: 150, step_m: 20, curve_offset_m: 10, alternation_percent: 100, square_curve: true, curve_right: true };
+  }
+}
+
+function freeId(plan: PlanDocument, name: string): string {
+  const taken = new Set(plan.maneuvers.map((step) => step.id));
+  for (let number = 1; ; number++) if (!taken.has(`${name} ${number}`)) return `${name} ${number}`;
+}
+
+/** With a point of a path before `point`. */
+export function withPoint(plan: PlanDocument, { step, point }: Vertex, place: PlanPlace): PlanDocument {
+  return withStep(plan, step, (one) => {
+    if (one.task.kind !== "follow_path") return one;
+    const points = [...one.task.points];
+    points.splice(point, 0, rounded(place));
+    return { ...one, task: { ...one.task, points } };
+  });
+}
+
+/** Without a point of a path; without its last point, or any other maneuver's only one, without the maneuver. */
+export function withoutVertex(plan: PlanDocument, { step, point }: Vertex): PlanDocument {
+  const task = plan.maneuvers[step]?.task;
+  if (task?.kind !== "follow_path" || task.points.length < 2) return withoutStep(plan, step);
+  return withStep(plan, step, (one) => ({ ...one, task: { ...task, points: task.points.filter((_, at) => at !== point) } }));
+}
+
+export function withoutStep(plan: PlanDocument, step: number): PlanDocument {
+  return { ...plan, maneuvers: plan.maneuvers.filter((_, at) => at !== step) };
+}
+
+/** With a maneuver moved by so many places; the same plan where that is not possible. */
+export function withOrder(plan: PlanDocument, step: number, by: number): PlanDocument {
+  const to = step + by;
+  const one = plan.maneuvers[step];
+  if (!one || to < 0 || to >= plan.maneuvers.length) return plan;
+  const maneuvers = plan.maneuvers.filter((_, at) => at !== step);
+  maneuvers.splice(to, 0, one);
+  return { ...plan, maneuvers };
+}
+
+/** A new place between a vertex and the one after it: of a path a point of it, else a Goto. */
+export function withBetween(plan: PlanDocument, after: Vertex, place: PlanPlace): { plan: PlanDocument; vertex: Vertex } {
+  const step = plan.maneuvers[after.step];
+  if (step?.task.kind === "follow_path" && after.point < step.task.points.length - 1) {
+    const vertex = { step: after.step, point: after.point + 1 };
+    return { plan: withPoint(plan, vertex, place), vertex };
+  }
+  const speed = step?.speed ?? { value: 1.5, unit: "mps" };
+  return { plan: withNew(plan, "goto", place, speed, after.step + 1), vertex: { step: after.step + 1, point: 0 } };
+}
+
+/** The place so many metres away. On a sphere, which is near enough for moving things by hand. */
+export function displaced(place: PlanPlace, northM: number, eastM: number): PlanPlace {
+  const lat = place.lat_deg + northM / M_PER_DEGREE;
+  return rounded({ lat_deg: lat, lon_deg: place.lon_deg + eastM / (M_PER_DEGREE * Math.max(0.01, Math.cos((place.lat_deg * Math.PI) / 180))) });
+}
+
+export function middle(one: PlanPlace, other: PlanPlace): PlanPlace {
+  return rounded({ lat_deg: (one.lat_deg + other.lat_deg) / 2, lon_deg: (one.lon_deg + other.lon_deg) / 2 });
+}
+
+/** Reads an angle as people type it: decimal degrees, or degrees, minutes and seconds, with sign or hemisphere. */
+export function readAngle(text: string, axis: "lat" | "lon"): number | undefined {
+  const [positive, negative, most] = axis === "lat" ? ["N", "S", 90] as const : ["E", "W", 180] as const;
+  let rest = text.trim().toUpperCase().replace(/[−–]/g, "-").replace(/(\d),(\d)/g, "$1.$2");
+  let sign = 1;
+  const letter = /^[NSEW]|[NSEW]$/.exec(rest)?.[0];
+  if (letter) {
+    if (letter !== positive && letter !== negative) return undefined;
+    sign = letter === negative ? -1 : 1;
+    rest = (rest.startsWith(letter) ? rest.slice(1) : rest.slice(0, -1)).trim();
+    if (rest.startsWith("-")) return undefined;
+  }
+  if (rest.startsWith("-")) [sign, rest] = [-1, rest.slice(1)];
+  const parts = rest.replace(/[°º'′’"″:]/g, " ").trim().split(/\s+/);
+  if (parts.length > 3 || !parts.every((part) => /^\d+(\.\d*)?$/.test(part))) return undefined;
+  const [degrees = NaN, minutes = 0, seconds = 0] = parts.map(Number);
+  const whole = parts.slice(0, -1).every((part) => /^\d+$/.test(part));
+  const deg = degrees + minutes / 60 + seconds / 3_600;
+  if (!whole || minutes >= 60 || seconds >= 60 || !(deg <= most)) return undefined;
+  return sign * Math.round(deg * PER_DEGREE) / PER_DEGREE;
+}
+
+/** Writes an angle: decimal degrees, or degrees and minutes to a fifth of a metre. */
+export function writeAngle(deg: number, axis: "lat" | "lon", minutes: boolean): string {
+  if (!minutes) return deg.toFixed(7);
+  const parts = Math.round(Math.abs(deg) * 600_000);
+  const whole = String(Math.floor(parts / 600_000)).padStart(axis === "lat" ? 2 : 3, "0");
+  const rest = ((parts % 600_000) / 10_000).toFixed(4).padStart(7, "0");
+  const hemisphere = axis === "lat" ? (deg < 0 ? "S" : "N") : deg < 0 ? "W" : "E";
+  return `${whole}° ${rest}′ ${hemisphere}`;
+}
+
+/** Whether two things of JSON say the same, in whatever order their fields stand. */
+export function same(one: unknown, other: unknown): boolean {
+  if (one === other) return true;
+  if (typeof one !== "object" || typeof other !== "object" || one === null || other === null) return false;
+  const [own, theirs] = [Object.entries(one), new Map(Object.entries(other))];
+  return Array.isArray(one) === Array.isArray(other) && own.length === theirs.size && own.every(([key, value]) => theirs.has(key) && same(value, theirs.get(key)));
+}
+
+/** The states of a plan, to go back and forth between. */
+export class History {
+  private before: PlanDocument[] = [];
+  private after: PlanDocument[] = [];
+  private last = { what: "", at: -Infinity };
+
+  constructor(private current: PlanDocument) {}
+
+  get plan(): PlanDocument {
+    return this.current;
+  }
+
+  get canUndo(): boolean {
+    return this.before.length > 0;
+  }
+
+  get canRedo(): boolean {
+    return this.after.length > 0;
+  }
+
+  /** Goes on to `next`. Quick changes of the same `what` are one step. */
+  push(next: PlanDocument, what = "", nowMs = 0): void {
+    if (next === this.current) return;
+    const together = what !== "" && what === this.last.what && nowMs - this.last.at < TOGETHER_MS;
+    if (!together) this.before = [...this.before.slice(1 - STEPS_KEPT), this.current];
+    this.last = { what, at: nowMs };
+    this.after = [];
+    this.current = next;
+  }
+
+  undo(): boolean {
+    return this.go(this.before, this.after);
+  }
+
+  redo(): boolean {
+    return this.go(this.after, this.before);
+  }
+
+  private go(from: PlanDocument[], to: PlanDocument[]): boolean {
+    const next = from.pop();
+    if (!next) return false;
+    to.push(this.current);
+    this.current = next;
+    this.last = { what: "", at: -Infinity };
+    return true;
+  }
+}
