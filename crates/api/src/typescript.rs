@@ -1,10 +1,12 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Buckets, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import,
-    ImportState, Label, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me, NewToken,
-    Next, Ordered, Permission, Person, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField,
-    Session, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
+    GapKind, Import, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder,
+    LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me, NewToken, Next,
+    Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanGiven, PlansAboard, Recorded,
+    Recording, Role, SampleRow, Samples, Series, SeriesField, Session, Subscription, System, Token,
+    TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -12,6 +14,8 @@ fn text() -> String {
     let declarations = [
         <AuditEntry as TS>::decl(),
         Buckets::decl(),
+        Command::decl(),
+        CommandStep::decl(),
         Detection::decl(),
         Detections::decl(),
         DoorPeer::decl(),
@@ -23,6 +27,12 @@ fn text() -> String {
         Import::decl(),
         ImportState::decl(),
         Label::decl(),
+        Lease::decl(),
+        LeaseAction::decl(),
+        LeaseAsk::decl(),
+        LeaseChange::decl(),
+        LeaseHolder::decl(),
+        LeaseWaiting::decl(),
         LinkStatus::decl(),
         LiveFrame::decl(),
         LiveRequest::decl(),
@@ -32,9 +42,15 @@ fn text() -> String {
         Me::decl(),
         NewToken::decl(),
         Next::decl(),
+        Order::decl(),
+        OrderAsk::decl(),
         Ordered::decl(),
+        Parameter::decl(),
         Permission::decl(),
         Person::decl(),
+        PlanAboard::decl(),
+        PlanGiven::decl(),
+        PlansAboard::decl(),
         Recorded::decl(),
         Recording::decl(),
         Role::decl(),

@@ -26,10 +26,11 @@ export async function getJson<T>(path: string, signal?: AbortSignal): Promise<T>
 }
 
 /** Tells the server to do something, with the token that shows that one of its own pages asks. */
-export async function postJson<T>(path: string, patienceMs: number): Promise<T> {
+export async function postJson<T>(path: string, patienceMs: number, body?: unknown): Promise<T> {
   const response = await fetch(path, {
     method: "POST",
-    headers: { accept: "application/json", "x-csrf-token": csrf() },
+    headers: { accept: "application/json", "x-csrf-token": csrf(), ...(body === undefined ? {} : { "content-type": "application/json" }) },
+    ...(body === undefined ? {} : { body: JSON.stringify(body) }),
     signal: AbortSignal.timeout(patienceMs),
   });
   if (response.ok) return (await response.json()) as T;

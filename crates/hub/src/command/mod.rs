@@ -30,6 +30,8 @@ const OPEN: usize = 20;
 const ANSWERS_KEPT: usize = 10;
 /// A packet that is not delivered within this is not delivered at all.
 pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
+/// Most characters of what a stage says.
+const TEXT_CHARS: usize = 500;
 /// How long each stage may take. The link gives its own verdict before the first.
 const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
 const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
@@ -230,7 +232,11 @@ impl Commands {
         let millis = u64::try_from(now.utc.micros() / 1_000).unwrap_or_default();
         self.last_id = (self.last_id + 1).max(millis);
         let id = CommandId(self.last_id);
-        self.next_request = self.next_request.wrapping_add(1).max(1);
+        // In the upper half, from somewhere else at each start: what others of this address asked, or an earlier
+        // start, is answered under other numbers.
+        let next =
+            if self.next_request == 0 { self.last_id as u16 } else { self.next_request.wrapping_add(2) };
+        self.next_request = (next & 0x7FFE) | 0x8000;
         self.revision += 1;
         let command = Command {
             id,
@@ -269,7 +275,7 @@ impl Commands {
         };
         command.ran = ran;
         let (epoch, request_id) = (command.epoch, command.request_id);
-        self.step(now, id, Stage::Accepted, "");
+        self.step(now, id, Stage::Accepted, String::new());
         match Packet::new(header, order.message(request_id)).encode() {
             Ok(packet) => Some(Outgoing { epoch, packet: packet.into() }),
             Err(error) => {
@@ -350,15 +356,18 @@ impl Commands {
     /// Goes on to a later stage; what is over stays as it is.
     fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: String) {
         if self.all.get(&id).is_some_and(|one| !one.is_over() && one.stage() < stage) {
-            self.step(now, id, stage, &text);
+            self.step(now, id, stage, text);
         }
     }
 
-    fn step(&mut self, now: Now, id: CommandId, stage: Stage, text: &str) {
+    fn step(&mut self, now: Now, id: CommandId, stage: Stage, mut text: String) {
         let Some(command) = self.all.get_mut(&id) else { return };
         self.revision += 1;
         command.revision = self.revision;
-        command.steps.push(Step { stage, at: now.utc, text: text.chars().take(500).collect() });
+        if let Some((end, _)) = text.char_indices().nth(TEXT_CHARS) {
+            text.truncate(end);
+        }
+        command.steps.push(Step { stage, at: now.utc, text });
         command.deadline = match stage {
             Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
             Stage::Received => Some(now.mono + ANSWERED_WITHIN),
