@@ -16,7 +16,10 @@ mod plans;
 mod samples;
 mod transfer;
 
-pub use commands::Ordered;
+pub use commands::{
+    Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
+    OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,
+};
 pub use doors::{DoorPeer, LinkStatus, Recording};
 pub use events::{
     Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,

@@ -1,12 +1,7 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Buckets, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import,
-    ImportState, ImportedPlan, Label, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry,
-    Me, NewToken, Next, Ordered, Permission, Person, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanLeg,
-    PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, Recorded, Recording,
-    Role, SampleRow, Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System,
-    Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import, ImportedPlan, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, Liveness, LiveRequest, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlansAboard, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -14,6 +9,8 @@ fn text() -> String {
     let declarations = [
         <AuditEntry as TS>::decl(),
         Buckets::decl(),
+        Command::decl(),
+        CommandStep::decl(),
         Detection::decl(),
         Detections::decl(),
         DoorPeer::decl(),
@@ -26,6 +23,12 @@ fn text() -> String {
         ImportState::decl(),
         ImportedPlan::decl(),
         Label::decl(),
+        Lease::decl(),
+        LeaseAction::decl(),
+        LeaseAsk::decl(),
+        LeaseChange::decl(),
+        LeaseHolder::decl(),
+        LeaseWaiting::decl(),
         LinkStatus::decl(),
         LiveFrame::decl(),
         LiveRequest::decl(),
@@ -35,13 +38,18 @@ fn text() -> String {
         Me::decl(),
         NewToken::decl(),
         Next::decl(),
+        Order::decl(),
+        OrderAsk::decl(),
         Ordered::decl(),
+        Parameter::decl(),
         Permission::decl(),
         Person::decl(),
+        PlanAboard::decl(),
         PlanChange::decl(),
         PlanCheck::decl(),
         PlanCost::decl(),
         PlanDocument::decl(),
+        PlanGiven::decl(),
         PlanLeg::decl(),
         PlanPlace::decl(),
         PlanRevision::decl(),
@@ -50,6 +58,7 @@ fn text() -> String {
         PlanSummary::decl(),
         PlanTask::decl(),
         PlanTrouble::decl(),
+        PlansAboard::decl(),
         Recorded::decl(),
         Recording::decl(),
         Role::decl(),

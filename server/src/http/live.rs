@@ -60,6 +60,8 @@ struct Client {
     every: Duration,
     /// The revision up to which the client knows everything; 0 for nothing.
     known: u64,
+    /// The same of who commands, and of commands.
+    known_control: (u64, u64),
     /// How many values of each series there were when it was sent last, to tell how many were skipped.
     counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
     /// What was told of each system, and when that may be told again.
@@ -84,6 +86,7 @@ impl Client {
             wanted: None,
             every: Duration::from_millis(100),
             known: 0,
+            known_control: (0, 0),
             counts: BTreeMap::new(),
             systems: BTreeMap::new(),
             systems_not_before: now,
@@ -137,7 +140,7 @@ impl Client {
             return Err((close_code::POLICY, "too many systems and messages listed"));
         }
         self.every = Duration::from_millis(u64::from(every_ms.clamp(2, 10_000)));
-        self.known = 0;
+        (self.known, self.known_control) = (0, (0, 0));
         self.counts.clear();
         // At once, but not faster than its own pace, however often it asks.
         self.not_after = self.not_before.max(Instant::now());
@@ -156,7 +159,7 @@ impl Client {
         let gone = (close_code::AWAY, "the server is stopping");
         let (begun, snapshot) = (Instant::now(), self.known == 0);
         let described = snapshot || begun >= self.systems_not_before;
-        let mut changes = self.state.fleet.changes(self.known, wanted, described).await.ok_or(gone)?;
+        let mut changes = self.state.fleet.changes(self.known, self.known_control, wanted, described).await.ok_or(gone)?;
         if described {
             self.systems_not_before = begun + SYSTEMS_EVERY;
             if snapshot {
@@ -174,9 +177,12 @@ impl Client {
             events: changes.events,
             skipped,
             events_missed: changes.events_missed,
+            leases: changes.leases,
+            commands: changes.commands,
             recording: self.state.recorder.state().borrow().problem(),
         };
         self.known = changes.revision.max(1);
+        self.known_control = changes.control;
         let text = serde_json::to_string(&frame).map_err(|_| (close_code::ERROR, "the server failed"))?;
         match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
             Ok(Ok(())) => {}
@@ -213,7 +219,7 @@ impl Client {
             if let Some(wanted) = &self.wanted {
                 self.wanted = Some(Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::clone(wanted) }));
             }
-            self.known = 0;
+            (self.known, self.known_control) = (0, (0, 0));
             self.who = who;
         }
         Ok(())

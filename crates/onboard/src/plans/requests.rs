@@ -1,6 +1,6 @@
 //! What others ask about plans.
 
-use super::{Plans, chart};
+use super::{Plans, chart, translate};
 use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::grounding::Chart;
