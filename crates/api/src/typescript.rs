@@ -1,7 +1,14 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import, ImportedPlan, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, Liveness, LiveRequest, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlansAboard, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
+    GapKind, Import, ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange,
+    LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me,
+    NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
+    PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep,
+    PlanSummary, PlanTask, PlanTrouble, PlansAboard, Recorded, Recording, Role, SampleRow, Samples, Series,
+    SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update,
+    ValueKind, Vessel,
 };
 use ts_rs::TS;
 

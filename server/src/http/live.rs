@@ -159,7 +159,8 @@ impl Client {
         let gone = (close_code::AWAY, "the server is stopping");
         let (begun, snapshot) = (Instant::now(), self.known == 0);
         let described = snapshot || begun >= self.systems_not_before;
-        let mut changes = self.state.fleet.changes(self.known, self.known_control, wanted, described).await.ok_or(gone)?;
+        let mut changes =
+            self.state.fleet.changes(self.known, self.known_control, wanted, described).await.ok_or(gone)?;
         if described {
             self.systems_not_before = begun + SYSTEMS_EVERY;
             if snapshot {

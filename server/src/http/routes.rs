@@ -3,12 +3,18 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live, measure, openapi, people, plans,
+    assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live,
+    measure, openapi, people, plans,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportedPlan, ImportQuery, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlansAboard, PlanSummary, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System, Token, TokenMade, TrackPoint, TrackQuery,
+    AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
+    GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
+    LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
+    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlansAboard, Recorded, Recording,
+    Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System, Token, TokenMade,
+    TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;

@@ -201,6 +201,7 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
     let command = || ShoreInput::Command {
         id: 1,
         ttl: Duration::from_secs(50),
+        lease: 0,
         packet: bytes::Bytes::from_static(b"go"),
     };
     small.shore.handle(small.now(), command());
