@@ -81,6 +81,7 @@ bench: setup
 	cargo bench --locked --package imc --bench imc
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
+	cargo bench --locked --package chartdb --bench chartdb
 	cargo bench --locked --package store --bench store
 	cargo bench --locked --package hub --bench hub
 	cargo bench --locked --package server --bench relay
