@@ -92,6 +92,7 @@ bench: setup
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package mission --bench guard
+	cargo bench --locked --package chartdb --bench chartdb
 	cargo bench --locked --package store --bench store
 	cargo bench --locked --package hub --bench hub
 	cargo bench --locked --package server --bench relay

@@ -94,7 +94,9 @@ pub(crate) fn polygons(envelope: Envelope, list: &[Vec<&[GeoPoint]>]) -> Vec<u8>
     for rings in list {
         kind(&mut out, POLYGON);
         out.extend((rings.len() as u32).to_le_bytes());
-        rings.iter().for_each(|ring| points(&mut out, ring));
+        for ring in rings {
+            points(&mut out, ring);
+        }
     }
     out
 }

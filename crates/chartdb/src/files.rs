@@ -63,7 +63,7 @@ impl Found {
             } else if is_catalogue(&path) {
                 self.catalogue(&path)?;
             } else if let Some((name, number)) = cell_file(&path).filter(|(name, _)| is_cell_name(name)) {
-                self.cell(name, number, path)?;
+                self.cell(name, number, &path)?;
             }
         }
         Ok(())
@@ -74,7 +74,7 @@ impl Found {
             return self.catalogue(path);
         }
         if let Some((name, number)) = cell_file(path) {
-            self.cell(name.clone(), number, path.to_owned())?;
+            self.cell(name.clone(), number, path)?;
             return self.siblings(path, &name);
         }
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -97,17 +97,17 @@ impl Found {
         for entry in fs::read_dir(folder).named(folder)? {
             let sibling = entry.named(folder)?.path();
             if let Some((other, number)) = cell_file(&sibling).filter(|(other, _)| other == name) {
-                self.cell(other, number, sibling)?;
+                self.cell(other, number, &sibling)?;
             }
         }
         Ok(())
     }
 
-    fn cell(&mut self, name: String, number: u16, path: PathBuf) -> Result<()> {
+    fn cell(&mut self, name: String, number: u16, path: &Path) -> Result<()> {
         let files = self.cells.entry(name.clone()).or_default();
-        let Some(before) = files.insert(number, path.clone()) else { return Ok(()) };
-        let same_file = fs::canonicalize(&before).named(&before)? == fs::canonicalize(&path).named(&path)?;
-        if !same_file && fs::read(&before).named(&before)? != fs::read(&path).named(&path)? {
+        let Some(before) = files.insert(number, path.to_owned()) else { return Ok(()) };
+        let same_file = fs::canonicalize(&before).named(&before)? == fs::canonicalize(path).named(path)?;
+        if !same_file && fs::read(&before).named(&before)? != fs::read(path).named(path)? {
             let problem = format!("{} is another file of the same name; keep one of them", before.display());
             self.failures.push((name, ChartDbError::file(path.display().to_string(), problem)));
         }

@@ -33,3 +33,4 @@ pub use import::{
 };
 pub use index_file::{LoadedIndex, index_path, load_index};
 pub use read::{Chart, ChartDb, LogEntry};
+pub use stage::hex;

@@ -234,10 +234,10 @@ impl ChartDb {
                     problem: format!("table {table}, record {record} is no feature of Lutra's"),
                 };
                 let mut feature = feature(row).named(&self.path)?.ok_or_else(fail)?;
-                if table == "objects" {
-                    if let Some(list) = soundings.remove(&record) {
-                        feature.geometry = Geometry::Soundings(list);
-                    }
+                if table == "objects"
+                    && let Some(list) = soundings.remove(&record)
+                {
+                    feature.geometry = Geometry::Soundings(list);
                 }
                 features.push(feature);
             }

@@ -30,7 +30,8 @@ pub(crate) struct Stage {
     _lock: File,
 }
 
-pub(crate) fn hex(digest: &[u8]) -> String {
+/// A digest as text.
+pub fn hex(digest: &[u8]) -> String {
     use std::fmt::Write as _;
     digest.iter().fold(String::new(), |mut text, byte| {
         write!(text, "{byte:02x}").expect("invariant: writing to a String does not fail");

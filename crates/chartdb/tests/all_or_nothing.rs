@@ -95,8 +95,8 @@ fn updates_that_do_not_fit_are_refused_with_a_remedy() {
         assert!(set_of(&db) == before, "{words}");
     };
     std::fs::remove_file(cells.join("US5WA22M.002")).unwrap();
-    says(&[base.clone()], "US5WA22M.003, record 1 at byte");
-    says(&[base.clone()], "the next must be update 2; fetch the missing update");
+    says(std::slice::from_ref(&base), "US5WA22M.003, record 1 at byte");
+    says(std::slice::from_ref(&base), "the next must be update 2; fetch the missing update");
     std::fs::remove_file(&base).unwrap();
     says(&[cells.join("US5WA22M.001")], "no base cell (.000); add the base cell");
     std::fs::rename(cells.join("US5WA22M.001"), cells.join("US5WA22M.000")).unwrap();

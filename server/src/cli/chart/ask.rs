@@ -11,8 +11,8 @@ use units::LatLon;
 #[derive(Debug, Args)]
 struct Needs {
     /// Depth that the vessel needs (m): draught, squat and water under the keel.
-    #[arg(long, value_name = "M", default_value_t = 1.0)]
-    needs: f64,
+    #[arg(long = "needs", value_name = "M", default_value_t = 1.0)]
+    depth_m: f64,
     /// Height of the water above chart datum (m).
     #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
     water_level: f64,
@@ -77,7 +77,7 @@ impl Needs {
             } else {
                 ChartTrust::AsCharted
             },
-            ..Demand::least_depth(self.needs)
+            ..Demand::least_depth(self.depth_m)
         }
     }
 }
@@ -99,7 +99,11 @@ pub(super) fn depth(db: &Path, json: bool, arguments: &DepthArguments) -> anyhow
     } else {
         index.depth_at(arguments.at, &demand)
     };
-    tell(&index, json, &answer, None);
+    if json {
+        say!("{}", described(&index, &answer));
+    } else {
+        say!("{}", words(&index, &answer));
+    }
     Ok(())
 }
 
@@ -109,26 +113,18 @@ pub(super) fn corridor(db: &Path, json: bool, arguments: &CorridorArguments) -> 
     let leg = Leg { from: arguments.from, to: arguments.to };
     let worst = index.shallowest_along(leg, arguments.half_width, &demand);
     let first = index.first_danger_along(leg, arguments.half_width, &demand);
-    tell(&index, json, &worst, Some(first));
-    Ok(())
-}
-
-/// `first` is the first danger of a corridor.
-fn tell(index: &DepthIndex, json: bool, answer: &DepthAnswer, first: Option<Option<DepthAnswer>>) {
     if json {
-        let mut value = described(index, answer);
-        if let Some(first) = first {
-            value["first_danger"] = first.map_or(Value::Null, |first| described(index, &first));
-        }
+        let mut value = described(&index, &worst);
+        value["first_danger"] = first.map_or(Value::Null, |first| described(&index, &first));
         say!("{value}");
-        return;
+        return Ok(());
     }
-    say!("{}", words(index, answer));
+    say!("{}", words(&index, &worst));
     match first {
-        Some(Some(first)) => say!("first danger: {}", words(index, &first)),
-        Some(None) => say!("nothing on the way is too shallow"),
-        None => {}
+        Some(first) => say!("first danger: {}", words(&index, &first)),
+        None => say!("nothing on the way is too shallow"),
     }
+    Ok(())
 }
 
 fn kind(water: Water) -> &'static str {
@@ -144,29 +140,29 @@ fn kind(water: Water) -> &'static str {
 }
 
 fn words(index: &DepthIndex, answer: &DepthAnswer) -> String {
-    let mut text = kind(answer.water).to_owned();
-    if let Water::Depth { least_m, greatest_m } = answer.water {
-        text += &format!(" {least_m} m");
-        if let Some(greatest_m) = greatest_m {
-            text += &format!(" to {greatest_m} m");
-        }
-    }
-    if let Some(object) = answer.object.and_then(|object| index.object(object)) {
+    let depth = match answer.water {
+        Water::Depth { least_m, greatest_m: Some(greatest_m) } => format!(" {least_m} m to {greatest_m} m"),
+        Water::Depth { least_m, greatest_m: None } => format!(" {least_m} m"),
+        _ => String::new(),
+    };
+    let object = answer.object.and_then(|object| index.object(object)).map_or(String::new(), |object| {
         let source = index.source(object);
-        text += &format!(" ({} {} of {}", object.class, object.record, source.name);
-        if source.scale > 0 {
-            text += &format!(", edition {} update {}, 1:{}", source.edition, source.update, source.scale);
+        let (class, record, name) = (object.class, object.record, &source.name);
+        if source.scale == 0 {
+            return format!(" ({class} {record} of {name})");
         }
-        text += ")";
-    }
-    text += &format!(" at {:.6},{:.6}", answer.at.lat_deg(), answer.at.lon_deg());
-    if answer.along_m > 0.0 || answer.off_m > 0.0 {
-        text += &format!(", {:.1} m along and {:.1} m off", answer.along_m, answer.off_m);
-    }
-    if let Some(margin_m) = answer.margin_m {
-        text += &format!("; margin {margin_m:.2} m");
-    }
-    text + if answer.navigable { "; navigable" } else { "; NOT navigable" }
+        let (edition, update, scale) = (&source.edition, &source.update, source.scale);
+        format!(" ({class} {record} of {name}, edition {edition} update {update}, 1:{scale})")
+    });
+    let (lat, lon) = (answer.at.lat_deg(), answer.at.lon_deg());
+    let way = if answer.along_m > 0.0 || answer.off_m > 0.0 {
+        format!(", {:.1} m along and {:.1} m off", answer.along_m, answer.off_m)
+    } else {
+        String::new()
+    };
+    let margin = answer.margin_m.map_or(String::new(), |margin_m| format!("; margin {margin_m:.2} m"));
+    let verdict = if answer.navigable { "navigable" } else { "NOT navigable" };
+    format!("{}{depth}{object} at {lat:.6},{lon:.6}{way}{margin}; {verdict}", kind(answer.water))
 }
 
 fn described(index: &DepthIndex, answer: &DepthAnswer) -> Value {

@@ -79,24 +79,21 @@ impl Sink {
         }
         fs::remove_file(part(path)).ok();
         let connection = Connection::open(part(path))?;
-        let insert = match table {
-            "depth_grid" => {
-                connection.execute_batch(
-                    "CREATE TABLE depth_grid (Lat REAL NOT NULL, Lon REAL NOT NULL, DRVAL1 REAL NOT NULL, \
-                     DRVAL2 REAL, size_m REAL NOT NULL, PRIMARY KEY (Lat, Lon)) WITHOUT ROWID;
-                     CREATE INDEX depth_grid_depth ON depth_grid (DRVAL1);",
-                )?;
-                "INSERT OR REPLACE INTO depth_grid VALUES (?1, ?2, ?3, ?4, ?5)"
-            }
-            _ => {
-                // Neighbours share the vertices of their border, so a place is no key here.
-                connection.execute_batch(
-                    "CREATE TABLE contour_vertices (Lat REAL NOT NULL, Lon REAL NOT NULL, DRVAL1 REAL NOT NULL, \
-                     DRVAL2 REAL, chart TEXT NOT NULL);
-                     CREATE INDEX contour_vertices_place ON contour_vertices (Lat, Lon);",
-                )?;
-                "INSERT INTO contour_vertices VALUES (?1, ?2, ?3, ?4, ?5)"
-            }
+        let insert = if table == "depth_grid" {
+            connection.execute_batch(
+                "CREATE TABLE depth_grid (Lat REAL NOT NULL, Lon REAL NOT NULL, DRVAL1 REAL NOT NULL, \
+                 DRVAL2 REAL, size_m REAL NOT NULL, PRIMARY KEY (Lat, Lon)) WITHOUT ROWID;
+                 CREATE INDEX depth_grid_depth ON depth_grid (DRVAL1);",
+            )?;
+            "INSERT OR REPLACE INTO depth_grid VALUES (?1, ?2, ?3, ?4, ?5)"
+        } else {
+            // Neighbours share the vertices of their border, so a place is no key here.
+            connection.execute_batch(
+                "CREATE TABLE contour_vertices (Lat REAL NOT NULL, Lon REAL NOT NULL, DRVAL1 REAL NOT NULL, \
+                 DRVAL2 REAL, chart TEXT NOT NULL);
+                 CREATE INDEX contour_vertices_place ON contour_vertices (Lat, Lon);",
+            )?;
+            "INSERT INTO contour_vertices VALUES (?1, ?2, ?3, ?4, ?5)"
         };
         connection.execute_batch("BEGIN")?;
         Ok(Self::Table(connection, insert))

@@ -4,7 +4,7 @@ use crate::cli::data::Progress;
 use crate::cli::say::{complain, say};
 use crate::clock;
 use anyhow::ensure;
-use chartdb::{Chart, ChartDb, ImportOptions, Imported, Outcome};
+use chartdb::{Chart, ChartDb, ImportOptions, Imported, Outcome, hex};
 use charts::xyz::Vertical;
 use clap::Args;
 use serde_json::json;
@@ -142,14 +142,10 @@ fn described(chart: &Imported) -> serde_json::Value {
                "coverage_deg2": check.coverage_deg2, "unreadable": check.unreadable}))})
 }
 
-fn hex(digest: [u8; 32]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 pub(super) fn list(db: &Path, json: bool) -> anyhow::Result<()> {
     let set = ChartDb::open(db)?;
     let charts = set.charts()?;
-    let digest = hex(set.digest()?);
+    let digest = hex(&set.digest()?);
     if json {
         say!("{}", json!({"db": db, "digest": digest, "charts": charts}));
         return Ok(());
@@ -193,7 +189,7 @@ pub(super) fn info(db: &Path, json: bool, arguments: &InfoArguments) -> anyhow::
         }
     }
     if json {
-        say!("{}", json!({"db": db, "digest": hex(set.digest()?), "charts": all}));
+        say!("{}", json!({"db": db, "digest": hex(&set.digest()?), "charts": all}));
     }
     Ok(())
 }
