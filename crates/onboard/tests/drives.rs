@@ -177,7 +177,6 @@ fn sail(
         let at = sea.position();
         let there = at.distance_m(goal) < 15.0;
         match drive.kind {
-            Kind::Plan | Kind::Silence => {}
             Kind::Operator if there => return,
             Kind::Operator => {
                 let heading_rad = sea.world.vessel.truth().state.psi_rad;
@@ -198,7 +197,7 @@ fn sail(
                 });
             }
             Kind::Reference if there => return,
-            Kind::Reference => {}
+            Kind::Plan | Kind::Silence | Kind::Reference => {}
         }
         sea.run(step_s);
         if drive.grounded.is_none() && !is_deep(sea.position()) {
