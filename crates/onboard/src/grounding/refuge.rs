@@ -23,11 +23,13 @@ pub(crate) struct Refuge {
     pub(crate) radius_m: f64,
 }
 
-/// The best refuge that the chart knows: deep enough for the vessel by itself, or else for anybody.
+/// The best refuge that the chart knows: way and place deep enough for the vessel by itself, then the place, then
+/// at least for anybody.
 pub(crate) fn find(look: &Look<'_>, settings: &GroundingSettings, radius_m: f64) -> Option<Refuge> {
     let limits = &settings.limits;
-    [limits.autonomous_m, limits.navigable_m].into_iter().find_map(|least_m| {
-        best(look, &look.needing(settings, limits.navigable_m), &look.needing(settings, least_m), radius_m)
+    let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
+    [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {
+        best(look, &look.needing(settings, way_m), &look.needing(settings, end_m), radius_m)
     })
 }
 

@@ -5,7 +5,7 @@ use crate::entity::Entity;
 use crate::grounding::Chart;
 use crate::output::Level;
 use crate::settings::Settings;
-use mission::guard::{GuardLimits, check_plan};
+use mission::guard::{GuardLimits, Warning, check_plan};
 use mission::{ManeuverKind, Plan};
 use units::LatLon;
 
@@ -49,10 +49,13 @@ pub(super) fn check(
     if verdict.is_refused() {
         return Err(verdict.summary());
     }
-    for warning in verdict.warnings.iter().take(MOST_TOLD) {
+    // A plan that is only stored starts nobody knows where; its start is checked when it comes.
+    let told = |warning: &&Warning| from.is_some() || !matches!(warning, Warning::StartUnknown { .. });
+    let warnings: Vec<&Warning> = verdict.warnings.iter().filter(told).collect();
+    for warning in warnings.iter().take(MOST_TOLD) {
         bus.entry(Entity::Grounding, Level::Warning, warning.to_string());
     }
-    if let Some(more) = verdict.warnings.len().checked_sub(MOST_TOLD).filter(|more| *more > 0) {
+    if let Some(more) = warnings.len().checked_sub(MOST_TOLD).filter(|more| *more > 0) {
         bus.entry(Entity::Grounding, Level::Warning, format!("'{}': {more} more warnings", plan.id()));
     }
     Ok(())
