@@ -31,7 +31,7 @@ export async function inBrowser(work) {
       // A refusal that a test provokes is told by the browser itself; a map that is folded away for a moment by
       // OpenLayers, whose look at what lies under a click makes Chromium give advice.
       const told =
-        /status of (401|403|422|429|503)|WebSocket connection|ERR_CONNECTION_REFUSED|No map visible|willReadFrequently/.test(message.text());
+        /status of (401|403|409|422|429|503)|WebSocket connection|ERR_CONNECTION_REFUSED|No map visible|willReadFrequently/.test(message.text());
       if (["error", "warning"].includes(message.type()) && !told) complaints.push(message.text());
     });
     page.on("pageerror", (error) => complaints.push(String(error)));
