@@ -20,7 +20,7 @@ await inBrowser(async (open) => {
     await form.getByRole("button", { name: "Add" }).click();
     const secret = await one.locator(".secret").innerText();
     const page = await open();
-    await logIn(page, url, name, secret, `nine grey otters of ${name}`);
+    await logIn(page, url, name, secret, "seven small boats at sea");
     people.push(page);
   }
   const [two, viewer] = people;

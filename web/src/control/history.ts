@@ -1,7 +1,7 @@
 // What was ordered lately, and how far each got.
 
 import type { Command } from "../api/types.gen";
-import { make, setText } from "../ui/dom";
+import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
 
 export interface CommandList {
@@ -23,21 +23,26 @@ export function createCommandList(root: HTMLElement, heard: HTMLElement): Comman
       list.replaceChildren(...commands.map(row));
       const newest = commands.find((one) => !one.order.endsWith(".list") && !one.order.endsWith(".get"));
       const last = newest?.steps.at(-1);
-      if (newest && last && mine) setText(heard, `${newest.order} ${newest.subject}: ${last.stage}${last.text ? `, ${last.text}` : ""}`);
+      if (!newest || !last || !mine) return;
+      setText(heard, `${[newest.order, newest.subject].join(" ").trim()}: ${[last.stage, last.text].filter(Boolean).join(", ")}`);
+      setAttribute(heard, "data-stage", stageOf(newest));
     },
   };
 }
 
-function row(command: Command): HTMLElement {
+function stageOf(command: Command): "open" | "done" | "failed" {
   const last = command.steps.at(-1);
   const good = last?.stage === "effect seen" || (command.over && last?.stage === "received");
-  const stage = !command.over ? "open" : good ? "done" : "failed";
+  return !command.over ? "open" : good ? "done" : "failed";
+}
+
+function row(command: Command): HTMLElement {
   const steps = command.steps.map((step) =>
     make("li", {}, make("span", { class: "num" }, utc(step.time_us, false)), ` ${step.stage}`, step.text ? make("span", { class: "why" }, ` ${step.text}`) : ""),
   );
   return make(
     "li",
-    { "data-stage": stage, "data-order": command.order },
+    { "data-stage": stageOf(command), "data-order": command.order },
     make("p", {}, make("strong", {}, command.order), ` ${command.subject} `, make("span", { class: "by" }, `by ${command.by}`)),
     make("ol", { class: "steps" }, ...steps),
   );

@@ -28,7 +28,7 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
     failed("");
     try {
       await orders.lease(action, text);
-      if (action !== "renew") why.value = "";
+      why.value = "";
     } catch (error) {
       failed(reason(error));
     }
@@ -48,7 +48,8 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
     confirm.ask("Take over?", [`${from} loses control at once and is told: ${text}`, "What the vessel does goes on until you order something else."], "Take over now", () => void ask("take", text));
   };
   window.setInterval(() => {
-    if (part === "here") void ask("renew");
+    // Whoever lost it meanwhile is told by the next frame, and a server that is not heard by the page itself.
+    if (part === "here") orders.lease("renew").catch(() => undefined);
   }, RENEW_MS);
 
   return {
