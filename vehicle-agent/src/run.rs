@@ -11,12 +11,12 @@ use crate::net::{Event, Losses, Net};
 use crate::say::{LogFormat, briefly, say};
 use crate::setup;
 use crate::transports::{self, Given};
-use crate::uplink::{Uplink, UplinkSettings};
+use crate::uplink::{FromShore, Uplink, UplinkSettings};
 use crate::world::{Happening, Motors, World};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::Config;
-use onboard::{Brain, COMMAND_LIFE, Input, Keep, Level, Now, Output, Peer};
+use onboard::{Brain, COMMAND_LIFE, Input, Keep, LeaseGate, Level, Now, Output, Peer};
 use sim::Vessel;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use units::MonoTime;
 
 #[cfg(test)]
@@ -278,6 +278,8 @@ impl Agent {
     fn take(&mut self, event: Event) {
         let input = match event {
             Event::Packet(peer, bytes) => Input::Packet(peer, bytes),
+            Event::Order(peer, lease, bytes) => Input::Order(peer, lease, bytes),
+            Event::Lease(lease) => Input::Lease(lease),
             Event::Connected(number) => Input::Connected(Peer::Tcp(number)),
             Event::Disconnected(number) => Input::Disconnected(Peer::Tcp(number)),
             Event::Disk(Done::LogOpened(outcome)) => Input::LogOpened(outcome),
@@ -376,8 +378,23 @@ impl Agent {
 /// Commands of the shore wait with those of other peers; it is told when there is no room.
 fn start_uplink(settings: UplinkSettings, net: &Net) -> anyhow::Result<Uplink> {
     let inbox = Arc::clone(&net.inbox);
-    let deliver = move |packet: &[u8]| {
-        let taken = inbox.offer(SHORE, packet);
+    // The shore hears at once of what the brain will not obey; the brain looks again when the order's turn comes.
+    let (mut gate, begun) = (LeaseGate::default(), Instant::now());
+    let deliver = move |what: FromShore<'_>| {
+        let now = MonoTime::default() + begun.elapsed();
+        let taken = match what {
+            FromShore::Lease(lease) => {
+                gate.told(now, &lease);
+                inbox.lease(SHORE, lease)
+            }
+            FromShore::Order { lease, packet } => {
+                let decoded = imc::Packet::decode(packet).map_err(|error| format!("no packet: {error}"))?;
+                if let Some(message) = decoded.message() {
+                    gate.admit(now, lease, message).map_err(|why| why.to_string())?;
+                }
+                inbox.order(SHORE, lease, packet)
+            }
+        };
         taken.then_some(()).ok_or_else(|| "too many packets wait for the vessel".to_owned())
     };
     Uplink::start(settings, Box::new(deliver))

@@ -7,7 +7,9 @@ mod common;
 
 use common::{Agent, CONSOLE, DEADLINE, OTTER, ini};
 use imc::lsf::{LogItem, LogReader};
-use imc::messages::{LoggingControl, Message, PlanDB, PlanDBOp, PlanDBType};
+use imc::messages::{
+    Abort, LoggingControl, Message, PlanControl, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
+};
 use imc::{Header, Packet, PacketView, Payload as _};
 use link::{ConnectionId, Now, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
 use std::collections::BTreeMap;
@@ -201,6 +203,46 @@ fn plan_query() -> Vec<u8> {
     Packet::new(header, query).encode().unwrap()
 }
 
+/// A start of a plan that nobody stored.
+fn plan_start() -> Vec<u8> {
+    let start =
+        PlanControl { r#type: PlanControlType::Request, plan_id: "x".into(), ..PlanControl::default() };
+    let header = Header { src: CONSOLE, dst: OTTER, ..Header::default() };
+    Packet::new(header, start).encode().unwrap()
+}
+
+#[test]
+fn the_vessel_itself_refuses_whoever_has_no_lease() {
+    let folder = TempDir::new().unwrap();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    configure(folder.path(), port);
+    let mut disk = Disk::default();
+    let agent = Agent::start(folder.path(), &[]);
+    let mut shore = SmallShore::start(&mut disk, port);
+    shore.serve_until("begun", |shore| shore.kept() > 50);
+    let order = |shore: &mut SmallShore<'_>, id, lease, packet: Vec<u8>| {
+        let ttl = Duration::from_secs(20);
+        let before = shore.outcomes.len();
+        shore.tell(ShoreInput::Command { id, ttl, lease, packet: packet.into() });
+        shore.serve_until("answered", |shore| shore.outcomes.len() > before);
+        shore.outcomes.last().unwrap().clone()
+    };
+    assert_eq!(order(&mut shore, 1, 0, plan_start()), Outcome::Received, "without a lease anybody commands");
+    shore.tell(ShoreInput::Lease(7, Some("nils".to_owned())));
+    assert_eq!(order(&mut shore, 2, 7, plan_start()), Outcome::Received);
+    let Outcome::Refused(why) = order(&mut shore, 3, 0, plan_start()) else { panic!() };
+    assert!(why.contains("nils has control"), "{why}");
+    assert_eq!(order(&mut shore, 4, 0, plan_query()), Outcome::Received, "who only asks is answered");
+    // A former holder is late.
+    shore.tell(ShoreInput::Lease(8, Some("ada".to_owned())));
+    let Outcome::Refused(why) = order(&mut shore, 5, 7, plan_start()) else { panic!() };
+    assert!(why.contains("has ended"), "{why}");
+    let header = Header { src: CONSOLE, dst: OTTER, ..Header::default() };
+    let abort = Packet::new(header, Abort).encode().unwrap();
+    assert_eq!(order(&mut shore, 6, 0, abort), Outcome::Received, "an Abort is never refused");
+    agent.terminate();
+}
+
 #[test]
 fn whoever_is_killed_each_packet_is_ashore_once() {
     let folder = TempDir::new().unwrap();
@@ -213,7 +255,7 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     shore.serve_until("begun", |shore| shore.kept() > 200);
     // A command reaches the brain, and its answer comes as everything does.
     let ttl = Duration::from_secs(20);
-    shore.tell(ShoreInput::Command { id: 1, ttl, packet: plan_query().into() });
+    shore.tell(ShoreInput::Command { id: 1, ttl, lease: 0, packet: plan_query().into() });
     shore.serve_until("answered", |shore| !shore.outcomes.is_empty());
     assert_eq!(shore.outcomes, [Outcome::Received]);
     let is_answer = |packet: &Vec<u8>| {

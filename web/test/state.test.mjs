@@ -25,7 +25,7 @@ const update = (system, abbrev, value) => ({
   fields: [{ name: "value", value, unit: "V", meaning: null }],
 });
 const frame = (values, more = {}) => ({
-  now_us: 5e6, snapshot: false, systems: [], values, events: [], skipped: 0, events_missed: 0, recording: null, ...more,
+  now_us: 5e6, snapshot: false, systems: [], values, events: [], leases: [], commands: [], skipped: 0, events_missed: 0, recording: null, ...more,
 });
 
 test("the latest of each series stays, and a snapshot begins anew", () => {
@@ -159,4 +159,23 @@ test("a time on the track is a place between its points", () => {
   assert.equal(placeAt([at(0, 63), at(10, 64)], 5).lat_deg, 63.5);
   assert.equal(placeAt([at(0, 63)], 30e6), undefined);
   assert.equal(placeAt([], 5), undefined);
+});
+
+const control = await load("state/control");
+
+test("control and commands follow the frames of their vessel", () => {
+  const command = (id, stage) => ({ id, vessel: 7, by: "nils", order: "goto", subject: "", steps: [{ stage, time_us: 1, text: "" }], over: false, plan: null, parameters: null });
+  const lease = { vessel: 7, holder: { name: "nils", window: "a", since_us: 1, until_us: 2 }, waiting: null, last: null };
+  let state = control.withControl(control.NO_CONTROL, frame([], { leases: [lease], commands: [command(1, "sent"), command(2, "sent")] }), 7);
+  state = control.withControl(state, frame([], { commands: [command(1, "received"), { ...command(3, "sent"), vessel: 8 }] }), 7);
+  assert.deepEqual(state.commands.map((one) => [one.id, one.steps[0].stage]), [[2, "sent"], [1, "received"]]);
+  assert.equal(control.withControl(state, frame([]), 7), state);
+  assert.equal(control.withControl(state, frame([], { snapshot: true }), 7).lease, undefined);
+  const part = (name, key, more = {}) => control.partOf({ ...lease, ...more }, name, key);
+  assert.deepEqual([part("nils", "a"), part("nils", "b"), part("ada", "a"), part("ada", "a", { waiting: { name: "ada" } }), part("ada", "a", { holder: null })], ["here", "elsewhere", "other", "waiting", "free"]);
+});
+
+test("a leg has a bearing and a distance", () => {
+  const { distance_m, bearing_rad } = control.legTo({ lat_deg: 63, lon_deg: 10 }, [63, 10.001]);
+  assert.ok(Math.abs(distance_m - 50.48) < 0.1 && Math.abs(bearing_rad - Math.PI / 2) < 1e-4);
 });

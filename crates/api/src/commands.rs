@@ -16,3 +16,267 @@ pub struct Ordered {
     /// Whether the audit log holds it. A stop goes out all the same.
     pub audited: bool,
 }
+
+/// What somebody wants of the control of a vessel.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub struct LeaseAsk {
+    /// What.
+    pub action: LeaseAction,
+    /// Why, for the one who has control; needed to take over. 200 characters at most.
+    #[serde(default)]
+    pub reason: String,
+    /// Tells the windows of a person apart; empty for scripts. 64 characters at most.
+    #[serde(default)]
+    pub window: String,
+}
+
+/// What somebody wants of the control of a vessel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum LeaseAction {
+    /// To have it: at once where it is free, else when its holder agrees or does not answer for 30 s.
+    Request,
+    /// To give it to the one who asked.
+    Grant,
+    /// Not to give it; by the one who asked: not to want it any more.
+    Decline,
+    /// To give it back.
+    Release,
+    /// To keep it: it ends 60 s after the last of these.
+    Renew,
+    /// To have it at once.
+    Take,
+}
+
+/// Who has control of a vessel.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Lease {
+    /// IMC address of the vessel.
+    pub vessel: u16,
+    /// Who has it; null while it is free.
+    pub holder: Option<LeaseHolder>,
+    /// Who asked for it; null for nobody.
+    pub waiting: Option<LeaseWaiting>,
+    /// What happened last; null while nothing has since the server started.
+    pub last: Option<LeaseChange>,
+}
+
+/// The one who has control.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LeaseHolder {
+    /// The person's name.
+    pub name: String,
+    /// Which of the person's windows.
+    pub window: String,
+    /// Since when, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub since_us: i64,
+    /// Until when unless it is renewed, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub until_us: i64,
+}
+
+/// The one who asked for control.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LeaseWaiting {
+    /// The person's name.
+    pub name: String,
+    /// Which of the person's windows.
+    pub window: String,
+    /// Why, in the person's words; may be empty.
+    pub reason: String,
+    /// When it is granted without an answer, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub granted_us: i64,
+}
+
+/// What happened to the control of a vessel.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LeaseChange {
+    /// `granted`, `requested`, `handed over`, `granted without an answer`, `declined`, `withdrawn`, `released`,
+    /// `expired` or `taken over`.
+    pub change: String,
+    /// Who did it, or to whom it happened where nobody did.
+    pub who: String,
+    /// Who had control before, or whose request it was; null for nobody else.
+    pub from: Option<String>,
+    /// Why, in their words; may be empty.
+    pub reason: String,
+    /// When, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+}
+
+/// An order to a vessel, from the window that has control.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub struct OrderAsk {
+    /// What to do.
+    pub order: Order,
+    /// The window that has control; empty for scripts.
+    #[serde(default)]
+    pub window: String,
+}
+
+/// What a vessel can be ordered to do. Those that only ask need no control.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "kind", deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum Order {
+    /// Start a plan that is stored aboard.
+    #[serde(rename = "plan.start")]
+    PlanStart {
+        /// Its name.
+        plan_id: String,
+    },
+    /// Stop the plan that runs.
+    #[serde(rename = "plan.stop")]
+    PlanStop {},
+    /// Go to a place and stay there.
+    #[serde(rename = "goto")]
+    Goto {
+        /// WGS-84 latitude, degrees, north positive.
+        lat_deg: f64,
+        /// WGS-84 longitude, degrees, east positive.
+        lon_deg: f64,
+        /// Speed, m/s, 0.1 to 5.
+        speed_mps: f32,
+    },
+    /// Remove a plan from the vessel.
+    #[serde(rename = "plan.delete")]
+    PlanDelete {
+        /// Its name.
+        plan_id: String,
+    },
+    /// Ask which plans are stored aboard; asks only.
+    #[serde(rename = "plan.list")]
+    PlanList {},
+    /// Ask for a plan; asks only.
+    #[serde(rename = "plan.get")]
+    PlanGet {
+        /// Its name.
+        plan_id: String,
+    },
+    /// Ask for the parameters of an entity; asks only.
+    #[serde(rename = "parameters.query")]
+    ParametersQuery {
+        /// The entity's label.
+        entity: String,
+    },
+    /// Change parameters of an entity.
+    #[serde(rename = "parameters.set")]
+    ParametersSet {
+        /// The entity's label.
+        entity: String,
+        /// Names and values.
+        values: Vec<Parameter>,
+    },
+    /// Keep the parameters of an entity over restarts. Vessels do not answer this.
+    #[serde(rename = "parameters.save")]
+    ParametersSave {
+        /// The entity's label.
+        entity: String,
+    },
+}
+
+/// A parameter of an entity.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its value, as text.
+    pub value: String,
+}
+
+/// An order and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Command {
+    /// Its number; grows.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub id: u64,
+    /// IMC address of the vessel.
+    pub vessel: u16,
+    /// Who ordered it.
+    pub by: String,
+    /// Like `plan.start`.
+    pub order: String,
+    /// What it is about, in words; may be empty.
+    pub subject: String,
+    /// The stages reached, in order.
+    pub steps: Vec<CommandStep>,
+    /// Whether nothing more is expected.
+    pub over: bool,
+    /// The plan that was asked for; only where a single command is asked for.
+    pub plan: Option<PlanGiven>,
+    /// The parameters that the vessel told; only where a single command is asked for.
+    pub parameters: Option<Vec<Parameter>>,
+}
+
+/// A stage that a command has reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct CommandStep {
+    /// `accepted`, `sent`, `received`, `executing`, `effect seen`, or the end of another kind: `refused`, `expired`,
+    /// `timed out`.
+    pub stage: String,
+    /// When, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// The vessel's words, or why; may be empty.
+    pub text: String,
+}
+
+/// A plan as a vessel has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct PlanGiven {
+    /// Its name.
+    pub plan_id: String,
+    /// MD5 of its specification as IMC has it, hexadecimal.
+    pub md5: String,
+    /// How many maneuvers it has.
+    pub maneuvers: u32,
+    /// Latitude and longitude where its first maneuver begins, degrees; null where that is no place.
+    pub first_deg: Option<[f64; 2]>,
+    /// All of it, as IMC JSON.
+    #[cfg_attr(test, ts(type = "unknown"))]
+    pub specification: serde_json::Value,
+}
+
+/// The plans that a vessel stores, as it said last.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct PlansAboard {
+    /// When it said so, µs since 1970 UTC; null while it never did.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub time_us: Option<i64>,
+    /// By name.
+    pub plans: Vec<PlanAboard>,
+}
+
+/// A plan that a vessel stores.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct PlanAboard {
+    /// Its name.
+    pub plan_id: String,
+    /// Bytes of its specification.
+    pub size: u16,
+    /// When it was changed, by the vessel's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub changed_us: Option<i64>,
+    /// Who changed it.
+    pub changed_by: String,
+    /// MD5 of its specification as IMC has it, hexadecimal.
+    pub md5: String,
+}

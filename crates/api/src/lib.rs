@@ -16,7 +16,10 @@ mod plans;
 mod samples;
 mod transfer;
 
-pub use commands::Ordered;
+pub use commands::{
+    Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
+    OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,
+};
 pub use doors::{DoorPeer, LinkStatus, Recording};
 pub use events::{
     Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,
@@ -26,8 +29,8 @@ pub use live::{Field, Fix, LiveFrame, LiveRequest, Liveness, Subscription, Syste
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{
     ImportedPlan, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanExportQuery, PlanImportQuery, PlanLeg,
-    PlanPlace, PlanQuery, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, SpeedUnit,
-    StoredPlan,
+    PlanPlace, PlanQuery, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble,
+    PlanUploadAsk, SpeedUnit, StoredPlan,
 };
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,

@@ -4,6 +4,7 @@
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
 //! come one by one and in order.
 
+use crate::{Command, Lease};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -59,6 +60,10 @@ pub struct LiveFrame {
     /// Events that the server no longer had; the history has them.
     #[cfg_attr(test, ts(type = "number"))]
     pub events_missed: u64,
+    /// Who has control of a vessel, where that changed.
+    pub leases: Vec<Lease>,
+    /// Commands that got further, each with all of its stages.
+    pub commands: Vec<Command>,
     /// Why nothing is recorded, or why the history lags behind, and what to do; null while all is well.
     pub recording: Option<String>,
 }

@@ -13,8 +13,10 @@
 //! Every packet that is new is recorded, whether somebody hears it or not.
 
 use crate::Now;
+use crate::command::Commands;
 use crate::duplicates::{self, Window};
 use crate::fleet::Fleet;
+use crate::lease::Leases;
 use crate::node::Node;
 use crate::peer::{Door, Peer, PeerId, PeerState, Role};
 use bytes::Bytes;
@@ -155,6 +157,8 @@ pub struct Hub {
     deliveries: Window,
     records: Vec<Record>,
     counters: Counters,
+    leases: Leases,
+    commands: Commands,
 }
 
 impl Hub {
@@ -162,6 +166,8 @@ impl Hub {
     pub fn new(settings: Settings) -> Self {
         Self {
             node: Node::new(&settings),
+            commands: Commands::new(settings.address),
+            leases: Leases::default(),
             settings,
             fleet: Fleet::default(),
             peers: BTreeMap::new(),
@@ -176,6 +182,26 @@ impl Hub {
     /// What the fleet looks like.
     pub fn fleet(&self) -> &Fleet {
         &self.fleet
+    }
+
+    /// Who commands which vessel.
+    pub fn leases(&self) -> &Leases {
+        &self.leases
+    }
+
+    /// Who commands which vessel, to change it.
+    pub fn leases_mut(&mut self) -> &mut Leases {
+        &mut self.leases
+    }
+
+    /// What people ordered, and what became of it.
+    pub fn commands(&self) -> &Commands {
+        &self.commands
+    }
+
+    /// What people ordered, to add to it.
+    pub fn commands_mut(&mut self) -> &mut Commands {
+        &mut self.commands
     }
 
     /// What happened so far.
@@ -234,7 +260,13 @@ impl Hub {
 
     /// Whether a system can be reached now.
     pub fn reaches(&self, now: MonoTime, address: Address) -> bool {
-        self.peers.values().any(|slot| slot.is_home_of(address, now))
+        self.doors_to(now, address).next().is_some()
+    }
+
+    /// The doors of the peers behind which a system was heard last.
+    pub fn doors_to(&self, now: MonoTime, address: Address) -> impl Iterator<Item = Door> {
+        let there = move |slot: &&Slot| slot.is_home_of(address, now);
+        self.peers.values().filter(there).map(|slot| slot.peer.door)
     }
 
     /// Packets that came from a peer.
@@ -283,6 +315,7 @@ impl Hub {
             if !again {
                 self.route(now.mono, from, door, &view, &packet);
                 self.fleet.update(now, &view, door);
+                self.commands.heard(now, &view);
             }
         }
         // The link numbers its records: they are told apart by number, and a record that was seen live is still
@@ -300,15 +333,21 @@ impl Hub {
     pub fn send(&mut self, now: Now, packet: &Bytes) -> bool {
         let Ok(view) = PacketView::new(packet) else { return false };
         let delivered = self.counters.delivered;
+        self.record_own(now, packet);
+        self.route(now.mono, PeerId(0), Door::Shore, &view, packet);
+        self.counters.delivered > delivered
+    }
+
+    /// A packet of this server's own that goes to its vessel by another way than these routes. It is recorded.
+    pub fn record_own(&mut self, now: Now, packet: &Bytes) {
+        let Ok(view) = PacketView::new(packet) else { return };
         self.records.push(Record {
             packet: packet.clone(),
             received: now.utc,
             door: Door::Shore,
             link: None,
         });
-        self.route(now.mono, PeerId(0), Door::Shore, &view, packet);
         self.fleet.update(now, &view, Door::Shore);
-        self.counters.delivered > delivered
     }
 
     fn route(&mut self, now: MonoTime, from: PeerId, door: Door, view: &PacketView<'_>, packet: &Bytes) {
@@ -352,6 +391,8 @@ impl Hub {
 
     /// Time passes: the server's own announcements, heartbeats and questions. To be called once a second.
     pub fn tick(&mut self, now: Now) {
+        self.leases.tick(now);
+        self.commands.tick(now);
         if !self.settings.active {
             return;
         }

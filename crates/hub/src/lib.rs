@@ -7,18 +7,29 @@
 //! - [`Hub`] routes, refuses and records ([`hub`](crate::Hub)).
 //! - [`Fleet`] holds the last packet of every series with its age and period, the names of entities and the
 //!   latest events.
+//! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
 //! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
 //!   nobody else anything.
 
+mod command;
 mod duplicates;
 mod fleet;
 mod hub;
+mod lease;
 mod node;
 mod peer;
 mod queue;
 
+pub use command::{
+    Answer, Command, CommandId, Commands, GOTO_PLAN, Order, Outgoing, PlanAboard, PlansAboard, Receipt,
+    Stage, Step, TIME_TO_LIVE,
+};
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
 pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};
+pub use lease::{
+    ANSWER_WITHIN, Change, Held, Holder, LASTS, Lease, LeaseAsk, LeaseEvent, LeaseRefused, Leases,
+    REASON_CHARS, Waiting,
+};
 pub use peer::{Door, Peer, PeerId, PeerState, Role, Sources};
 pub use queue::{PeerQueue, Pushed};
 

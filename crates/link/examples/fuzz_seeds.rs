@@ -4,7 +4,7 @@ use bytes::Bytes;
 use link::frame::{
     Ack, Bye, Command, Frame, Heartbeat, Receipt, Stamp, VERSION, Verdict, Welcome, encode, message,
 };
-use link::{ByeCode, Capabilities, Gap, GapReason, Hello, Packer, Record, pack};
+use link::{ByeCode, Capabilities, Gap, GapReason, Hello, Lease, Packer, Record, pack};
 use std::fs;
 use std::path::Path;
 use units::{MonoTime, UtcTime};
@@ -45,10 +45,17 @@ fn frames() -> Vec<Frame> {
         Frame::Live(pack(&mut Packer::new(true), &records)),
         Frame::Gap(Gap { from: 0, to: 9, since: stamp.utc, until: stamp.utc, reason: GapReason::SpoolFull }),
         Frame::Ack(Ack { received: 9, durable: 5, bytes: 1000 }),
-        Frame::Command(Command { id: 1, sent: stamp.mono, ttl_ms: 500, packet: vec![1; 22].into() }),
+        Frame::Command(Command {
+            id: 1,
+            sent: stamp.mono,
+            ttl_ms: 500,
+            lease: 7,
+            packet: vec![1; 22].into(),
+        }),
         Frame::Receipt(Receipt { id: 1, verdict: Verdict::Refused, text: "the queue is full".to_owned() }),
         Frame::Heartbeat(Heartbeat { stamp, bytes: 1, next: 9, durable: 2, waiting_us: 3, kept_us: 4 }),
         Frame::Bye(Bye { code: ByeCode::Ending, text: "the program ends".to_owned() }),
+        Frame::Lease(Lease { epoch: 7, ttl_ms: 30_000, holder: "nils".to_owned() }),
     ]
 }
 

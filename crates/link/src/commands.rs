@@ -16,6 +16,8 @@ const GRACE: Duration = Duration::from_secs(3);
 /// A command ashore.
 #[derive(Debug, Clone)]
 pub(crate) struct Waiting {
+    /// Epoch of the lease under which it is given; 0 for none.
+    pub(crate) lease: u64,
     pub(crate) packet: Bytes,
     pub(crate) expires: MonoTime,
     /// Sent at least once.
@@ -142,7 +144,7 @@ mod tests {
     fn waiting_commands_are_bounded_and_end() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        let one = Waiting { packet: Bytes::new(), expires: at(1), sent: false };
+        let one = Waiting { lease: 0, packet: Bytes::new(), expires: at(1), sent: false };
         for id in 0..MOST_WAITING as u64 {
             assert!(pending.put(id, one.clone()));
         }

@@ -18,6 +18,8 @@
 //! - What cannot be delivered is declared: a [`Gap`] says which numbers, from when to when, and why.
 //! - A command is delivered at most once per start of the vessel's program, and never after its time to live by
 //!   the most pessimistic reading of the clocks.
+//! - Who commands the vessel ([`Lease`]) is told before the first command of every connection and while it holds;
+//!   the vessel's driver refuses the commands of everyone else.
 
 mod backoff;
 mod batch;
@@ -34,7 +36,7 @@ mod wire;
 
 pub use batch::{MAX_BATCH_RAW_BYTES, Packer, Record, pack, unpack};
 pub use clocks::ClockEstimate;
-pub use frame::{ByeCode, Capabilities, Gap, GapReason, Hello, MAX_MESSAGE_BYTES, VERSION};
+pub use frame::{ByeCode, Capabilities, Gap, GapReason, Hello, Lease, MAX_MESSAGE_BYTES, VERSION};
 pub use latency::Latency;
 pub use now::Now;
 pub use shore::{Outcome, PeerBacklog, Shore, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};

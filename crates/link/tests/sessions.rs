@@ -161,7 +161,12 @@ fn a_spool_that_cannot_be_read_is_asked_again_after_a_second() {
 }
 
 fn command(id: u64, ttl_ms: u64) -> ShoreInput {
-    ShoreInput::Command { id, ttl: Duration::from_millis(ttl_ms), packet: Bytes::from_static(b"packet") }
+    ShoreInput::Command {
+        id,
+        ttl: Duration::from_millis(ttl_ms),
+        lease: 7,
+        packet: Bytes::from_static(b"packet"),
+    }
 }
 
 #[test]
@@ -170,7 +175,9 @@ fn a_command_is_delivered_answered_and_reported() {
     pair.carry(at(0));
     pair.shore.handle(at(100), command(5, 1000));
     pair.carry(at(100));
-    let Some(VesselOutput::Command { id: 5, packet, expires }) = pair.aboard.pop() else { panic!() };
+    let Some(VesselOutput::Command { id: 5, lease: 7, packet, expires }) = pair.aboard.pop() else {
+        panic!()
+    };
     assert_eq!(&packet[..], b"packet");
     assert!(expires <= at(1100).mono && expires > at(1090).mono, "{expires:?}");
     pair.vessel.handle(at(101), VesselInput::Answer(5, Answer::Refused("the queue is full".to_owned())));
@@ -179,6 +186,41 @@ fn a_command_is_delivered_answered_and_reported() {
         pair.ashore.pop(),
         Some(ShoreOutput::Outcome(5, Outcome::Refused("the queue is full".to_owned())))
     );
+}
+
+#[test]
+fn who_commands_is_told_before_commands_again_and_again_and_on_every_connection() {
+    let mut pair = Pair::new(vessel(0, 0), None);
+    let lease = |ttl_ms, holder: &str| link::Lease { epoch: 7, ttl_ms, holder: holder.to_owned() };
+    let told = |pair: &mut Pair| -> Vec<link::Lease> {
+        let told = pair.aboard.drain(..).filter_map(|one| match one {
+            VesselOutput::Lease(lease) => Some(lease),
+            _ => None,
+        });
+        told.collect()
+    };
+    // Known before there is a connection, and a command waits as well.
+    pair.shore.handle(at(0), ShoreInput::Lease(7, Some("nils".to_owned())));
+    pair.shore.handle(at(0), command(5, 60_000));
+    pair.carry(at(0));
+    let order = |one: &VesselOutput| matches!(one, VesselOutput::Lease(_) | VesselOutput::Command { .. });
+    let first: Vec<_> = pair.aboard.iter().filter(|one| order(one)).collect();
+    assert!(matches!(first[..], [VesselOutput::Lease(_), VesselOutput::Command { .. }]), "{first:?}");
+    assert_eq!(told(&mut pair), [lease(30_000, "nils")]);
+    for ms in (500..=20_500).step_by(500) {
+        pair.carry(at(ms));
+    }
+    assert_eq!(told(&mut pair).len(), 2, "every ten seconds");
+    let old = pair.open.unwrap();
+    pair.vessel.handle(at(21_000), VesselInput::Closed(old));
+    pair.shore.handle(at(21_000), ShoreInput::Closed(old));
+    pair.carry(at(23_000));
+    assert_eq!(told(&mut pair), [lease(30_000, "nils")]);
+    pair.shore.handle(at(23_500), ShoreInput::Lease(7, None));
+    for ms in (23_500..40_000).step_by(500) {
+        pair.carry(at(ms));
+    }
+    assert_eq!(told(&mut pair), [lease(0, "")], "its end is told once");
 }
 
 #[test]
@@ -260,7 +302,7 @@ fn the_latest_connection_counts_whatever_order_they_come_in() {
     for (id, attempt) in [(10, 4), (11, 6), (12, 5)] {
         let id = ConnectionId(id);
         shore.handle(at(id.0), ShoreInput::Opened(id));
-        shore.handle(at(id.0), ShoreInput::Message(id, hello(attempt, 1)));
+        shore.handle(at(id.0), ShoreInput::Message(id, hello(attempt, frame::VERSION)));
         shore.handle(at(id.0), ShoreInput::Resume(id, None));
     }
     assert_eq!(closed(&given(&mut shore)), [(10, ByeCode::Replaced), (12, ByeCode::Replaced)]);
@@ -275,7 +317,8 @@ fn strangers_are_shown_out() {
         shore.handle(at(0), ShoreInput::Message(ConnectionId(1), bytes));
         closed(&given(&mut shore))
     };
-    assert_eq!(refused(hello(1, 2)), [(1, ByeCode::Version)]);
+    assert_eq!(refused(hello(1, frame::VERSION + 1)), [(1, ByeCode::Version)]);
+    assert_eq!(refused(hello(1, 1)), [(1, ByeCode::Version)], "what knows no leases is not commanded");
     assert_eq!(refused(Bytes::from_static(b"GET / HTTP/1.1\r\n")), [(1, ByeCode::Protocol)]);
     assert_eq!(refused(vec![0; (1 << 20) + 1].into()), [(1, ByeCode::Protocol)]);
     let early = frame::message(&Frame::Ack(frame::Ack { received: 0, durable: 0, bytes: 0 }));

@@ -13,6 +13,7 @@ use crate::entity::Entity;
 use crate::health::{Clock, Host};
 use crate::input::{Input, Now, Side};
 use crate::intake::Intake;
+use crate::lease::{Lease, LeaseGate};
 use crate::navigation::{Estimate, Navigation};
 use crate::operator::Operators;
 use crate::output::{Level, Output};
@@ -48,6 +49,7 @@ pub struct Brain {
     pub(crate) discovery: Discovery,
     pub(crate) operators: Operators,
     pub(crate) intake: Intake,
+    pub(crate) lease: LeaseGate,
     pub(crate) supervise: Supervise,
     pub(crate) kept: ParameterStack,
     detections: Detections,
@@ -91,6 +93,7 @@ impl Brain {
             discovery: Discovery::new(now.mono),
             operators: Operators::default(),
             intake: Intake::new(now.mono),
+            lease: LeaseGate::default(),
             supervise: Supervise::new(&settings, now.mono),
             kept: ParameterStack::default(),
             detections: Detections::default(),
@@ -181,7 +184,9 @@ impl Brain {
             Input::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
             Input::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
             Input::Host(reading) => self.host.read(&mut self.bus, &reading),
-            Input::Packet(from, bytes) => self.packet(from, bytes),
+            Input::Packet(from, bytes) => self.packet(from, 0, bytes),
+            Input::Order(from, lease, bytes) => self.packet(from, lease, bytes),
+            Input::Lease(lease) => self.leased(&lease),
             Input::Connected(peer) => self.bus.node.connected(peer),
             Input::Disconnected(peer) => self.bus.node.disconnected(peer),
             Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
@@ -191,6 +196,18 @@ impl Brain {
                 self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
             }
             Input::Shutdown => self.shut_down(),
+        }
+    }
+
+    /// The shore says who commands.
+    fn leased(&mut self, lease: &Lease) {
+        let now = self.bus.mono();
+        if self.lease.told(now, lease) {
+            let text = match self.lease.holder(now) {
+                Some(holder) => format!("{holder} has control from ashore"),
+                None => "nobody has control from ashore".to_owned(),
+            };
+            self.bus.entry(Entity::Supervisor, Level::Info, text);
         }
     }
 

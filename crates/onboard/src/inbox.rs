@@ -5,22 +5,23 @@ use crate::bus::Asker;
 use crate::discovery;
 use crate::entity::Entity;
 use crate::input::Peer;
+use crate::lease::NotObeyed;
 use crate::node::Contact;
 use crate::operator::{Keys, Unfit};
 use crate::output::{Level, Output};
 use crate::pilot::Drive;
 use control::RemoteActions;
 use imc::messages::{
-    Announce, EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControlOp, PlanControlType,
-    PlanDBOp, RemoteActionsRequest, RemoteActionsRequestOp,
+    Announce, EntityListOp, LoggingControl, LoggingControlOp, Message, PlanControl, PlanControlOp,
+    PlanControlType, PlanDB, PlanDBOp, PlanDBType, RemoteActionsRequest, RemoteActionsRequestOp,
 };
-use imc::{ANY_ENTITY, Address, Packet, Payload as _};
+use imc::{ANY_ENTITY, Address, Nested, Packet, Payload as _};
 use mission::{Event, Sighting};
 use units::LatLon;
 
 impl Brain {
-    /// A packet as it came.
-    pub(crate) fn packet(&mut self, from: Peer, bytes: Vec<u8>) {
+    /// A packet as it came, under a lease (0 for none).
+    pub(crate) fn packet(&mut self, from: Peer, lease: u64, bytes: Vec<u8>) {
         let packet = match Packet::decode(&bytes) {
             Ok(packet) => packet,
             Err(error) => {
@@ -54,6 +55,12 @@ impl Brain {
             self.bus.pass_on(bytes, passed);
         }
         let asker = Asker { system: header.src, entity: header.src_ent };
+        if let Err(why) = self.lease.admit(now, lease, message) {
+            if self.may_stop(header.dst) {
+                self.refuse(asker, message, &why);
+            }
+            return;
+        }
         if let Message::RemoteActions(keys) = message {
             if header.dst == self.bus.address() {
                 self.keys(from, header.src, header.timestamp, &keys.actions.to_str_lossy());
@@ -71,6 +78,36 @@ impl Brain {
             if run.is_some() && run != before {
                 self.operators.started(header.src, from);
             }
+        }
+    }
+
+    /// Answers an order of somebody who does not command.
+    fn refuse(&mut self, asker: Asker, message: &Message, why: &NotObeyed) {
+        if self.lease.is_news(self.bus.mono()) {
+            let text = format!("{} of {} is {why}", message.abbrev(), asker.system);
+            self.bus.entry(Entity::Supervisor, Level::Warning, text);
+        }
+        let info = why.to_string();
+        match message {
+            Message::PlanControl(request) => {
+                let reply = PlanControl {
+                    r#type: PlanControlType::Failure,
+                    arg: Nested::none(),
+                    info: info.as_str().into(),
+                    ..(**request).clone()
+                };
+                self.bus.send_to(Entity::PlanEngine, asker, &reply);
+            }
+            Message::PlanDB(request) => {
+                let reply = PlanDB {
+                    r#type: PlanDBType::Failure,
+                    arg: Nested::none(),
+                    info: info.as_str().into(),
+                    ..(**request).clone()
+                };
+                self.bus.send_to(Entity::PlanDatabase, asker, &reply);
+            }
+            _ => {}
         }
     }
 

@@ -4,6 +4,7 @@
 //! range). Refusing those is the business of [`Navigation`](crate::Navigation) and its neighbours. SI units
 //! and radians.
 
+use crate::lease::Lease;
 use mission::Ticket;
 use std::net::SocketAddrV4;
 use units::{MonoTime, UtcTime};
@@ -36,6 +37,10 @@ pub enum Input {
     Host(HostReading),
     /// Bytes of one packet from a peer.
     Packet(Peer, Vec<u8>),
+    /// Bytes of one packet from the shore, under the lease with this epoch (0 for none).
+    Order(Peer, u64, Vec<u8>),
+    /// The shore says who commands the vessel.
+    Lease(Lease),
     /// A peer connected by TCP.
     Connected(Peer),
     /// A peer is gone.

@@ -6,7 +6,7 @@
 //!
 //! Inside, in the order in which a fix becomes thrust: [`Navigation`] (compass to estimate), the pilot (path
 //! and operator to thruster commands), [`Authority`] (whose commands reach the motors, and for how long).
-//! Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
+//! [`LeaseGate`] says whom it obeys. Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
 //! states, discovery, contacts, parameters, the log book.
 
 mod adjust;
@@ -21,6 +21,7 @@ mod health;
 mod inbox;
 mod input;
 mod intake;
+mod lease;
 mod navigation;
 mod node;
 mod operator;
@@ -43,6 +44,7 @@ pub use input::{
     BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, SERVERS,
     Side, TagReading, WaterReading,
 };
+pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
 pub use plans::{LONGEST_NAME as LONGEST_PLAN_NAME, LONGEST_PLAN, checked as checked_plan};

@@ -58,6 +58,8 @@ struct Client {
     every: Duration,
     /// The revision up to which the client knows everything; 0 for nothing.
     known: u64,
+    /// The same of who commands, and of commands.
+    known_control: (u64, u64),
     /// How many values of each series there were when it was sent last, to tell how many were skipped.
     counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
     /// When the next frame may be sent, and when it must.
@@ -79,6 +81,7 @@ impl Client {
             wanted: None,
             every: Duration::from_millis(100),
             known: 0,
+            known_control: (0, 0),
             counts: BTreeMap::new(),
             not_before: now,
             not_after: now + HEARTBEAT,
@@ -130,7 +133,7 @@ impl Client {
             return Err((close_code::POLICY, "too many systems and messages listed"));
         }
         self.every = Duration::from_millis(u64::from(every_ms.clamp(5, 10_000)));
-        self.known = 0;
+        (self.known, self.known_control) = (0, (0, 0));
         self.counts.clear();
         // At once, but not faster than its own pace, however often it asks.
         self.not_after = self.not_before.max(Instant::now());
@@ -147,7 +150,7 @@ impl Client {
     async fn send(&mut self, socket: &mut WebSocket) -> Result<(), End> {
         let Some(wanted) = self.wanted.clone() else { return Ok(()) };
         let gone = (close_code::AWAY, "the server is stopping");
-        let changes = self.state.fleet.changes(self.known, wanted).await.ok_or(gone)?;
+        let changes = self.state.fleet.changes(self.known, self.known_control, wanted).await.ok_or(gone)?;
         let skipped = changes.values.iter().map(|value| self.skipped(value)).sum();
         let frame = LiveFrame {
             now_us: clock::now().micros(),
@@ -157,9 +160,12 @@ impl Client {
             events: changes.events,
             skipped,
             events_missed: changes.events_missed,
+            leases: changes.leases,
+            commands: changes.commands,
             recording: self.state.recorder.state().borrow().problem(),
         };
         self.known = changes.revision.max(1);
+        self.known_control = changes.control;
         let text = serde_json::to_string(&frame).map_err(|_| (close_code::ERROR, "the server failed"))?;
         match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
             Ok(Ok(())) => {}
@@ -196,7 +202,7 @@ impl Client {
             if let Some(wanted) = &self.wanted {
                 self.wanted = Some(Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::clone(wanted) }));
             }
-            self.known = 0;
+            (self.known, self.known_control) = (0, (0, 0));
             self.who = who;
         }
         Ok(())

@@ -8,6 +8,9 @@ mod caller;
 mod commands;
 #[cfg(test)]
 mod commands_tests;
+mod control;
+#[cfg(test)]
+mod control_tests;
 mod csrf;
 #[cfg(test)]
 mod door_tests;

@@ -3,17 +3,18 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    assets, commands, doors, error::ApiError, export, headers, health, history, imports, live, measure,
-    openapi, people, plans,
+    assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live,
+    measure, openapi, people, plans,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    AuditEntry, Buckets, BucketsQuery, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
-    GapsQuery, Import, ImportQuery, ImportedPlan, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me,
-    NewToken, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery,
-    PlanQuery, PlanRevision, PlanSummary, Recorded, Recording, Role, Samples, SamplesQuery, Series,
-    SeriesQuery, Session, StoredPlan, System, Token, TokenMade, TrackPoint, TrackQuery,
+    AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
+    GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
+    LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
+    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk, PlansAboard,
+    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System,
+    Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -125,6 +126,7 @@ fn of_vessels() -> Vec<Route> {
 
 /// What people order a vessel to do.
 fn orders() -> Vec<Route> {
+    let viewer = Need::OnVessel(Role::Viewer);
     vec![
         Route::post(
             "/api/v1/vessels/{vessel}/abort",
@@ -133,6 +135,45 @@ fn orders() -> Vec<Route> {
             commands::abort,
         )
         .gives::<Ordered>(),
+        Route::get("/api/v1/vessels/{vessel}/lease", viewer, "Who has control of a vessel.", control::lease)
+            .gives::<Lease>(),
+        Route::post(
+            "/api/v1/vessels/{vessel}/lease",
+            Need::OnVessel(Role::Operator),
+            "Ask for control of a vessel, give it, keep it or take it.",
+            control::ask_lease,
+        )
+        .takes::<LeaseAsk>()
+        .gives::<Lease>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/commands",
+            viewer,
+            "What a vessel was ordered, the newest first, and what became of it.",
+            control::commands,
+        )
+        .gives::<Vec<Command>>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/commands/{id}",
+            viewer,
+            "One order and its answer.",
+            control::one,
+        )
+        .gives::<Command>(),
+        Route::post(
+            "/api/v1/vessels/{vessel}/commands",
+            Need::OnVessel(Role::Operator),
+            "Order a vessel to do something, with control of it. The answer is 202: its stages come later.",
+            control::order,
+        )
+        .takes::<OrderAsk>()
+        .gives::<Command>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/plans",
+            viewer,
+            "The plans that a vessel stores, as it said last; plan.list asks it.",
+            control::plans,
+        )
+        .gives::<PlansAboard>(),
     ]
 }
 
@@ -216,6 +257,14 @@ fn plans() -> Vec<Route> {
             .gives::<StoredPlan>(),
         Route::post("/api/v1/plans/{id}/duplicate", operator, "Copy a plan.", plans::duplicate)
             .gives::<StoredPlan>(),
+        Route::post(
+            "/api/v1/plans/{id}/upload",
+            operator,
+            "Bring a saved plan aboard a vessel; takes the control of it. The effect is seen when the vessel's digest is ours.",
+            plans::upload,
+        )
+        .takes::<PlanUploadAsk>()
+        .gives::<Command>(),
         Route::get("/api/v1/plans/{id}/revisions", viewer, "The states that a plan had.", plans::revisions)
             .gives::<Vec<PlanRevision>>(),
         Route::get("/api/v1/plans/{id}/export", viewer, "A plan as a file.", plans::export)

@@ -1,7 +1,7 @@
 //! Starts everything a running server consists of and ends it in order.
 
 use super::listen::Web;
-use super::routes;
+use super::{control, routes};
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::doors::{self, Open};
@@ -99,6 +99,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         relay: relay.clone(),
         recorder: recorder.clone(),
     };
+    tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
     let web = Web { listener, tls, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));
     Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })

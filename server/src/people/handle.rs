@@ -117,6 +117,25 @@ impl People {
         outcome
     }
 
+    /// Writes down what happened by itself, or to somebody.
+    ///
+    /// # Errors
+    /// The log cannot be written.
+    pub(crate) async fn write_down(
+        &self,
+        actor: String,
+        action: &'static str,
+        subject: String,
+        outcome: String,
+    ) -> Result<(), Fault> {
+        self.db
+            .change(move |db| {
+                let (actor, subject, outcome) = (actor.as_str(), subject.as_str(), outcome.as_str());
+                audit::record(db, Act { actor, address: "", action, subject, outcome }, clock::now())
+            })
+            .await
+    }
+
     /// Counts changes of anybody's rights or sessions; those who hold a socket open look again then.
     pub(crate) fn changes(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()

@@ -28,6 +28,9 @@ const AT_ONCE: usize = 16;
 /// How often the hub is told that time passes.
 const TICK: Duration = Duration::from_secs(1);
 
+/// Who commands each vessel whose control anybody ever had: the epoch, and the holder's name or nobody.
+pub(crate) type Control = BTreeMap<Address, (u64, Option<String>)>;
+
 /// A question to the hub, run where it lives.
 type Look = Box<dyn FnOnce(&mut Hub, Now) + Send>;
 
@@ -58,6 +61,7 @@ pub(crate) struct Stopped;
 pub(crate) struct Relay {
     asks: mpsc::Sender<Ask>,
     revision: watch::Receiver<u64>,
+    control: watch::Receiver<Control>,
     clock: Clock,
     address: Address,
 }
@@ -99,10 +103,12 @@ impl Relay {
     ) -> Self {
         let (asks, waiting) = mpsc::channel(WAITING);
         let (changed, revision) = watch::channel(0);
+        let (told, control) = watch::channel(Control::new());
         let (clock, address) = (Clock::start(), settings.address);
-        let task = Task { hub: Hub::new(settings), outboxes: BTreeMap::new(), recorder, changed, clock };
+        let task =
+            Task { hub: Hub::new(settings), outboxes: BTreeMap::new(), recorder, changed, told, clock };
         tasks.spawn(task.run(waiting, stop));
-        Self { asks, revision, clock, address }
+        Self { asks, revision, control, clock, address }
     }
 
     /// The server's clocks.
@@ -149,7 +155,12 @@ impl Relay {
         self.look(move |hub, now| hub.send(now, &packet)).await
     }
 
-    /// Tells when the fleet's state changed: the revision of the last change.
+    /// Tells who commands which vessel.
+    pub(crate) fn control(&self) -> watch::Receiver<Control> {
+        self.control.clone()
+    }
+
+    /// Tells when the fleet's state changed, or who commands, or what became of a command: the revision of the last change.
     pub(crate) fn revision(&self) -> watch::Receiver<u64> {
         self.revision.clone()
     }
@@ -172,6 +183,7 @@ struct Task {
     outboxes: BTreeMap<PeerId, Arc<Outbox>>,
     recorder: Recorder,
     changed: watch::Sender<u64>,
+    told: watch::Sender<Control>,
     clock: Clock,
 }
 
@@ -237,7 +249,18 @@ impl Task {
         if !records.is_empty() {
             self.recorder.submit(records);
         }
-        let revision = self.hub.fleet().revision();
+        let (leases, commands) = (self.hub.leases(), self.hub.commands());
+        let control = leases.changed(0).map(|(vessel, lease)| {
+            let holder = lease.held.as_ref().map(|held| held.holder.name.clone());
+            (vessel, (lease.last_epoch, holder))
+        });
+        let control: Control = control.filter(|(_, (epoch, _))| *epoch > 0).collect();
+        self.told.send_if_modified(|known| {
+            let differs = *known != control;
+            *known = control;
+            differs
+        });
+        let revision = self.hub.fleet().revision() + leases.revision() + commands.revision();
         self.changed.send_if_modified(|known| std::mem::replace(known, revision) != revision);
     }
 }

@@ -1,9 +1,9 @@
 //! The fleet as it is now, in the words of the API.
 
-use super::{Changes, Wanted, decode};
+use super::{Changes, Wanted, control, decode};
 use crate::relay::Relay;
 use api::{Fix, Liveness};
-use hub::{Now, SeriesKey, System};
+use hub::{Hub, Now, SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
 use std::sync::Arc;
@@ -29,10 +29,19 @@ impl Fleet {
         self.relay.look(move |hub, now| systems(hub.fleet(), now, &wanted)).await.ok()
     }
 
-    /// What changed after `since`; `None` when the owner is gone.
-    pub(crate) async fn changes(&self, since: u64, wanted: Arc<Wanted>) -> Option<Changes> {
-        let raw = self.relay.look(move |hub, now| Raw::take(hub.fleet(), now, since, &wanted)).await.ok()?;
-        Some(raw.decode())
+    /// What changed after `since`, and of who commands and of commands after `control`; `None` when the owner is gone.
+    pub(crate) async fn changes(
+        &self,
+        since: u64,
+        control: (u64, u64),
+        wanted: Arc<Wanted>,
+    ) -> Option<Changes> {
+        let take = move |hub: &mut Hub, now| {
+            let raw = Raw::take(hub.fleet(), now, since, &wanted);
+            (raw, control::changes(hub, control, &wanted))
+        };
+        let (raw, (leases, commands, control)) = self.relay.look(take).await.ok()?;
+        Some(Changes { leases, commands, control, ..raw.decode() })
     }
 
     /// Counts changes.
@@ -159,6 +168,7 @@ impl Raw {
             values: self.values.iter().filter_map(|(key, series)| decode::series(*key, series)).collect(),
             events: self.events.iter().filter_map(event).collect(),
             events_missed: self.events_missed,
+            ..Changes::default()
         }
     }
 }

@@ -3,6 +3,7 @@
 //! The fleet belongs to the task that owns the hub and is asked through [`Fleet`]; the history is read through
 //! [`History`], on threads where slow work may be done.
 
+pub(crate) mod control;
 mod decode;
 pub(crate) mod export;
 mod fleet;
@@ -90,4 +91,10 @@ pub(crate) struct Changes {
     pub(crate) events: Vec<Update>,
     /// Events that were forgotten since.
     pub(crate) events_missed: u64,
+    /// Who commands, where that changed.
+    pub(crate) leases: Vec<api::Lease>,
+    /// Commands that got further.
+    pub(crate) commands: Vec<api::Command>,
+    /// To ask with next time for these two.
+    pub(crate) control: (u64, u64),
 }

@@ -11,7 +11,7 @@
 
 use crate::disk::{Done, is_record};
 use imc::{Address, PacketView};
-use onboard::Peer;
+use onboard::{Lease, Peer};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -35,6 +35,10 @@ const COMMANDS: [u16; 5] = [305, 460, 479, 501, 559];
 pub(crate) enum Event {
     /// A packet.
     Packet(Peer, Vec<u8>),
+    /// A packet of the shore, under the lease with this epoch (0 for none).
+    Order(Peer, u64, Vec<u8>),
+    /// The shore says who commands.
+    Lease(Lease),
     /// A client is there.
     Connected(u32),
     /// A client is gone.
@@ -89,6 +93,8 @@ struct Queue {
 enum Item {
     Here,
     Packet(Vec<u8>),
+    Order(u64, Vec<u8>),
+    Lease(Lease),
     Gone,
 }
 
@@ -96,15 +102,16 @@ impl Item {
     fn bytes(&self) -> usize {
         ENTRY_BYTES
             + match self {
-                Self::Packet(bytes) => bytes.len(),
+                Self::Packet(bytes) | Self::Order(_, bytes) => bytes.len(),
+                Self::Lease(lease) => lease.holder.len(),
                 Self::Here | Self::Gone => 0,
             }
     }
 
     fn is_command(&self) -> bool {
         match self {
-            Self::Packet(bytes) => id(bytes).is_some_and(|id| COMMANDS.contains(&id)),
-            Self::Here | Self::Gone => false,
+            Self::Packet(bytes) | Self::Order(_, bytes) => id(bytes).is_some_and(|id| COMMANDS.contains(&id)),
+            Self::Here | Self::Lease(_) | Self::Gone => false,
         }
     }
 }
@@ -139,8 +146,9 @@ impl Inbox {
         self.arrived.notify_one();
     }
 
-    /// A packet from a peer that is told what becomes of it; answers whether there was room. Never waits.
-    pub(crate) fn offer(&self, peer: Peer, bytes: &[u8]) -> bool {
+    /// A packet of the shore, under a lease, which is told what becomes of it; answers whether there was room.
+    /// Never waits.
+    pub(crate) fn order(&self, peer: Peer, lease: u64, bytes: &[u8]) -> bool {
         let mut waiting = self.lock();
         let taken = if self.is_abort(bytes) {
             waiting.abort(peer, bytes);
@@ -148,13 +156,25 @@ impl Inbox {
         } else {
             let has_room = waiting.has_room(peer, bytes.len());
             if has_room {
-                waiting.packet(peer, bytes);
+                waiting.put(peer, Item::Order(lease, bytes.to_vec()));
             }
             has_room
         };
         drop(waiting);
         self.arrived.notify_one();
         taken
+    }
+
+    /// The shore says who commands, in order with its packets; answers whether there was room.
+    pub(crate) fn lease(&self, peer: Peer, lease: Lease) -> bool {
+        let mut waiting = self.lock();
+        let has_room = waiting.has_room(peer, lease.holder.len());
+        if has_room {
+            waiting.put(peer, Item::Lease(lease));
+        }
+        drop(waiting);
+        self.arrived.notify_one();
+        has_room
     }
 
     pub(super) fn connected(&self, client: u32) {
@@ -335,6 +355,8 @@ impl Waiting {
             }
             match (item, peer) {
                 (Some(Item::Packet(bytes)), _) => return Some(Event::Packet(peer, bytes)),
+                (Some(Item::Order(lease, bytes)), _) => return Some(Event::Order(peer, lease, bytes)),
+                (Some(Item::Lease(lease)), _) => return Some(Event::Lease(lease)),
                 (Some(Item::Here), Peer::Tcp(client)) => return Some(Event::Connected(client)),
                 (Some(Item::Gone), Peer::Tcp(client)) => return Some(Event::Disconnected(client)),
                 (Some(Item::Here | Item::Gone), Peer::Udp(_)) | (None, _) => {}

@@ -32,8 +32,22 @@ const END_WITHIN: Duration = Duration::from_secs(3);
 const OPEN_EVERY: Duration = Duration::from_secs(5);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// Takes a command for the vessel; an error says why it is refused.
-pub(crate) type Deliver = Box<dyn FnMut(&[u8]) -> Result<(), String> + Send>;
+/// What the shore says.
+#[derive(Debug)]
+pub(crate) enum FromShore<'a> {
+    /// Who commands the vessel.
+    Lease(onboard::Lease),
+    /// A packet for the vessel, under the lease with this epoch (0 for none).
+    Order {
+        /// The epoch.
+        lease: u64,
+        /// The packet.
+        packet: &'a [u8],
+    },
+}
+
+/// Takes what the shore says; an error says why it is refused.
+pub(crate) type Deliver = Box<dyn FnMut(FromShore<'_>) -> Result<(), String> + Send>;
 
 /// The loop's side of the way to the shore.
 #[derive(Debug)]

@@ -101,9 +101,13 @@ impl SmallShore {
 
 fn commands() -> (Deliver, Receiver<Vec<u8>>) {
     let (sender, receiver): (Sender<Vec<u8>>, _) = channel();
-    let deliver = move |packet: &[u8]| match packet {
-        b"refused" => Err("not this one".to_owned()),
-        _ => sender.send(packet.to_vec()).map_err(|error| error.to_string()),
+    let deliver = move |what: FromShore<'_>| match what {
+        FromShore::Lease(_) => Ok(()),
+        FromShore::Order { packet: b"refused", .. } => Err("not this one".to_owned()),
+        FromShore::Order { lease: 7, packet } => {
+            sender.send(packet.to_vec()).map_err(|error| error.to_string())
+        }
+        FromShore::Order { lease, .. } => Err(format!("under lease {lease}")),
     };
     (Box::new(deliver), receiver)
 }
@@ -135,6 +139,7 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
         let command = |id, packet: &'static [u8]| ShoreInput::Command {
             id,
             ttl: Duration::from_secs(30),
+            lease: 7,
             packet: bytes::Bytes::from_static(packet),
         };
         small.shore.handle(small.now(), command(connection, b"go"));

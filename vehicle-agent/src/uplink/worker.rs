@@ -1,13 +1,13 @@
 //! The thread that spools what the vessel says and carries it ashore. It waits for packets, the socket and the
 //! link's own deadlines at once; connecting and syncing, which can take long, have threads of their own.
 
-use super::Deliver;
 use super::filter::{Fate, Sieve};
 use super::queue::Queue;
 use super::settings::UplinkSettings;
 use super::socket::{Socket, connect};
 use super::spool::{Spool, random};
 use super::sync::Syncer;
+use super::{Deliver, FromShore};
 use crate::clock::Clock;
 use bytes::Bytes;
 use link::{Answer, ConnectionId, Failure, Now, Vessel, VesselInput, VesselOutput, VesselSettings};
@@ -270,11 +270,19 @@ impl Worker {
                 let state = self.spool.state();
                 tell(self, VesselInput::Spool(state));
             }
-            VesselOutput::Command { id, packet, expires } => {
+            VesselOutput::Lease(lease) => {
+                let lasts = Duration::from_millis(lease.ttl_ms.into());
+                let lease = onboard::Lease { epoch: lease.epoch, lasts, holder: lease.holder };
+                if let Err(error) = (self.deliver)(FromShore::Lease(lease)) {
+                    self.trouble(&format!("who commands was not told aboard: {error}"));
+                }
+            }
+            VesselOutput::Command { id, lease, packet, expires } => {
                 let answer = if now(&self.clock).mono >= expires {
                     Answer::Expired
                 } else {
-                    (self.deliver)(&packet).map_or_else(Answer::Refused, |()| Answer::Received)
+                    let order = FromShore::Order { lease, packet: &packet };
+                    (self.deliver)(order).map_or_else(Answer::Refused, |()| Answer::Received)
                 };
                 tell(self, VesselInput::Answer(id, answer));
             }

@@ -72,6 +72,59 @@ first: Array<number>,
  */
 last: Array<number>, };
 
+export type Command = { 
+/**
+ * Its number; grows.
+ */
+id: number, 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * Who ordered it.
+ */
+by: string, 
+/**
+ * Like `plan.start`.
+ */
+order: string, 
+/**
+ * What it is about, in words; may be empty.
+ */
+subject: string, 
+/**
+ * The stages reached, in order.
+ */
+steps: Array<CommandStep>, 
+/**
+ * Whether nothing more is expected.
+ */
+over: boolean, 
+/**
+ * The plan that was asked for; only where a single command is asked for.
+ */
+plan: PlanGiven | null, 
+/**
+ * The parameters that the vessel told; only where a single command is asked for.
+ */
+parameters: Array<Parameter> | null, };
+
+export type CommandStep = { 
+/**
+ * `accepted`, `sent`, `received`, `executing`, `effect seen`, or the end of another kind: `refused`, `expired`,
+ * `timed out`.
+ */
+stage: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * The vessel's words, or why; may be empty.
+ */
+text: string, };
+
 export type Detection = { 
 /**
  * The entity that reported it.
@@ -332,6 +385,99 @@ value: number,
  */
 name: string, };
 
+export type Lease = { 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * Who has it; null while it is free.
+ */
+holder: LeaseHolder | null, 
+/**
+ * Who asked for it; null for nobody.
+ */
+waiting: LeaseWaiting | null, 
+/**
+ * What happened last; null while nothing has since the server started.
+ */
+last: LeaseChange | null, };
+
+export type LeaseAction = "request" | "grant" | "decline" | "release" | "renew" | "take";
+
+export type LeaseAsk = { 
+/**
+ * What.
+ */
+action: LeaseAction, 
+/**
+ * Why, for the one who has control; needed to take over. 200 characters at most.
+ */
+reason: string, 
+/**
+ * Tells the windows of a person apart; empty for scripts. 64 characters at most.
+ */
+window: string, };
+
+export type LeaseChange = { 
+/**
+ * `granted`, `requested`, `handed over`, `granted without an answer`, `declined`, `withdrawn`, `released`,
+ * `expired` or `taken over`.
+ */
+change: string, 
+/**
+ * Who did it, or to whom it happened where nobody did.
+ */
+who: string, 
+/**
+ * Who had control before, or whose request it was; null for nobody else.
+ */
+from: string | null, 
+/**
+ * Why, in their words; may be empty.
+ */
+reason: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, };
+
+export type LeaseHolder = { 
+/**
+ * The person's name.
+ */
+name: string, 
+/**
+ * Which of the person's windows.
+ */
+window: string, 
+/**
+ * Since when, µs since 1970 UTC.
+ */
+since_us: number, 
+/**
+ * Until when unless it is renewed, µs since 1970 UTC.
+ */
+until_us: number, };
+
+export type LeaseWaiting = { 
+/**
+ * The person's name.
+ */
+name: string, 
+/**
+ * Which of the person's windows.
+ */
+window: string, 
+/**
+ * Why, in the person's words; may be empty.
+ */
+reason: string, 
+/**
+ * When it is granted without an answer, µs since 1970 UTC.
+ */
+granted_us: number, };
+
 export type LinkStatus = { 
 /**
  * IMC address of the vessel.
@@ -411,6 +557,14 @@ skipped: number,
  * Events that the server no longer had; the history has them.
  */
 events_missed: number, 
+/**
+ * Who has control of a vessel, where that changed.
+ */
+leases: Array<Lease>, 
+/**
+ * Commands that got further, each with all of its stages.
+ */
+commands: Array<Command>, 
 /**
  * Why nothing is recorded, or why the history lags behind, and what to do; null while all is well.
  */
@@ -498,6 +652,58 @@ from_us: number,
  */
 skip: number, };
 
+export type Order = { "kind": "plan.start", 
+/**
+ * Its name.
+ */
+plan_id: string, } | { "kind": "plan.stop", } | { "kind": "goto", 
+/**
+ * WGS-84 latitude, degrees, north positive.
+ */
+lat_deg: number, 
+/**
+ * WGS-84 longitude, degrees, east positive.
+ */
+lon_deg: number, 
+/**
+ * Speed, m/s, 0.1 to 5.
+ */
+speed_mps: number, } | { "kind": "plan.delete", 
+/**
+ * Its name.
+ */
+plan_id: string, } | { "kind": "plan.list", } | { "kind": "plan.get", 
+/**
+ * Its name.
+ */
+plan_id: string, } | { "kind": "parameters.query", 
+/**
+ * The entity's label.
+ */
+entity: string, } | { "kind": "parameters.set", 
+/**
+ * The entity's label.
+ */
+entity: string, 
+/**
+ * Names and values.
+ */
+values: Array<Parameter>, } | { "kind": "parameters.save", 
+/**
+ * The entity's label.
+ */
+entity: string, };
+
+export type OrderAsk = { 
+/**
+ * What to do.
+ */
+order: Order, 
+/**
+ * The window that has control; empty for scripts.
+ */
+window: string, };
+
 export type Ordered = { 
 /**
  * When it was handed on, by the server's clock, µs since 1970 UTC.
@@ -511,6 +717,16 @@ reached: boolean,
  * Whether the audit log holds it. A stop goes out all the same.
  */
 audited: boolean, };
+
+export type Parameter = { 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * Its value, as text.
+ */
+value: string, };
 
 export type Permission = { 
 /**
@@ -539,6 +755,28 @@ must_change_password: boolean,
  * When the account was made, µs since 1970 UTC.
  */
 created_us: number, };
+
+export type PlanAboard = { 
+/**
+ * Its name.
+ */
+plan_id: string, 
+/**
+ * Bytes of its specification.
+ */
+size: number, 
+/**
+ * When it was changed, by the vessel's clock, µs since 1970 UTC.
+ */
+changed_us: number | null, 
+/**
+ * Who changed it.
+ */
+changed_by: string, 
+/**
+ * MD5 of its specification as IMC has it, hexadecimal.
+ */
+md5: string, };
 
 export type PlanChange = { 
 /**
@@ -612,6 +850,28 @@ repeat: boolean,
  * What to do, in this order.
  */
 maneuvers: Array<PlanStep>, };
+
+export type PlanGiven = { 
+/**
+ * Its name.
+ */
+plan_id: string, 
+/**
+ * MD5 of its specification as IMC has it, hexadecimal.
+ */
+md5: string, 
+/**
+ * How many maneuvers it has.
+ */
+maneuvers: number, 
+/**
+ * Latitude and longitude where its first maneuver begins, degrees; null where that is no place.
+ */
+first_deg: [number, number] | null, 
+/**
+ * All of it, as IMC JSON.
+ */
+specification: unknown, };
 
 export type PlanLeg = { 
 /**
@@ -812,6 +1072,30 @@ maneuver: string | null,
  * What, in words.
  */
 text: string, };
+
+export type PlanUploadAsk = { 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * The revision that is meant; another in the store refuses the upload: 409.
+ */
+revision: number, 
+/**
+ * The window that has control of the vessel; empty for scripts.
+ */
+window: string, };
+
+export type PlansAboard = { 
+/**
+ * When it said so, µs since 1970 UTC; null while it never did.
+ */
+time_us: number | null, 
+/**
+ * By name.
+ */
+plans: Array<PlanAboard>, };
 
 export type Recorded = { 
 /**

@@ -6,7 +6,7 @@ import { Point } from "ol/geom";
 import VectorLayer from "ol/layer/Vector";
 import Cluster from "ol/source/Cluster";
 import VectorSource from "ol/source/Vector";
-import { fromLonLat } from "ol/proj";
+import { fromLonLat, toLonLat } from "ol/proj";
 import type { Detection, TrackPoint } from "../api/types.gen";
 import type { Palette } from "./palette";
 import { cursorStyle, tagsStyle } from "./symbols";
@@ -22,6 +22,8 @@ export interface Overlays {
   detections(all: readonly Detection[]): void;
   /** `point` is asked what lies under the pointer: the track's points; `told` gets the nearest, or null off the track. */
   followPointer(points: () => readonly TrackPoint[], told: (point: TrackPoint | null) => void): void;
+  /** The next click gives a place, degrees north and east; null ends the wait. */
+  pick(told: ((place: readonly [number, number]) => void) | null): void;
   repaint(): void;
 }
 
@@ -36,6 +38,11 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
   const cursorLayer = new VectorLayer({ source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
   map.addLayer(tagLayer);
   map.addLayer(cursorLayer);
+  let picked: ((place: readonly [number, number]) => void) | null = null;
+  map.on("singleclick", (event) => {
+    const [lon, lat] = toLonLat(event.coordinate);
+    if (picked && lon !== undefined && lat !== undefined) picked([lat, lon]);
+  });
 
   return {
     cursor(place) {
@@ -60,6 +67,10 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
         if (on) told(null);
         on = false;
       });
+    },
+    pick(told) {
+      map.getTargetElement()?.toggleAttribute("data-picking", told !== null);
+      picked = told;
     },
     repaint() {
       tagLayer.changed();

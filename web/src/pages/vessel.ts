@@ -1,11 +1,13 @@
 // One vessel: map, instruments, plots and tables over one stretch of time and one cursor.
 
 import { getJson, reason } from "../api/http";
+import { createControl } from "../control/panel";
 import type { Detection, Detections, Gap, LinkStatus, LogBook, Series, System, TrackPoint, Update } from "../api/types.gen";
 import { createMap } from "../map/map";
 import { ends, isLive, panned, type Range, type Source, written, zoomed } from "../plot/model";
 import { createPlots } from "../plot/panel";
 import { createTimeBar } from "../plot/timebar";
+import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, vitals } from "../state/vitals";
@@ -41,9 +43,10 @@ export function startVessel(root: HTMLElement): void {
   const side = make("div", { class: "side" });
   root.append(tileBox, make("div", { class: "map-box" }, mapBox, all, here), make("div", { class: "work" }, timeBox, side));
   const panel = (): HTMLElement => make("div", { class: "tabpanel" });
-  const panels = { Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel() };
+  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel() };
 
   let state = EMPTY;
+  let control = NO_CONTROL;
   let linked = true;
   let range: Range = fromQuery(query);
   let system: System | undefined;
@@ -100,7 +103,16 @@ export function startVessel(root: HTMLElement): void {
   const parts = createEntities(panels.Entities);
   const logBook = createLogBook(panels["Log book"], entity, (us) => cursor(us, "table"));
   const tags = createDetections(panels.Tags, (us) => cursor(us, "table"));
+  const panelOfControl = createControl(panels.Control, {
+    address,
+    me: root.dataset["me"] ?? "",
+    may: root.dataset["operator"] !== undefined,
+    name: () => (system ? systemName(system) : (given ?? String(address))),
+    pick: (told) => map.overlays.pick(told),
+    mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+  });
   const tabs = createTabs(side, "Of this vessel", Object.entries(panels), () => state.serverUs && draw());
+  tabs.open("Plots");
   map.overlays.followPointer(() => track, (point) => cursor(point?.time_us ?? null, "map"));
 
   const remember = (): void => {
@@ -188,6 +200,7 @@ export function startVessel(root: HTMLElement): void {
   const draw = (): void => {
     const now = nowUs();
     const known = state.values.get(address) ?? new Map<string, Update>();
+    panelOfControl.update(control, system, now);
     tiles.update(system, vitals(known, labels, now), link, now, linked);
     timeBar.update(range, now);
     if (tabs.shows("Plots")) plots.draw(now);
@@ -203,6 +216,7 @@ export function startVessel(root: HTMLElement): void {
     frame(now, frame) {
       linked = true;
       state = now;
+      control = withControl(control, frame, address);
       const found = state.systems.get(address);
       system = found ? { ...found, name: given ?? found.name } : undefined;
       labels = new Map(Object.entries(system?.entities ?? {}).map(([number, label]) => [Number(number), label ?? ""]));

@@ -19,10 +19,11 @@
 //! | 4 | Live | vessel | batch |
 //! | 5 | Gap | vessel | from u64, to u64, since i64, until i64, reason u8 |
 //! | 6 | Ack | shore | received u64, durable u64, bytes u64 |
-//! | 7 | Command | shore | id u64, sent u64, time to live u32 (ms), packet |
+//! | 7 | Command | shore | id u64, sent u64, time to live u32 (ms), lease u64, packet |
 //! | 8 | Receipt | vessel | id u64, outcome u8, text |
 //! | 9 | Heartbeat | both | stamp, bytes u64, next u64, durable u64, waiting u64 (µs), kept u64 (µs) |
 //! | 10 | Bye | both | code u8, text |
+//! | 11 | Lease | shore | epoch u64, time to live u32 (ms), holder |
 //!
 //! A stamp is: steady time u64, UTC i64, echo u64, echo received u64, all in µs. A batch is: first u64, base time
 //! i64, count u32, raw bytes u32, method u8 (0 plain, 1 zstd), data to the end of the frame. Texts have their
@@ -39,9 +40,10 @@ use bytes::Bytes;
 use units::{MonoTime, UtcTime};
 
 /// The version of this description.
-pub const VERSION: u16 = 1;
-/// The oldest version that can still be spoken.
-pub const OLDEST_VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
+/// The oldest version that can still be spoken. Version 1 knew no leases: whoever cannot tell two commanders apart
+/// must not be commanded.
+pub const OLDEST_VERSION: u16 = 2;
 /// Most bytes of a message. A transport should refuse larger ones before they are in memory.
 pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
 /// Most bytes of a text.
@@ -96,6 +98,8 @@ pub enum Frame {
     Heartbeat(Heartbeat),
     /// The sender closes the connection.
     Bye(Bye),
+    /// Who commands the vessel.
+    Lease(Lease),
 }
 
 /// Clocks for the other side to compare with its own.
@@ -239,8 +243,21 @@ pub struct Command {
     pub sent: MonoTime,
     /// Time left then (ms).
     pub ttl_ms: u32,
+    /// Epoch of the lease under which it is given; 0 for none.
+    pub lease: u64,
     /// The packet.
     pub packet: Bytes,
+}
+
+/// Who commands the vessel. Said again and again while it holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lease {
+    /// Grows with every grant.
+    pub epoch: u64,
+    /// How long it holds from when it is received unless it is said again (ms); 0 ends it.
+    pub ttl_ms: u32,
+    /// Who has it, for people.
+    pub holder: String,
 }
 
 /// What became of a command.

@@ -1,7 +1,7 @@
 //! Bytes to frames.
 
 use super::{
-    Ack, Batch, Bye, ByeCode, Capabilities, Command, Frame, Gap, GapReason, Heartbeat, Hello,
+    Ack, Batch, Bye, ByeCode, Capabilities, Command, Frame, Gap, GapReason, Heartbeat, Hello, Lease,
     MAX_MESSAGE_BYTES, MAX_TEXT_BYTES, Receipt, Stamp, Verdict, Welcome,
 };
 use crate::wire::{DecodeError, Reader};
@@ -59,6 +59,7 @@ fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
         8 => Frame::Receipt(receipt(body)?),
         9 => Frame::Heartbeat(heartbeat(body)?),
         10 => Frame::Bye(bye(body)?),
+        11 => Frame::Lease(lease(body)?),
         _ => return Ok(None),
     }))
 }
@@ -139,6 +140,7 @@ fn command(mut body: Reader) -> Result<Command, DecodeError> {
         id: body.u64(WHAT)?,
         sent: MonoTime::from_micros(body.u64(WHAT)?),
         ttl_ms: body.u32(WHAT)?,
+        lease: body.u64(WHAT)?,
         packet: body.rest(),
     };
     let (have, most) = (command.packet.len() as u64, imc::MAX_PACKET_BYTES as u64);
@@ -174,6 +176,15 @@ fn heartbeat(mut body: Reader) -> Result<Heartbeat, DecodeError> {
 fn bye(mut body: Reader) -> Result<Bye, DecodeError> {
     const WHAT: &str = "a farewell";
     Ok(Bye { code: ByeCode::from_code(body.u8(WHAT)?), text: body.text(MAX_TEXT_BYTES, WHAT)? })
+}
+
+fn lease(mut body: Reader) -> Result<Lease, DecodeError> {
+    const WHAT: &str = "a lease";
+    Ok(Lease {
+        epoch: body.u64(WHAT)?,
+        ttl_ms: body.u32(WHAT)?,
+        holder: body.text(MAX_TEXT_BYTES, "the holder of a lease")?,
+    })
 }
 
 fn stamp(body: &mut Reader) -> Result<Stamp, DecodeError> {

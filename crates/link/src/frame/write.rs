@@ -34,6 +34,7 @@ fn number(frame: &Frame) -> u8 {
         Frame::Receipt(_) => 8,
         Frame::Heartbeat(_) => 9,
         Frame::Bye(_) => 10,
+        Frame::Lease(_) => 11,
     }
 }
 
@@ -68,6 +69,7 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
         Frame::Command(command) => {
             put_u64s(out, &[command.id, command.sent.micros()]);
             out.extend_from_slice(&command.ttl_ms.to_le_bytes());
+            put_u64s(out, &[command.lease]);
             out.extend_from_slice(&command.packet);
         }
         Frame::Receipt(receipt) => {
@@ -82,6 +84,11 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
         Frame::Heartbeat(beat) => {
             put_stamp(out, &beat.stamp);
             put_u64s(out, &[beat.bytes, beat.next, beat.durable, beat.waiting_us, beat.kept_us]);
+        }
+        Frame::Lease(lease) => {
+            put_u64s(out, &[lease.epoch]);
+            out.extend_from_slice(&lease.ttl_ms.to_le_bytes());
+            put_text(out, &lease.holder, MAX_TEXT_BYTES);
         }
         Frame::Bye(bye) => {
             out.push(bye.code.code());

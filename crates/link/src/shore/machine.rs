@@ -5,8 +5,8 @@ use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
 use crate::clocks::{ClockEstimate, Clocks};
 use crate::commands::{Pending, Waiting};
 use crate::frame::{
-    Bye, ByeCode, Capabilities, Command, Frame, Hello, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome,
-    decode, message,
+    Bye, ByeCode, Capabilities, Command, Frame, Hello, Lease, OLDEST_VERSION, Receipt, VERSION, Verdict,
+    Welcome, decode, message,
 };
 use crate::now::Now;
 use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency, unpack};
@@ -18,6 +18,9 @@ use units::MonoTime;
 /// Connections that may greet at once; the oldest is closed for one more.
 const MOST_GREETING: usize = 4;
 const GREATEST_TTL: Duration = Duration::from_hours(24);
+/// A lease is told again this often, and dies aboard when it was not for so long.
+const LEASE_EVERY: Duration = Duration::from_secs(10);
+const LEASE_LASTS: Duration = Duration::from_secs(30);
 
 /// The shore's end of the link to one vessel, over all its connections. It holds commands that wait for an answer
 /// (256 at most; one more is refused) and no records: those go out as they come.
@@ -29,6 +32,9 @@ pub struct Shore {
     connected: Option<Connected>,
     latest: Option<Which>,
     commands: Pending,
+    lease: Option<(u64, Option<String>)>,
+    /// When the lease is told again.
+    next_lease: MonoTime,
     transit: Latency,
     received_bytes: u64,
     repeated: u64,
@@ -81,6 +87,8 @@ impl Shore {
             connected: None,
             latest: None,
             commands: Pending::default(),
+            lease: None,
+            next_lease: MonoTime::default(),
             transit: Latency::default(),
             received_bytes: 0,
             repeated: 0,
@@ -106,12 +114,16 @@ impl Shore {
                     connected.kept(seq.saturating_add(1));
                 }
             }
-            ShoreInput::Command { id, ttl, packet } => {
+            ShoreInput::Command { id, ttl, lease, packet } => {
                 let expires = now.mono + ttl.min(GREATEST_TTL);
-                if !self.commands.put(id, Waiting { packet, expires, sent: false }) {
+                if !self.commands.put(id, Waiting { lease, packet, expires, sent: false }) {
                     let text = "too many commands wait for this vessel, or its identity is taken";
                     self.outputs.push_back(ShoreOutput::Outcome(id, Outcome::Refused(text.to_owned())));
                 }
+            }
+            ShoreInput::Lease(epoch, holder) => {
+                self.lease = Some((epoch, holder));
+                self.tell_lease(now);
             }
             ShoreInput::Shutdown => {
                 let all: Vec<ConnectionId> =
@@ -133,7 +145,7 @@ impl Shore {
     pub fn poll_timeout(&self) -> Option<MonoTime> {
         let greeting = self.greeting.values().map(|one| one.since + GREETING_WITHIN);
         let connected = self.connected.iter().map(|one| one.next_heartbeat.min(one.heard + DEAD_AFTER));
-        greeting.chain(connected).chain(self.commands.next_end()).min()
+        greeting.chain(connected).chain(self.commands.next_end()).chain(self.lease_due()).min()
     }
 
     /// How the vessel's clocks stand to ours.
@@ -266,6 +278,8 @@ impl Shore {
         let rest = (capabilities, clocks, bytes);
         self.connected = Some(Connected::new(now.mono, id, hello.stream, resume, rest));
         self.outputs.push_back(ShoreOutput::Up(id));
+        // Before the commands, which are obeyed by it.
+        self.tell_lease(now);
         self.commands(now, true);
     }
 
@@ -296,7 +310,7 @@ impl Shore {
             Frame::Bye(bye) => {
                 return Err((ByeCode::Ending, format!("the vessel closes the link: {}", bye.text)));
             }
-            Frame::Hello(_) | Frame::Welcome(_) | Frame::Ack(_) | Frame::Command(_) => {
+            Frame::Hello(_) | Frame::Welcome(_) | Frame::Ack(_) | Frame::Command(_) | Frame::Lease(_) => {
                 return Err(protocol("a frame that only a shore sends, or a second greeting"));
             }
         }
@@ -313,9 +327,28 @@ impl Shore {
         for (command, waiting) in self.commands.sendable(now.mono, all) {
             // Rounded down: better too early than too late.
             let ttl_ms = waiting.expires.since(now.mono).as_millis() as u32;
-            let frame = Command { id: command, sent: now.mono, ttl_ms, packet: waiting.packet };
+            let Waiting { lease, packet, .. } = waiting;
+            let frame = Command { id: command, sent: now.mono, ttl_ms, lease, packet };
             self.send(id, &Frame::Command(frame));
         }
+    }
+
+    /// When the lease is to be told again: while somebody has it and the link stands.
+    fn lease_due(&self) -> Option<MonoTime> {
+        let held = matches!(self.lease, Some((_, Some(_))));
+        self.connected.as_ref().filter(|_| held).map(|_| self.next_lease)
+    }
+
+    fn tell_lease(&mut self, now: Now) {
+        self.next_lease = now.mono + LEASE_EVERY;
+        let (Some(connected), Some((epoch, holder))) = (&self.connected, &self.lease) else { return };
+        let lasts = if holder.is_some() { LEASE_LASTS } else { Duration::ZERO };
+        let frame = Lease {
+            epoch: *epoch,
+            ttl_ms: lasts.as_millis() as u32,
+            holder: holder.clone().unwrap_or_default(),
+        };
+        self.send(connected.id, &Frame::Lease(frame));
     }
 
     fn step(&mut self, now: Now) {
@@ -330,6 +363,9 @@ impl Shore {
             .collect();
         for id in silent {
             self.end(id, (ByeCode::Silent, "nothing heard in time".to_owned()));
+        }
+        if self.lease_due().is_some_and(|due| now.mono >= due) {
+            self.tell_lease(now);
         }
         self.commands(now, false);
         if let Some(connected) = &mut self.connected {

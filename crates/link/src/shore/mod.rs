@@ -54,9 +54,14 @@ pub enum ShoreInput {
         id: u64,
         /// Delivered within this time or not at all. More than a day is cut to a day.
         ttl: Duration,
+        /// Epoch of the lease under which it is given; 0 for none.
+        lease: u64,
         /// The packet.
         packet: Bytes,
     },
+    /// Who commands the vessel from now on: the epoch, and the holder's name, or nobody any more. Told to the vessel
+    /// now, on every connection, and again and again while somebody does.
+    Lease(u64, Option<String>),
     /// The program ends.
     Shutdown,
 }

@@ -324,7 +324,8 @@ impl Vessel {
                 }
             }
             (Frame::Command(command), Some(_)) => self.command(now, command),
-            (Frame::Ack(_) | Frame::Heartbeat(_) | Frame::Command(_), None) => {
+            (Frame::Lease(lease), Some(_)) => self.outputs.push_back(VesselOutput::Lease(lease)),
+            (Frame::Ack(_) | Frame::Heartbeat(_) | Frame::Command(_) | Frame::Lease(_), None) => {
                 return Err(End::protocol("the shore speaks before it agreed"));
             }
             (_, _) => return Err(End::protocol("a frame that only a vessel sends, or a second welcome")),
@@ -371,8 +372,8 @@ impl Vessel {
                 });
                 match left {
                     Some(left) => {
-                        let (packet, expires) = (command.packet, now.mono + left);
-                        self.outputs.push_back(VesselOutput::Command { id, packet, expires });
+                        let (lease, packet, expires) = (command.lease, command.packet, now.mono + left);
+                        self.outputs.push_back(VesselOutput::Command { id, lease, packet, expires });
                     }
                     None => self.answer(now, id, Answer::Expired),
                 }

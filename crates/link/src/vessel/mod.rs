@@ -7,7 +7,7 @@ mod up;
 pub use machine::Vessel;
 
 use crate::clocks::ClockEstimate;
-use crate::frame::Gap;
+use crate::frame::{Gap, Lease};
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -130,11 +130,15 @@ pub enum VesselOutput {
     Command {
         /// Identity.
         id: u64,
+        /// Epoch of the lease under which it is given; 0 for none.
+        lease: u64,
         /// The packet.
         packet: Bytes,
         /// Too late from here on.
         expires: MonoTime,
     },
+    /// Who commands the vessel.
+    Lease(Lease),
     /// The shore agreed: the link stands.
     Up,
 }

@@ -159,7 +159,7 @@ impl World {
                 self.vessel.delivered.push((id, self.now_us));
                 self.vessel_handle(VesselInput::Answer(id, Answer::Received));
             }
-            VesselOutput::Up => {}
+            VesselOutput::Up | VesselOutput::Lease(_) => {}
         }
     }
 

@@ -4,8 +4,10 @@ use crate::input::{
     BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
     TagReading, WaterReading,
 };
+use crate::lease::Lease;
 use mission::Ticket;
 use std::net::SocketAddrV4;
+use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
 /// Bytes that are no record.
@@ -44,6 +46,10 @@ impl<'a> Take<'a> {
 
     fn u32(&mut self) -> Result<u32, Garbled> {
         self.array().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, Garbled> {
+        self.array().map(u64::from_le_bytes)
     }
 
     fn f64(&mut self) -> Result<f64, Garbled> {
@@ -155,6 +161,11 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
             let text = take.text()?;
             Input::Stored(ticket, if ok { Ok(()) } else { Err(text) })
         }
+        15 => Input::Order(take.peer()?, take.u64()?, take.bytes()?.to_vec()),
+        16 => {
+            let (epoch, lasts) = (take.u64()?, Duration::from_micros(take.u64()?));
+            Input::Lease(Lease { epoch, lasts, holder: take.text()? })
+        }
         _ => return Err(Garbled),
     })
 }
@@ -208,6 +219,8 @@ mod tests {
             Input::Stored(Ticket(3), Ok(())),
             Input::Stored(Ticket(4), Err("disk full".into())),
             Input::Shutdown,
+            Input::Order(Peer::Tcp(3), 1 << 50, vec![1, 2, 3]),
+            Input::Lease(Lease { epoch: 7, lasts: Duration::from_secs(30), holder: "nils".into() }),
         ]
     }
 

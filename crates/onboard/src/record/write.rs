@@ -4,6 +4,7 @@ use crate::input::{
     BatteryReading, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side, TagReading,
     WaterReading,
 };
+use crate::lease::Lease;
 use crate::output::{Keep, Level, Output};
 use mission::{Change, Effect};
 use std::net::SocketAddrV4;
@@ -154,6 +155,19 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.bytes(what.as_bytes());
         }
         Input::Shutdown => put.u8(13),
+        Input::Order(peer, lease, bytes) => {
+            put.u8(15);
+            put.peer(*peer);
+            put.u64(*lease);
+            put.bytes(bytes);
+        }
+        Input::Lease(Lease { epoch, lasts, holder }) => {
+            put.u8(16);
+            put.u64(*epoch);
+            // Leases last minutes.
+            put.u64(lasts.as_micros() as u64);
+            put.bytes(holder.as_bytes());
+        }
     }
 }
 

@@ -130,6 +130,8 @@ struct Seen {
     refusal: Option<String>,
     place: Option<(LatLon, f64)>,
     tags: u64,
+    /// Somebody commands it, so that it is not to be given its plan.
+    commanded: bool,
 }
 
 impl Seen {
@@ -148,6 +150,7 @@ impl Seen {
                 Some((imc::position::place(&state).ok()?, imc::position::ground_speed_mps(&state)))
             }),
             tags: system.latest(TBRFishTag::ID).map_or(0, |(_, series)| series.count()),
+            commanded: false,
         }
     }
 }
@@ -200,7 +203,7 @@ impl Watch {
             }
             sailing = own;
             let waited = asked.is_none_or(|asked| asked.elapsed() >= ASK_EVERY);
-            if state.state == PlanControlStateState::Ready && waited {
+            if state.state == PlanControlStateState::Ready && waited && !seen.commanded {
                 if let Some(reason) = seen.refusal.filter(|_| asked.is_some()) {
                     say!("{name:<9} does not sail: {reason}; asked again");
                 }
@@ -214,7 +217,11 @@ impl Watch {
 
     async fn look(&self) -> Result<Seen, Stopped> {
         let address = self.otter.address;
-        self.shore.relay.look(move |hub, now| Seen::of(hub.fleet(), now, address)).await
+        let seen = move |hub: &mut hub::Hub, now| {
+            let commanded = hub.leases().of(address).held.is_some();
+            Seen { commanded, ..Seen::of(hub.fleet(), now, address) }
+        };
+        self.shore.relay.look(seen).await
     }
 
     /// Sends the plan with the request to start it, as from a console.

@@ -12,6 +12,7 @@ pub(crate) use socket::open;
 
 use crate::relay::{Recorder, Relay};
 use bytes::Bytes;
+use hub::{CommandId, Outgoing};
 use imc::Address;
 use link::{ConnectionId, ShoreStatus};
 use std::collections::BTreeMap;
@@ -34,6 +35,8 @@ enum Event {
     Message(ConnectionId, Bytes),
     /// It is gone.
     Closed(ConnectionId),
+    /// Somebody orders this.
+    Order(CommandId, Outgoing),
 }
 
 /// What a vessel's task tells a connection.
@@ -77,6 +80,19 @@ impl Links {
     pub(crate) fn status(&self) -> Vec<(Address, ShoreStatus)> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         vessels.iter().map(|(address, handle)| (Address(*address), *handle.status.borrow())).collect()
+    }
+
+    /// Whether a vessel's link stands; nothing for one that never came in by the link since the start.
+    pub(crate) fn is_up(&self, vessel: Address) -> Option<bool> {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        vessels.get(&vessel.0).map(|handle| handle.status.borrow().up)
+    }
+
+    /// Hands a command to a vessel's link, which tells the hub what becomes of it. False when its queue is full.
+    pub(crate) fn order(&self, vessel: Address, id: CommandId, order: Outgoing) -> bool {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        let handle = vessels.get(&vessel.0);
+        handle.is_some_and(|handle| handle.events.try_send(Event::Order(id, order)).is_ok())
     }
 
     /// The task of a vessel; the first connection starts it.

@@ -4,7 +4,7 @@ use super::figures::Figures;
 use super::{Event, Out};
 use crate::relay::{Connection, Recorder, Relay};
 use bytes::Bytes;
-use hub::{Door, Incoming, Lane, LinkSeq, Peer, Role, Sources};
+use hub::{CommandId, Door, Incoming, Lane, LinkSeq, Outgoing, Peer, Receipt, Role, Sources, TIME_TO_LIVE};
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
@@ -52,6 +52,10 @@ pub(super) struct Task {
     /// Declared gaps of the stream that are kept: the first missing number and the one after the last.
     gaps: BTreeMap<u64, u64>,
     next_command: u64,
+    /// Who commands, as the session was told.
+    control: Option<(u64, Option<String>)>,
+    /// What people ordered, by the number under which the link carries it, until its outcome is known.
+    orders: BTreeMap<u64, CommandId>,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
     /// How often the figures were told.
@@ -82,6 +86,8 @@ impl Task {
             durable: None,
             gaps: BTreeMap::new(),
             next_command,
+            control: None,
+            orders: BTreeMap::new(),
             figures,
             status,
             told: 0,
@@ -95,6 +101,8 @@ impl Task {
         let Ok(hub) = self.relay.join(peer, OUTBOX_BYTES).await else { return };
         let mut durable = self.recorder.durable();
         let mut figures = tokio::time::interval(FIGURES);
+        let mut control = self.relay.control();
+        self.tell_control();
         loop {
             let due = self.shore.poll_timeout();
             tokio::select! {
@@ -123,6 +131,12 @@ impl Task {
                     self.acknowledge();
                 }
                 () = until(&self.relay, due) => self.handle(ShoreInput::Timer),
+                changed = control.changed() => {
+                    if changed.is_err() {
+                        break;
+                    }
+                    self.tell_control();
+                }
                 _ = figures.tick() => self.figures().await,
             }
             if self.carry_out(&hub).await.is_err() {
@@ -155,6 +169,23 @@ impl Task {
                 self.connections.remove(&id);
                 self.handle(ShoreInput::Closed(id));
             }
+            Event::Order(command, Outgoing { epoch, packet }) => {
+                let id = self.next_command;
+                self.next_command += 1;
+                self.orders.insert(id, command);
+                // Of the lease under which it is given the vessel hears first.
+                self.tell_control();
+                self.handle(ShoreInput::Command { id, ttl: TIME_TO_LIVE, lease: epoch, packet });
+            }
+        }
+    }
+
+    /// Tells the vessel who commands it, when that is another than it was told.
+    fn tell_control(&mut self) {
+        let now = self.relay.control().borrow().get(&self.vessel).cloned();
+        if let Some((epoch, holder)) = now.filter(|now| self.control.as_ref() != Some(now)) {
+            self.control = Some((epoch, holder.clone()));
+            self.handle(ShoreInput::Lease(epoch, holder));
         }
     }
 
@@ -163,7 +194,7 @@ impl Task {
         let id = self.next_command;
         self.next_command += 1;
         let ttl = time_to_live(&packet);
-        self.handle(ShoreInput::Command { id, ttl, packet });
+        self.handle(ShoreInput::Command { id, ttl, lease: 0, packet });
     }
 
     /// Does what the session asks for.
@@ -199,7 +230,16 @@ impl Task {
                         |record: Record| Incoming { packet: record.packet, link: None, lane: Lane::Live };
                     hub.give(records.into_iter().map(live).collect()).await?;
                 }
-                ShoreOutput::Outcome(id, outcome) => self.outcome(id, &outcome),
+                ShoreOutput::Outcome(id, outcome) => {
+                    self.outcome(id, &outcome);
+                    if let Some(command) = self.orders.remove(&id) {
+                        let receipt = receipt(outcome);
+                        let tell = move |hub: &mut hub::Hub, now| {
+                            hub.commands_mut().receipt(now, command, receipt);
+                        };
+                        self.relay.look(tell).await?;
+                    }
+                }
             }
         }
         Ok(())
@@ -356,6 +396,15 @@ fn incoming(stream: u64, record: Record, now: UtcTime, vessel_ahead_us: i64) -> 
     let present = age_us < i64::try_from(PRESENT.as_micros()).unwrap_or(i64::MAX);
     let link = Some(LinkSeq { stream, seq: record.seq });
     Incoming { packet: record.packet, link, lane: if present { Lane::Present } else { Lane::Backlog } }
+}
+
+fn receipt(outcome: Outcome) -> Receipt {
+    match outcome {
+        Outcome::Received => Receipt::Received,
+        Outcome::Expired => Receipt::Expired,
+        Outcome::Refused(why) => Receipt::Refused(why),
+        Outcome::Unanswered => Receipt::Unanswered,
+    }
 }
 
 fn reason(reason: GapReason) -> &'static str {

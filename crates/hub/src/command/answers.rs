@@ -1,0 +1,193 @@
+//! What vessels say, as far as it tells what became of commands.
+
+use super::{Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, Stage};
+use crate::Now;
+use imc::messages::{
+    EntityParameter, EntityParameters, Payload as _, PlanControl, PlanControlOp, PlanControlState,
+    PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType,
+    PlanSpecification,
+};
+use imc::{Address, PacketView};
+use units::UtcTime;
+
+impl Commands {
+    /// A packet of the present from a vessel.
+    pub fn heard(&mut self, now: Now, view: &PacketView<'_>) {
+        let vessel = view.src();
+        match view.id() {
+            PlanControlState::ID => {
+                if let Ok(Some(state)) = imc::decode::<PlanControlState>(view) {
+                    self.state(now, vessel, &state);
+                }
+            }
+            PlanControl::ID if view.dst() == self.own => {
+                if let Ok(Some(answer)) = imc::decode::<PlanControl>(view) {
+                    self.control(now, vessel, &answer);
+                }
+            }
+            PlanDB::ID => {
+                if let Ok(Some(answer)) = imc::decode::<PlanDB>(view) {
+                    self.plans(now, vessel, &answer);
+                    if view.dst() == self.own {
+                        self.database(now, vessel, &answer);
+                    }
+                }
+            }
+            EntityParameters::ID => {
+                if let Ok(Some(parameters)) = imc::decode::<EntityParameters>(view) {
+                    self.parameters(now, vessel, &parameters);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Open commands of a vessel of which this holds.
+    fn open(&self, vessel: Address, holds: impl Fn(&Command) -> bool) -> Vec<CommandId> {
+        let sent = |one: &&Command| one.vessel == vessel && !one.is_over() && one.stage() >= Stage::Accepted;
+        self.all.values().filter(sent).filter(|one| holds(one)).map(|one| one.id).collect()
+    }
+
+    /// The vessel answered: it has the command and does it.
+    fn works(&mut self, now: Now, id: CommandId, text: &str) {
+        if let Some(command) = self.all.get_mut(&id) {
+            command.answered = true;
+        }
+        self.advance(now, id, Stage::Received, String::new());
+        self.advance(now, id, Stage::Executing, text.to_owned());
+    }
+
+    fn control(&mut self, now: Now, vessel: Address, answer: &PlanControl) {
+        let wanted = |command: &Command| match command.effect {
+            Effect::Runs(_) => answer.op == PlanControlOp::Start,
+            Effect::Rests => answer.op == PlanControlOp::Stop,
+            _ => false,
+        };
+        let request = answer.request_id;
+        let info = answer.info.to_str_lossy();
+        for id in self.open(vessel, |one| one.request_id == request && wanted(one)) {
+            match answer.r#type {
+                PlanControlType::Success | PlanControlType::InProgress => self.works(now, id, &info),
+                PlanControlType::Failure => self.refused(now, id, info.clone().into_owned()),
+                PlanControlType::Request | PlanControlType::Unlisted(_) => {}
+            }
+        }
+    }
+
+    fn state(&mut self, now: Now, vessel: Address, state: &PlanControlState) {
+        let plan_id = state.plan_id.to_str_lossy();
+        let executing = state.state == PlanControlStateState::Executing;
+        let rests = matches!(state.state, PlanControlStateState::Ready | PlanControlStateState::Blocked);
+        // What ran, or did not run, before the order says nothing until the vessel has answered.
+        let seen = |command: &Command| match &command.effect {
+            Effect::Runs(wanted) => {
+                executing && *wanted == plan_id && (command.answered || command.ran.as_ref() != Some(wanted))
+            }
+            Effect::Rests => rests && (command.answered || command.ran.is_some()),
+            _ => false,
+        };
+        for id in self.open(vessel, seen) {
+            let text =
+                if executing { format!("executing {plan_id}") } else { "no plan is executed".to_owned() };
+            self.works(now, id, "");
+            self.advance(now, id, Stage::EffectSeen, text);
+        }
+    }
+
+    /// Whoever asked: the state of a vessel's database is news.
+    fn plans(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
+        if answer.r#type != PlanDBType::Success {
+            return;
+        }
+        let Some(state) = answer.arg.of::<PlanDBState>() else { return };
+        let plan = |one: PlanDBInformation| PlanAboard {
+            plan_id: one.plan_id.to_str_lossy().into_owned(),
+            size: one.plan_size,
+            changed: UtcTime::from_seconds(one.change_time),
+            changed_by: one.change_sname.to_str_lossy().into_owned(),
+            md5: one.md5,
+        };
+        let plans = state.plans_info.of::<PlanDBInformation>().map(plan).collect();
+        self.aboard.insert(vessel, PlansAboard { at: now.utc, plans });
+    }
+
+    fn database(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
+        let wanted = |command: &Command| {
+            let op = match command.effect {
+                Effect::Stores(..) => PlanDBOp::Set,
+                Effect::Removed(_) => PlanDBOp::Del,
+                Effect::Listed => PlanDBOp::GetState,
+                Effect::Gave(_) => PlanDBOp::Get,
+                _ => return false,
+            };
+            answer.op == op && answer.request_id == command.request_id
+        };
+        let info = answer.info.to_str_lossy().into_owned();
+        for id in self.open(vessel, wanted) {
+            match answer.r#type {
+                PlanDBType::InProgress => self.works(now, id, &info),
+                PlanDBType::Failure => self.refused(now, id, info.clone()),
+                PlanDBType::Success => {
+                    self.works(now, id, &info);
+                    self.done(now, id, answer);
+                }
+                PlanDBType::Request | PlanDBType::Unlisted(_) => {}
+            }
+        }
+    }
+
+    /// The database says that it has done what was asked.
+    fn done(&mut self, now: Now, id: CommandId, answer: &PlanDB) {
+        let Some(command) = self.all.get_mut(&id) else { return };
+        let text = match &command.effect {
+            Effect::Stores(plan_id, digest) => {
+                let stored = answer.arg.of::<PlanDBInformation>();
+                if stored.is_some_and(|stored| stored.md5 != digest) {
+                    let text = format!("the vessel stores another '{plan_id}': the digests differ");
+                    return self.refused(now, id, text);
+                }
+                format!("stores {plan_id}")
+            }
+            Effect::Removed(plan_id) => format!("{plan_id} is removed"),
+            Effect::Gave(_) => {
+                let Some(plan) = answer.arg.of::<PlanSpecification>() else {
+                    return self.refused(now, id, "the answer holds no plan".to_owned());
+                };
+                command.answer = Some(Answer::Plan(Box::new(plan)));
+                String::new()
+            }
+            _ => String::new(),
+        };
+        let vessel = command.vessel;
+        self.advance(now, id, Stage::EffectSeen, text);
+        self.forget(vessel);
+    }
+
+    fn parameters(&mut self, now: Now, vessel: Address, told: &EntityParameters) {
+        let entity = told.name.to_str_lossy();
+        let text = |text: &imc::Text| text.to_str_lossy().into_owned();
+        let values: Vec<(String, String)> =
+            told.params.of::<EntityParameter>().map(|one| (text(&one.name), text(&one.value))).collect();
+        for id in self.open(vessel, |one| matches!(&one.effect, Effect::Told(of, _) if *of == entity)) {
+            let Some(command) = self.all.get_mut(&id) else { continue };
+            let Effect::Told(_, set) = &command.effect else { continue };
+            // An answer echoes what was taken, and nothing else.
+            let left_out: Vec<&str> = set
+                .iter()
+                .filter(|(name, _)| !values.iter().any(|(told, _)| told == name))
+                .map(|(name, _)| name.as_str())
+                .collect();
+            if left_out.len() == set.len() && !set.is_empty() {
+                continue;
+            }
+            let refused = (!left_out.is_empty()).then(|| format!("not taken: {}", left_out.join(", ")));
+            command.answer = Some(Answer::Parameters(values.clone()));
+            self.works(now, id, "");
+            match refused {
+                Some(why) => self.refused(now, id, why),
+                None => self.advance(now, id, Stage::EffectSeen, String::new()),
+            }
+            self.forget(vessel);
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! What becomes of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
+//!
+//! A vessel's answers are events, not one answer (facts/dune_behaviour.md 6): a start is answered several times
+//! under one request id, and a failure may come minutes later. So answers move a command on while it is open, and
+//! the effect is what telemetry shows: the plan that PlanControlState says is executed, the digest that the plan
+//! database gives. Telemetry that could be from before the order counts only after an answer.
+//!
+//! Commands are kept, [`KEPT`] for each vessel, the oldest finished ones go first.
+
+mod answers;
+mod order;
+#[cfg(test)]
+mod tests;
+
+pub use order::{GOTO_PLAN, Order};
+
+use crate::Now;
+use bytes::Bytes;
+use imc::{Address, Header, Packet};
+use order::Effect;
+use std::collections::BTreeMap;
+use std::time::Duration;
+use units::{MonoTime, UtcTime};
+
+/// Commands kept for each vessel.
+const KEPT: usize = 100;
+/// Commands of one vessel that may be open at once.
+const OPEN: usize = 20;
+/// Answers kept for each vessel: they are large.
+const ANSWERS_KEPT: usize = 10;
+/// A packet that is not delivered within this is not delivered at all.
+pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
+/// Most characters of what a stage says.
+const TEXT_CHARS: usize = 500;
+/// How long each stage may take. The link gives its own verdict before the first.
+const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
+const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
+const EFFECT_WITHIN: Duration = Duration::from_secs(15);
+
+/// A command's number; grows, also over restarts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CommandId(pub u64);
+
+/// How far a command is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// It is to be written into the audit log.
+    Asked,
+    /// It is in the audit log.
+    Accepted,
+    /// It is on its way.
+    Sent,
+    /// The vessel has it.
+    Received,
+    /// The vessel does it.
+    Executing,
+    /// What the vessel tells shows that it is done.
+    EffectSeen,
+    /// The vessel or the server refuses.
+    Refused,
+    /// It was not delivered in time and never will be.
+    Expired,
+    /// A stage did not come in time. Whether the vessel obeys is not known.
+    TimedOut,
+}
+
+impl Stage {
+    /// A stable word for people and machines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Asked => "asked",
+            Self::Accepted => "accepted",
+            Self::Sent => "sent",
+            Self::Received => "received",
+            Self::Executing => "executing",
+            Self::EffectSeen => "effect seen",
+            Self::Refused => "refused",
+            Self::Expired => "expired",
+            Self::TimedOut => "timed out",
+        }
+    }
+
+    /// Whether nothing follows.
+    pub fn is_last(self) -> bool {
+        self >= Self::EffectSeen
+    }
+}
+
+/// A stage that was reached.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// Which.
+    pub stage: Stage,
+    /// When.
+    pub at: UtcTime,
+    /// The vessel's words, or why.
+    pub text: String,
+}
+
+/// What a vessel answered to a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// A plan.
+    Plan(Box<imc::messages::PlanSpecification>),
+    /// An entity's parameters, names and values.
+    Parameters(Vec<(String, String)>),
+}
+
+/// A plan that a vessel stores.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlanAboard {
+    /// Its name.
+    pub plan_id: String,
+    /// Bytes of its specification.
+    pub size: u16,
+    /// When it was changed, by the vessel's clock.
+    pub changed: Option<UtcTime>,
+    /// Who changed it.
+    pub changed_by: String,
+    /// Its digest.
+    pub md5: Vec<u8>,
+}
+
+/// The plans that a vessel stores, as it said last.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlansAboard {
+    /// When it said so.
+    pub at: UtcTime,
+    /// By name.
+    pub plans: Vec<PlanAboard>,
+}
+
+/// An order and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Command {
+    /// Its number.
+    pub id: CommandId,
+    /// To whom.
+    pub vessel: Address,
+    /// Who ordered it.
+    pub by: String,
+    /// The lease under which it was ordered; 0 for what takes none.
+    pub epoch: u64,
+    /// Like `plan.start`.
+    pub verb: &'static str,
+    /// What it is about.
+    pub subject: String,
+    /// The stages reached, in order.
+    pub steps: Vec<Step>,
+    /// What the vessel answered.
+    pub answer: Option<Answer>,
+    order: Option<Order>,
+    effect: Effect,
+    request_id: u16,
+    /// What ran when it was sent.
+    ran: Option<String>,
+    answered: bool,
+    deadline: Option<MonoTime>,
+    revision: u64,
+}
+
+impl Command {
+    /// How far it is.
+    pub fn stage(&self) -> Stage {
+        self.steps.last().map_or(Stage::Asked, |step| step.stage)
+    }
+
+    /// Whether nothing more is expected.
+    pub fn is_over(&self) -> bool {
+        // Nothing shows the effect of this one: that the vessel has it is all that is ever known.
+        self.stage().is_last() || (self.effect == Effect::Silent && self.stage() >= Stage::Received)
+    }
+}
+
+/// What became of a command on the vessel link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Receipt {
+    /// The vessel has it.
+    Received,
+    /// It came too late, or never.
+    Expired,
+    /// The vessel refuses it.
+    Refused(String),
+    /// It was sent and the vessel did not say.
+    Unanswered,
+}
+
+/// A packet to send.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outgoing {
+    /// The lease that it carries.
+    pub epoch: u64,
+    /// The packet.
+    pub packet: Bytes,
+}
+
+/// The commands of all vessels.
+#[derive(Debug)]
+pub struct Commands {
+    own: Address,
+    all: BTreeMap<CommandId, Command>,
+    aboard: BTreeMap<Address, PlansAboard>,
+    next_request: u16,
+    last_id: u64,
+    revision: u64,
+}
+
+impl Commands {
+    /// None yet, to be sent from this address.
+    pub fn new(own: Address) -> Self {
+        Self { own, all: BTreeMap::new(), aboard: BTreeMap::new(), next_request: 0, last_id: 0, revision: 0 }
+    }
+
+    /// Takes an order that `by` gives under a lease, before it is written into the audit log.
+    ///
+    /// # Errors
+    /// It is none, or too many of this vessel are open.
+    pub fn begin(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        by: &str,
+        epoch: u64,
+        order: Order,
+    ) -> Result<CommandId, String> {
+        order.check()?;
+        let open = self.all.values().filter(|one| one.vessel == vessel && !one.is_over()).count();
+        if open >= OPEN {
+            return Err(format!("{open} commands to this vessel are open: wait for them"));
+        }
+        // Milliseconds of UTC are exact in JavaScript.
+        let millis = u64::try_from(now.utc.micros() / 1_000).unwrap_or_default();
+        self.last_id = (self.last_id + 1).max(millis);
+        let id = CommandId(self.last_id);
+        // In the upper half, from somewhere else at each start: what others of this address asked, or an earlier
+        // start, is answered under other numbers.
+        let next =
+            if self.next_request == 0 { self.last_id as u16 } else { self.next_request.wrapping_add(2) };
+        self.next_request = (next & 0x7FFE) | 0x8000;
+        self.revision += 1;
+        let command = Command {
+            id,
+            vessel,
+            by: by.to_owned(),
+            epoch,
+            verb: order.verb(),
+            subject: order.subject(),
+            steps: Vec::new(),
+            answer: None,
+            effect: order.effect(),
+            order: Some(order),
+            request_id: self.next_request,
+            ran: None,
+            answered: false,
+            deadline: Some(now.mono + RECEIVED_WITHIN),
+            revision: self.revision,
+        };
+        self.all.insert(id, command);
+        self.forget(vessel);
+        Ok(id)
+    }
+
+    /// It is in the audit log: what to send. `ran` is the plan that the vessel said it executes. Nothing for a
+    /// command that is over or was sent.
+    pub fn accepted(&mut self, now: Now, id: CommandId, ran: Option<String>) -> Option<Outgoing> {
+        let own = self.own;
+        let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::Asked)?;
+        let order = command.order.take()?;
+        let header = Header {
+            timestamp: now.utc.seconds(),
+            src: own,
+            src_ent: u8::MAX,
+            dst: command.vessel,
+            dst_ent: u8::MAX,
+        };
+        command.ran = ran;
+        let (epoch, request_id) = (command.epoch, command.request_id);
+        self.step(now, id, Stage::Accepted, String::new());
+        match Packet::new(header, order.message(request_id)).encode() {
+            Ok(packet) => Some(Outgoing { epoch, packet: packet.into() }),
+            Err(error) => {
+                self.refused(now, id, format!("it fits no packet: {error}"));
+                None
+            }
+        }
+    }
+
+    /// It is on its way.
+    pub fn sent(&mut self, now: Now, id: CommandId, by: &str) {
+        self.advance(now, id, Stage::Sent, by.to_owned());
+    }
+
+    /// The server does not send it, or the vessel does not take it.
+    pub fn refused(&mut self, now: Now, id: CommandId, why: String) {
+        self.advance(now, id, Stage::Refused, why);
+    }
+
+    /// What the vessel link says of it.
+    pub fn receipt(&mut self, now: Now, id: CommandId, receipt: Receipt) {
+        match receipt {
+            Receipt::Received => self.advance(now, id, Stage::Received, String::new()),
+            Receipt::Refused(why) => self.advance(now, id, Stage::Refused, why),
+            Receipt::Expired => {
+                let text = "the vessel was not reached in time; it will not get it any more".to_owned();
+                self.advance(now, id, Stage::Expired, text);
+            }
+            Receipt::Unanswered => {
+                let text = "sent, and the vessel did not say that it has it".to_owned();
+                self.advance(now, id, Stage::TimedOut, text);
+            }
+        }
+    }
+
+    /// Time passes: what was to come by now and did not is told. Call it about once a second.
+    pub fn tick(&mut self, now: Now) {
+        let due =
+            |one: &&Command| !one.is_over() && one.deadline.is_some_and(|deadline| now.mono >= deadline);
+        let late: Vec<(CommandId, Stage)> =
+            self.all.values().filter(due).map(|one| (one.id, one.stage())).collect();
+        for (id, stage) in late {
+            let text = match stage {
+                Stage::Asked | Stage::Accepted => "it was not sent",
+                Stage::Sent => "the vessel did not say that it has it",
+                Stage::Received => "the vessel has it and does not answer",
+                _ => "the vessel answered, but nothing shows the effect",
+            };
+            self.advance(now, id, Stage::TimedOut, text.to_owned());
+        }
+    }
+
+    /// One command.
+    pub fn get(&self, id: CommandId) -> Option<&Command> {
+        self.all.get(&id)
+    }
+
+    /// The commands of a vessel, the newest first.
+    pub fn of(&self, vessel: Address) -> impl Iterator<Item = &Command> {
+        self.all.values().rev().filter(move |one| one.vessel == vessel)
+    }
+
+    /// All commands that changed after `revision`, in order of their numbers.
+    pub fn changed(&self, revision: u64) -> impl Iterator<Item = &Command> {
+        self.all.values().filter(move |one| one.revision > revision)
+    }
+
+    /// The plans that a vessel stores, as far as it said.
+    pub fn aboard(&self, vessel: Address) -> Option<&PlansAboard> {
+        self.aboard.get(&vessel)
+    }
+
+    /// Counts changes.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Goes on to a later stage; what is over stays as it is.
+    fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: String) {
+        if self.all.get(&id).is_some_and(|one| !one.is_over() && one.stage() < stage) {
+            self.step(now, id, stage, text);
+        }
+    }
+
+    fn step(&mut self, now: Now, id: CommandId, stage: Stage, mut text: String) {
+        let Some(command) = self.all.get_mut(&id) else { return };
+        self.revision += 1;
+        command.revision = self.revision;
+        if let Some((end, _)) = text.char_indices().nth(TEXT_CHARS) {
+            text.truncate(end);
+        }
+        command.steps.push(Step { stage, at: now.utc, text });
+        command.deadline = match stage {
+            Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
+            Stage::Received => Some(now.mono + ANSWERED_WITHIN),
+            Stage::Executing => Some(now.mono + EFFECT_WITHIN),
+            _ => None,
+        };
+    }
+
+    /// Keeps what is to be kept of a vessel's commands.
+    fn forget(&mut self, vessel: Address) {
+        let over: Vec<CommandId> = self.of(vessel).filter(|one| one.is_over()).map(|one| one.id).collect();
+        let all = self.of(vessel).count();
+        for id in over.iter().rev().take(all.saturating_sub(KEPT)) {
+            self.all.remove(id);
+        }
+        let answered: Vec<CommandId> =
+            self.of(vessel).filter(|one| one.answer.is_some()).map(|one| one.id).skip(ANSWERS_KEPT).collect();
+        for id in answered {
+            if let Some(command) = self.all.get_mut(&id) {
+                command.answer = None;
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+// Two people, one boat: control of a simulated Otter and orders to it: node control.mjs URL PASSWORD. Prints what it
+// wants done to processes.
+
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+
+const [url, password] = process.argv.slice(2);
+const OTTER = 10449;
+
+await inBrowser(async (open) => {
+  const one = await open();
+  await logIn(one, url, "admin", password);
+
+  // A second operator and a viewer.
+  const people = [];
+  for (const [name, role] of [["nils", "operator"], ["vera", "viewer"]]) {
+    await one.goto(`${url}/admin`);
+    const form = one.locator("main form.card");
+    await form.getByLabel("Name").fill(name);
+    await form.getByLabel("Role").selectOption(role);
+    await form.getByRole("button", { name: "Add" }).click();
+    const secret = await one.locator(".secret").innerText();
+    const page = await open();
+    await logIn(page, url, name, secret, `nine grey otters of ${name}`);
+    people.push(page);
+  }
+  const [two, viewer] = people;
+  const all = [one, two, viewer];
+  for (const page of all) {
+    await page.goto(`${url}/vessels/${OTTER}`);
+    await page.getByText("Live", { exact: true }).waitFor();
+    await page.getByRole("tab", { name: "Control" }).click();
+    await page.getByText("Nobody has control of this vessel.").waitFor();
+  }
+  const button = (page, name) => page.getByRole("button", { name, exact: true });
+  const who = (page, text) => page.locator(".control .who").getByText(text).waitFor();
+  check((await viewer.locator(".control button").count()) === 0, "a viewer sees and cannot");
+  check(await one.getByRole("button", { name: "Stop plan" }).isDisabled(), "nothing without control");
+  await look(one, "control-free");
+
+  // Request, notice, grant.
+  await button(one, "Take control").press("Enter");
+  await who(one, "You have control of this vessel.");
+  for (const page of [two, viewer]) await who(page, "admin has control.");
+  await two.getByLabel("Reason, for the one who has control").fill("my survey begins");
+  await button(two, "Ask for control").click();
+  await one.getByText("nils asks for control: my survey begins").waitFor();
+  await one.getByText(/Without an answer it is granted in \d+ s/).waitFor();
+  await look(one, "control-asked");
+  await button(one, "Grant to nils").click();
+  await who(two, "You have control of this vessel.");
+  await who(one, "nils has control.");
+
+  // A request that is declined, and taking over: two steps, with a reason that the other reads.
+  await button(one, "Ask for control").click();
+  await button(two, "Decline").click();
+  await button(one, "Take over …").click();
+  await one.getByRole("alert").getByText("Say why you take over: nils is told.").waitFor();
+  await one.getByLabel("Reason, for the one who has control").fill("it drifts ashore");
+  await button(one, "Take over …").click();
+  await one.getByText(/nils loses control at once/).waitFor();
+  await look(one, "control-take-over");
+  await button(one, "Take over now").click();
+  await who(one, "You have control of this vessel.");
+  await who(two, "Taken over from nils: it drifts ashore.");
+  check(await two.getByRole("button", { name: "Stop plan" }).isDisabled(), "who lost control cannot command");
+
+  // Stop what runs, then start a plan in two steps, with what will happen in words.
+  const row = (page, order) => page.locator(`.commands > li[data-order="${order}"]`).first();
+  await button(one, "Stop plan").click();
+  await row(one, "plan.stop").getByText(/effect seen/).waitFor();
+  await button(one, "Ask which plans are aboard").click();
+  await one.getByRole("row", { name: /square/ }).waitFor();
+  await button(one, "Start square …").click();
+  const confirm = one.getByRole("group", { name: "Start square on otter-1?" });
+  await confirm.getByText(/First leg: \d{3}° T, \d+ m/).waitFor();
+  const words = await confirm.innerText();
+  check(/Vessel: otter-1/.test(words) && /Digest: [0-9a-f]{32}/.test(words), words);
+  await look(one, "control-confirm");
+  await one.keyboard.press("Escape");
+  check((await confirm.count()) === 0, "Escape ends it");
+  await button(one, "Start square …").click();
+  await button(one, "Start square").click();
+  const stages = await row(one, "plan.start").getByText(/effect seen executing square/).waitFor().then(() => row(one, "plan.start").innerText());
+  for (const stage of ["accepted", "sent", "received", "executing", "effect seen"]) check(stages.includes(stage), `${stage} in ${stages}`);
+  await row(viewer, "plan.start").getByText(/effect seen/).waitFor();
+
+  // Go to a clicked point, and to a typed one.
+  await button(one, "Choose on the map").click();
+  await one.locator(".map").click({ position: { x: 200, y: 220 } });
+  await one.waitForFunction(() => document.querySelector('.control input[type="number"]').value !== "");
+  await button(one, "Go there …").click();
+  await one.getByText(/First leg: \d{3}° T/).waitFor();
+  await button(one, "Go").click();
+  await row(one, "goto").getByText(/effect seen executing lutra-goto/).waitFor();
+
+  // What the vessel refuses is told with its reason.
+  const order = (page, order) =>
+    page.evaluate(async ([path, order]) => {
+      const headers = { "content-type": "application/json", "x-csrf-token": document.querySelector('meta[name="csrf"]').content };
+      const body = JSON.stringify({ order, window: sessionStorage.getItem("lutra-window") });
+      return (await fetch(path, { method: "POST", headers, body })).status;
+    }, [`/api/v1/vessels/${OTTER}/commands`, order]);
+  check((await order(one, { kind: "plan.start", plan_id: "nowhere" })) === 202, "taken");
+  await row(one, "plan.start").getByText(/refused undefined plan/i).waitFor();
+  check((await order(viewer, { kind: "plan.stop" })) === 403, "a viewer is refused by the server too");
+  await look(one, "control-commands");
+
+  // The page of the one who has control goes away: control ends by itself.
+  await one.goto(`${url}/account`);
+  await two.locator(".control .who").getByText("Nobody has control of this vessel. Last: expired (admin).").waitFor({ timeout: 90_000 });
+
+  // A vessel that is not heard: the missing stage is named.
+  await button(two, "Take control").click();
+  await who(two, "You have control of this vessel.");
+  console.log("silence otter-1");
+  await button(two, "Stop plan").click();
+  await row(two, "plan.stop").getByText(/timed out|expired/).waitFor({ timeout: 60_000 });
+  await look(two, "control-timed-out");
+  console.log("wake otter-1");
+  await button(two, "Release control").click();
+  await who(two, "Nobody has control of this vessel.");
+});

@@ -1,0 +1,44 @@
+// What was ordered lately, and how far each got.
+
+import type { Command } from "../api/types.gen";
+import { make, setText } from "../ui/dom";
+import { utc } from "../ui/format";
+
+export interface CommandList {
+  update(commands: readonly Command[]): void;
+}
+
+/** `heard` is a polite live region that tells how the newest command goes on. */
+export function createCommandList(root: HTMLElement, heard: HTMLElement): CommandList {
+  const list = make("ol", { class: "commands", "aria-label": "Recent commands" });
+  const empty = make("p", { class: "empty" }, "Nothing was ordered since the server started.");
+  root.append(make("h3", {}, "Recent commands"), empty, list);
+  let shown: readonly Command[] = [];
+  return {
+    update(commands) {
+      if (commands === shown) return;
+      const mine = shown.length > 0;
+      shown = commands;
+      empty.hidden = commands.length > 0;
+      list.replaceChildren(...commands.map(row));
+      const newest = commands.find((one) => !one.order.endsWith(".list") && !one.order.endsWith(".get"));
+      const last = newest?.steps.at(-1);
+      if (newest && last && mine) setText(heard, `${newest.order} ${newest.subject}: ${last.stage}${last.text ? `, ${last.text}` : ""}`);
+    },
+  };
+}
+
+function row(command: Command): HTMLElement {
+  const last = command.steps.at(-1);
+  const good = last?.stage === "effect seen" || (command.over && last?.stage === "received");
+  const stage = !command.over ? "open" : good ? "done" : "failed";
+  const steps = command.steps.map((step) =>
+    make("li", {}, make("span", { class: "num" }, utc(step.time_us, false)), ` ${step.stage}`, step.text ? make("span", { class: "why" }, ` ${step.text}`) : ""),
+  );
+  return make(
+    "li",
+    { "data-stage": stage, "data-order": command.order },
+    make("p", {}, make("strong", {}, command.order), ` ${command.subject} `, make("span", { class: "by" }, `by ${command.by}`)),
+    make("ol", { class: "steps" }, ...steps),
+  );
+}

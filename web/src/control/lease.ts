@@ -1,0 +1,83 @@
+// Who has control: told to all, asked for, given, kept, taken over.
+
+import { reason } from "../api/http";
+import type { LeaseAction } from "../api/types.gen";
+import { type ControlState, type Part, partOf, whoHas } from "../state/control";
+import { make, setAttribute, setText } from "../ui/dom";
+import type { Confirm } from "./confirm";
+import type { Orders } from "./orders";
+
+/** An open page renews what it has this often, ms. */
+const RENEW_MS = 10_000;
+
+export interface LeaseView {
+  update(state: ControlState, nowUs: number): Part;
+}
+
+export function createLeaseView(root: HTMLElement, me: string, key: string, may: boolean, orders: Orders, confirm: Confirm, failed: (text: string) => void): LeaseView {
+  const who = make("p", { class: "who", role: "status" });
+  const asked = make("div", { class: "asked", role: "status" });
+  const left = make("p", { class: "left" });
+  const why = make("input", { type: "text", maxlength: "200" });
+  const whyBox = make("label", { class: "why" }, "Reason, for the one who has control ", why);
+  const row = make("div", { class: "row" });
+  root.append(who, asked, left, whyBox, row);
+  let part: Part = "free";
+  let drawn = "";
+  const ask = async (action: LeaseAction, text = ""): Promise<void> => {
+    failed("");
+    try {
+      await orders.lease(action, text);
+      if (action !== "renew") why.value = "";
+    } catch (error) {
+      failed(reason(error));
+    }
+  };
+  const button = (text: string, act: () => void, kind = ""): HTMLButtonElement => {
+    const made = make("button", { type: "button", ...(kind ? { class: kind } : {}) }, text);
+    made.addEventListener("click", act);
+    return made;
+  };
+  const takeOver = (from: string): void => {
+    const text = why.value.trim();
+    if (!text) {
+      failed(`Say why you take over: ${from} is told.`);
+      why.focus();
+      return;
+    }
+    confirm.ask("Take over?", [`${from} loses control at once and is told: ${text}`, "What the vessel does goes on until you order something else."], "Take over now", () => void ask("take", text));
+  };
+  window.setInterval(() => {
+    if (part === "here") void ask("renew");
+  }, RENEW_MS);
+
+  return {
+    update({ lease }, nowUs) {
+      part = partOf(lease, me, key);
+      setText(who, whoHas(lease, part));
+      const { holder, waiting } = lease ?? {};
+      const mine = part === "here" || part === "elsewhere";
+      const request = waiting ? `${waiting.name === me ? "You ask" : `${waiting.name} asks`} for control${waiting.reason ? `: ${waiting.reason}` : "."}` : "";
+      setText(asked, request);
+      setAttribute(asked, "data-mine", waiting && mine ? "" : null);
+      const seconds = (until: number): number => Math.max(0, Math.round((until - nowUs) / 1e6));
+      setText(left, waiting ? `Without an answer it is granted in ${seconds(waiting.granted_us)} s.` : holder && !mine ? `Theirs for ${seconds(holder.until_us)} s more unless their page renews it.` : "");
+      setAttribute(whyBox, "hidden", may && (part === "other" || part === "waiting") ? null : "");
+      const now = `${part}/${waiting?.name ?? ""}/${holder?.name ?? ""}`;
+      if (now === drawn) return part;
+      drawn = now;
+      const buttons: HTMLButtonElement[] = [];
+      if (may && waiting && mine) buttons.push(button(`Grant to ${waiting.name}`, () => void ask("grant"), "main"), button("Decline", () => void ask("decline")));
+      if (may && part === "free") buttons.push(button("Take control", () => void ask("request"), "main"));
+      if (may && part === "elsewhere") buttons.push(button("Take control here", () => void ask("request"), "main"));
+      if (may && part === "other") buttons.push(button("Ask for control", () => void ask("request", why.value.trim()), "main"));
+      if (may && part === "waiting") buttons.push(button("Withdraw the request", () => void ask("decline")));
+      if (may && holder && (part === "other" || part === "waiting")) buttons.push(button("Take over …", () => takeOver(holder.name), "danger"));
+      if (may && mine) buttons.push(button("Release control", () => void ask("release")));
+      const focused = row.contains(document.activeElement);
+      row.replaceChildren(...buttons);
+      if (focused) buttons[0]?.focus();
+      return part;
+    },
+  };
+}

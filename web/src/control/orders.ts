@@ -1,0 +1,46 @@
+// Telling the server what to do with a vessel, and waiting for what a vessel answers to a question.
+
+import { getJson, postJson } from "../api/http";
+import type { Command, Lease, LeaseAction, LeaseAsk, Order, OrderAsk } from "../api/types.gen";
+
+const PATIENCE_MS = 8_000;
+/** How often a question that is open is looked at, ms. */
+const LOOK_MS = 300;
+
+/** Tells this window from others of the same person, as long as it is open. */
+export function windowKey(): string {
+  const known = sessionStorage.getItem("lutra-window");
+  if (known) return known;
+  const key = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  sessionStorage.setItem("lutra-window", key);
+  return key;
+}
+
+export interface Orders {
+  lease(action: LeaseAction, reason?: string): Promise<Lease>;
+  give(order: Order): Promise<Command>;
+  /** The answer to a question, or an error in the words of who refused. */
+  ask(order: Order): Promise<Command>;
+}
+
+export function createOrders(vessel: number, window: string): Orders {
+  const path = `/api/v1/vessels/${vessel}`;
+  const give = (order: Order): Promise<Command> => postJson<Command>(`${path}/commands`, PATIENCE_MS, { order, window } satisfies OrderAsk);
+  return {
+    give,
+    lease: (action, reason = "") => postJson<Lease>(`${path}/lease`, PATIENCE_MS, { action, reason, window } satisfies LeaseAsk),
+    async ask(order) {
+      let command = await give(order);
+      while (!command.over) {
+        await new Promise((done) => setTimeout(done, LOOK_MS));
+        command = await getJson<Command>(`${path}/commands/${command.id}`);
+      }
+      const last = command.steps.at(-1);
+      if (last?.stage !== "effect seen") throw new Unanswered(last ? `${last.stage}: ${last.text}` : "not sent");
+      return command;
+    },
+  };
+}
+
+/** What a vessel did not answer, with the reason. */
+export class Unanswered extends Error {}

@@ -1,0 +1,56 @@
+// Who commands a vessel and what became of orders, as the browser knows it: pure functions from frames to state.
+
+import type { Command, Lease, LiveFrame } from "../api/types.gen";
+
+/** Commands that are shown. */
+const SHOWN = 30;
+
+export interface ControlState {
+  readonly lease: Lease | undefined;
+  /** The newest first. */
+  readonly commands: readonly Command[];
+}
+
+export const NO_CONTROL: ControlState = { lease: undefined, commands: [] };
+
+/** The state of one vessel after a frame. */
+export function withControl(state: ControlState, frame: LiveFrame, vessel: number): ControlState {
+  const before = frame.snapshot ? NO_CONTROL : state;
+  const lease = frame.leases.find((one) => one.vessel === vessel) ?? before.lease;
+  const further = frame.commands.filter((one) => one.vessel === vessel);
+  if (!further.length) return lease === before.lease ? before : { ...before, lease };
+  const byId = new Map([...before.commands, ...further].map((one) => [one.id, one]));
+  const commands = [...byId.values()].sort((one, other) => other.id - one.id).slice(0, SHOWN);
+  return { lease, commands };
+}
+
+/** What somebody is to a vessel's control: they have it here, in another window, wait for it, or none of these. */
+export type Part = "here" | "elsewhere" | "waiting" | "other" | "free";
+
+export function partOf(lease: Lease | undefined, name: string, key: string): Part {
+  const { holder, waiting } = lease ?? {};
+  if (!holder) return "free";
+  if (holder.name === name) return holder.window === key ? "here" : "elsewhere";
+  return waiting?.name === name ? "waiting" : "other";
+}
+
+/** Who has control, in words that change only when that does. */
+export function whoHas(lease: Lease | undefined, part: Part): string {
+  const { holder, last } = lease ?? {};
+  if (part === "here") return "You have control of this vessel.";
+  if (part === "elsewhere") return "You have control in another window.";
+  const ended = last && !holder && last.change !== "granted" ? ` Last: ${last.change} (${last.who}).` : "";
+  if (!holder) return `Nobody has control of this vessel.${ended}`;
+  const told = last?.change === "taken over" && last.from ? ` Taken over from ${last.from}: ${last.reason}.` : "";
+  return `${holder.name} has control.${told}`;
+}
+
+/** Distance (m) and bearing (rad) on a sphere, for what a person reads before they confirm. */
+export function legTo(from: { lat_deg: number; lon_deg: number }, to: readonly [number, number]): { distance_m: number; bearing_rad: number } {
+  const rad = Math.PI / 180;
+  const [lat1, lat2, east] = [from.lat_deg * rad, to[0] * rad, (to[1] - from.lon_deg) * rad];
+  const y = Math.sin(east) * Math.cos(lat2);
+  const x = Math.cos(lat1) * Math.sin(lat2) - Math.sin(lat1) * Math.cos(lat2) * Math.cos(east);
+  const half = Math.sin((lat2 - lat1) / 2) ** 2 + Math.cos(lat1) * Math.cos(lat2) * Math.sin(east / 2) ** 2;
+  return { distance_m: 2 * 6_371_000 * Math.asin(Math.min(1, Math.sqrt(half))), bearing_rad: Math.atan2(y, x) };
+}
