@@ -207,6 +207,20 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
     demo.signal("CONT");
 }
 
+/// A plan that is drawn ashore, brought aboard with its digest checked, and sailed.
+#[test]
+fn a_plan_is_drawn_uploaded_and_sailed_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "1"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    demo.sails(&["otter-1"]);
+    testkit::browser::run("aboard.mjs", &[&url, &password], |_| {});
+}
+
 /// Two people, one boat, in two browsers: control, orders and their stages, and a vessel that does not answer.
 #[test]
 fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {

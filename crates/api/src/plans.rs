@@ -246,6 +246,20 @@ pub struct PlanChange {
     pub plan: PlanDocument,
 }
 
+/// A plan that is to be brought aboard.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub struct PlanUploadAsk {
+    /// IMC address of the vessel.
+    pub vessel: u16,
+    /// The revision that is meant; another in the store refuses the upload: 409.
+    pub revision: u32,
+    /// The window that has control of the vessel; empty for scripts.
+    #[serde(default)]
+    pub window: String,
+}
+
 /// One state that a plan had.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -6,9 +6,9 @@ use crate::{
     LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me,
     NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
     PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep,
-    PlanSummary, PlanTask, PlanTrouble, PlansAboard, Recorded, Recording, Role, SampleRow, Samples, Series,
-    SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update,
-    ValueKind, Vessel,
+    PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, SampleRow,
+    Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade,
+    TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -65,6 +65,7 @@ fn text() -> String {
         PlanSummary::decl(),
         PlanTask::decl(),
         PlanTrouble::decl(),
+        PlanUploadAsk::decl(),
         PlansAboard::decl(),
         Recorded::decl(),
         Recording::decl(),

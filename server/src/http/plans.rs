@@ -5,6 +5,7 @@
 
 use super::asked::{Asked, InPath};
 use super::caller::Caller;
+use super::control::{self, Issuer};
 use super::error::ApiError;
 use super::guard::Who;
 use crate::clock;
@@ -12,8 +13,8 @@ use crate::people::{Fault, Principal};
 use crate::plans::{self, Change, Format, Row};
 use crate::shore::AppState;
 use api::{
-    ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
-    PlanRevision, PlanSummary, Role, StoredPlan,
+    Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
+    PlanRevision, PlanSummary, PlanUploadAsk, Role, StoredPlan,
 };
 use axum::Json;
 use axum::body::Bytes;
@@ -21,6 +22,7 @@ use axum::extract::State;
 use axum::extract::rejection::{BytesRejection, JsonRejection};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use imc::Address;
 use serde_json::json;
 use units::UtcTime;
 
@@ -166,6 +168,33 @@ pub(crate) async fn check(sent: Sent<PlanDocument>) -> Result<Json<PlanCheck>, A
     let plan = taken(sent)?;
     plans::limits(&plan).map_err(refused)?;
     slow(move || plans::check(&plan, clock::now())).await.map(Json)
+}
+
+/// `POST /api/v1/plans/{id}/upload`.
+pub(crate) async fn upload(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    InPath(id): InPath<i64>,
+    sent: Sent<PlanUploadAsk>,
+) -> Result<(StatusCode, Json<Command>), ApiError> {
+    let row = find(&state, &who, id, None).await?;
+    let PlanUploadAsk { vessel, revision, window } = taken(sent)?;
+    may_change(&who, Some(vessel))?;
+    if row.revision != revision {
+        let text = format!("The plan is at revision {}, not {revision}: look at it again.", row.revision);
+        return Err(ApiError::new(StatusCode::CONFLICT, "newer_revision", text));
+    }
+    if row.draft {
+        return Err(refused("The plan is a draft; save it before it goes aboard.".to_owned()));
+    }
+    if row.plan.vessel.is_some_and(|meant| meant != vessel) {
+        return Err(refused("The plan is for another vessel; change that first.".to_owned()));
+    }
+    let specification = slow(move || plans::aboard(&row.plan, clock::now())).await?.map_err(refused)?;
+    let by = Issuer { who, from: caller.address.to_string(), window };
+    let order = hub::Order::Upload(Box::new(specification));
+    Ok((StatusCode::ACCEPTED, Json(control::issue(&state, Address(vessel), &by, order).await?)))
 }
 
 /// `GET /api/v1/plans/{id}/export`.

@@ -12,9 +12,9 @@ use api::{
     AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
     GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
     LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
-    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlansAboard, Recorded, Recording,
-    Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System, Token, TokenMade,
-    TrackPoint, TrackQuery,
+    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk, PlansAboard,
+    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System,
+    Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -262,6 +262,14 @@ fn plans() -> Vec<Route> {
             .gives::<StoredPlan>(),
         Route::post("/api/v1/plans/{id}/duplicate", operator, "Copy a plan.", plans::duplicate)
             .gives::<StoredPlan>(),
+        Route::post(
+            "/api/v1/plans/{id}/upload",
+            operator,
+            "Bring a saved plan aboard a vessel; takes the control of it. The effect is seen when the vessel's digest is ours.",
+            plans::upload,
+        )
+        .takes::<PlanUploadAsk>()
+        .gives::<Command>(),
         Route::get("/api/v1/plans/{id}/revisions", viewer, "The states that a plan had.", plans::revisions)
             .gives::<Vec<PlanRevision>>(),
         Route::get("/api/v1/plans/{id}/export", viewer, "A plan as a file.", plans::export)

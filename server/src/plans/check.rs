@@ -88,6 +88,22 @@ pub(crate) fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
     }
 }
 
+/// A plan without problems as a vessel gets it.
+///
+/// # Errors
+/// It has problems: the first of them.
+pub(crate) fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, String> {
+    let first = |problems: &[PlanTrouble]| {
+        let place = problems.first().and_then(|one| one.maneuver.as_ref());
+        let text = problems.first().map_or_else(String::new, |one| one.text.clone());
+        place.map_or_else(|| text.clone(), |name| format!("{name}: {text}"))
+    };
+    match check(plan, now).problems.as_slice() {
+        [] => specification(plan).map_err(|problems| first(&problems)),
+        problems => Err(first(problems)),
+    }
+}
+
 /// What is wrong or odd about a plan that came from elsewhere, in words.
 pub(super) fn told(plan: &PlanSpecification) -> Vec<String> {
     let settings = Settings::otter("shore", Address(0));

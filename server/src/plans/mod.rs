@@ -12,6 +12,6 @@ mod translate;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use check::{check, limits};
+pub(crate) use check::{aboard, check, limits};
 pub(crate) use files::{Format, read, write};
 pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};

@@ -3,6 +3,7 @@
 import { getJson, postJson, reason, Refusal } from "../api/http";
 import type { PlanCheck, PlanDocument, PlanPlace, PlanSpeed, SpeedUnit, StoredPlan, System } from "../api/types.gen";
 import { createMap } from "../map/map";
+import { createAboard } from "../plan/aboard";
 import { createCanvas } from "../plan/canvas";
 import { checkField, choiceField, numberField, rebuilt, textField } from "../plan/fields";
 import { createKeeper, forget, type Keeper, type Keeping, type Left, leftovers } from "../plan/keeper";
@@ -52,7 +53,8 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   const troubles = make("div", { class: "troubles", role: "status" });
   const list = make("section", { class: "plan-list", "aria-label": "List of maneuvers" });
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
-  const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form);
+  const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
+  const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form, ...(writable ? [ship] : []));
   root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, mapBox, all)), side);
 
   const plan = (): PlanDocument => dragged ?? history.plan;
@@ -158,6 +160,8 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
     if (whole) steps.focus();
   }
 
+  /** The plan as it was saved last, and under which revision. */
+  let saved = first.draft ? undefined : first;
   let keeper: Keeper | undefined;
   function change(next: PlanDocument, what = ""): void {
     if (!writable || next === history.plan) return draw();
@@ -263,7 +267,14 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   }
 
   async function saveNow(): Promise<void> {
-    if (check.problems.length) {
+    let problems: PlanCheck["problems"] = [];
+    try {
+      // What was judged last may be older than what is drawn.
+      problems = (await postJson<PlanCheck>("/api/v1/plans/check", PATIENCE_MS, history.plan)).problems;
+    } catch {
+      // Saving tells by itself why the server does not answer.
+    }
+    if (problems.length) {
       setText(status, "Not saved: the plan has problems. It is kept as a draft.");
       status.dataset["state"] = "failed";
       return;
@@ -272,6 +283,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   }
 
   function keeping(now: Keeping): void {
+    if ("stored" in now) saved = now.stored.draft ? undefined : now.stored;
     status.dataset["state"] = now.state;
     switch (now.state) {
       case "kept":
@@ -411,10 +423,24 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   );
 
   let seen = vertexCount(first.plan) > 0;
+  const aboard = writable
+    ? createAboard(ship, {
+        me: root.dataset["me"] ?? "",
+        names,
+        path,
+        saved() {
+          const digest = saved?.check.digest;
+          return saved && digest && same(saved.plan, history.plan) ? { name: saved.plan.name, revision: saved.revision, digest } : undefined;
+        },
+        pick: (told) => map.overlays.pick(told),
+        mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+      })
+    : undefined;
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {
-    frame(state) {
+    frame(state, frame) {
       systems = [...state.systems.values()].map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }));
       map.update(systems, undefined, serverNowUs(state, performance.now()));
+      aboard?.frame(frame, systems, serverNowUs(state, performance.now()));
       // The map goes to the vessels at first; a plan that has places counts for more.
       if (seen && systems.some((system) => system.fix)) {
         seen = false;

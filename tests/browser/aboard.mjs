@@ -1,0 +1,60 @@
+// A plan that is drawn, brought aboard a simulated Otter and sailed: node aboard.mjs URL PASSWORD.
+
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+
+const [url, password] = process.argv.slice(2);
+const OTTER = 10449;
+
+await inBrowser(async (open) => {
+  const page = await open();
+  page.context().setDefaultTimeout(30_000);
+  await logIn(page, url, "admin", password);
+  const vessels = await (await page.request.get(`${url}/api/v1/vessels`)).json();
+  const { fix } = vessels.find((one) => one.address === OTTER);
+
+  // A plan near the boat, typed.
+  await page.goto(`${url}/plans`);
+  await page.getByRole("button", { name: "New plan" }).click();
+  await page.getByText("No maneuvers yet.").waitFor();
+  const type = async (label, text) => {
+    await page.getByLabel(label, { exact: true }).fill(String(text));
+    await page.keyboard.press("Enter");
+  };
+  for (const north of [0.0005, 0.001]) {
+    await page.getByRole("button", { name: "Add", exact: true }).click();
+    await type("Latitude", (fix.lat_deg + north).toFixed(6));
+    await type("Longitude", fix.lon_deg.toFixed(6));
+  }
+  await type("Name of the plan", "from ashore");
+  await page.locator(".plan-aboard").getByRole("combobox").selectOption({ label: "otter-1" });
+  await page.getByText("What is shown is not saved: save it, then it can go aboard.").waitFor();
+  check(await page.getByRole("button", { name: "Upload" }).isDisabled(), "a draft does not go aboard");
+  await page.getByRole("button", { name: "Save", exact: true }).click();
+  await page.getByText(/^Saved .*Z, revision \d+$/).waitFor();
+
+  // Without control it is refused and stays here; with it the vessel's digest is ours.
+  await page.getByRole("button", { name: "Upload" }).click();
+  await page.getByRole("alert").getByText(/Not uploaded: .* The plan stays here as it is/).waitFor();
+  await page.getByRole("button", { name: "Take control" }).click();
+  await page.getByText("You have control of this vessel.").waitFor();
+  await page.getByRole("button", { name: "Upload" }).click();
+  await page.locator('.commands > li[data-order="plan.upload"]').first().getByText(/effect seen/).waitFor();
+  await page.getByText(/Same digest ashore and aboard otter-1: [0-9a-f]{8}/).waitFor();
+  await look(page, "plan-aboard");
+
+  // Another state ashore is not what is aboard.
+  await type("Speed of all", "2");
+  await page.getByText("What is shown is not saved").waitFor();
+  await page.getByRole("button", { name: "Save", exact: true }).click();
+  await page.getByText(/DIFFERENT: ashore [0-9a-f]{8}, aboard otter-1 [0-9a-f]{8}/).waitFor();
+  await page.getByRole("button", { name: "Upload" }).click();
+  await page.getByText(/Same digest ashore and aboard otter-1/).waitFor();
+
+  // From here it is started, in two steps with the digest in words, and sailed.
+  await page.getByRole("button", { name: "Start from ashore …" }).click();
+  await page.getByText(/Digest: [0-9a-f]{32}/).waitFor();
+  await page.getByRole("button", { name: "Start from ashore", exact: true }).click();
+  await page.locator('.commands > li[data-order="plan.start"]').first().getByText(/effect seen/).waitFor();
+  await page.goto(`${url}/vessels/${OTTER}`);
+  await page.locator('[data-tile="plan"]').getByText("from ashore").waitFor();
+});
