@@ -15,7 +15,7 @@ export interface LeaseView {
 }
 
 export function createLeaseView(root: HTMLElement, me: string, key: string, may: boolean, orders: Orders, confirm: Confirm, failed: (text: string) => void): LeaseView {
-  const who = make("p", { class: "who", role: "status" });
+  const who = make("p", { class: "who", role: "status", tabindex: "-1" });
   const asked = make("div", { class: "asked", role: "status" });
   const left = make("p", { class: "left" });
   const why = make("input", { type: "text", maxlength: "200" });
@@ -75,9 +75,10 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
       if (may && part === "waiting") buttons.push(button("Withdraw the request", () => void ask("decline")));
       if (may && holder && (part === "other" || part === "waiting")) buttons.push(button("Take over …", () => takeOver(holder.name), "danger"));
       if (may && mine) buttons.push(button("Release control", () => void ask("release")));
-      const focused = row.contains(document.activeElement);
+      const focused = row.contains(document.activeElement) ? document.activeElement?.textContent : null;
       row.replaceChildren(...buttons);
-      if (focused) buttons[0]?.focus();
+      // Never another button under the same finger: a key that was on its way would grant what was just asked for.
+      if (focused !== null) (buttons.find((one) => one.textContent === focused) ?? who).focus();
       return part;
     },
   };
