@@ -1073,6 +1073,20 @@ maneuver: string | null,
  */
 text: string, };
 
+export type PlanUploadAsk = { 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * The revision that is meant; another in the store refuses the upload: 409.
+ */
+revision: number, 
+/**
+ * The window that has control of the vessel; empty for scripts.
+ */
+window: string, };
+
 export type PlansAboard = { 
 /**
  * When it said so, µs since 1970 UTC; null while it never did.
