@@ -274,7 +274,7 @@ fn mistakes_are_told_with_their_remedy() {
     wrong(&program, &[], "`make demo` builds both");
     let here = Path::new(PROGRAM);
     wrong(here, &["--data", "x"], "--keep DIR");
-    wrong(here, &["--otters", "0"], "1..=12");
+    wrong(here, &["--otters", "0"], "1..=24");
     if agent_is_there() {
         wrong(here, &["--listen", "0.0.0.0:8080"], "beyond loopback");
         wrong(here, &["--listen", "192.0.2.7:8080"], "beyond loopback");
