@@ -48,12 +48,12 @@ chromium:
 
 # For the tests of tunnels and clocks, which say so and pass where these are absent; so does this where it may not install.
 tools:
-	@for tool in openvpn wireguard-go wg ip; do command -v $$tool >/dev/null || missing=yes; done; \
+	@for tool in openvpn wireguard-go wg ip influxd; do command -v $$tool >/dev/null || missing=yes; done; \
 	ls /usr/lib/*/faketime/libfaketimeMT.so.1 >/dev/null 2>&1 || missing=yes; \
 	[ -z "$$missing" ] || { \
-	  echo "Installing OpenVPN, WireGuard and libfaketime, for tests of the link and of clocks (once)"; \
+	  echo "Installing OpenVPN, WireGuard, libfaketime and InfluxDB, for tests with the real ones (once)"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends \
-	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime; } || \
+	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime influxdb; } || \
 	  echo "not installed: what needs them is skipped and says so"
 
 test: setup web chromium tools

@@ -14,6 +14,7 @@ mod people;
 mod plans;
 mod relay;
 mod shore;
+mod sinks;
 mod tls;
 
 pub use http::serve::{Serving, serve};

@@ -37,6 +37,12 @@ pub enum StoreError {
         /// The process that holds it, as it said itself; empty when it did not.
         pid: String,
     },
+    /// A file that says how far the archive was carried says something else.
+    #[error("{} does not say how far the archive was carried; remove it, and everything is carried again", path.display())]
+    Place {
+        /// The file.
+        path: PathBuf,
+    },
     /// The bytes are no packet.
     #[error("no IMC packet: {0}")]
     Packet(#[from] FrameError),

@@ -65,6 +65,7 @@ mod reader;
 mod reindex;
 mod retention;
 mod store;
+mod tail;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use backup::{BackedUp, backup};
@@ -83,3 +84,4 @@ pub use reader::{
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};
 pub use store::Store;
+pub use tail::{Marks, Place, Tail};

@@ -9,6 +9,7 @@ use crate::history::{Arrived, Extent, History, Progress};
 use crate::lock::FolderLock;
 use crate::packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 use crate::reindex::{self, GROWING, HISTORY};
+use crate::tail::Marks;
 use imc::PacketView;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -257,6 +258,11 @@ impl Store {
         self.history.tend(rows)?;
         self.save_if_due()?;
         Ok(rows)
+    }
+
+    /// Up to where the archive is durable, for those who [follow](crate::Tail) it.
+    pub fn marks(&self) -> Marks {
+        Marks(self.archive.marks().collect())
     }
 
     /// The highest number of a stream up to which nothing is missing on disk.

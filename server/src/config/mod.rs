@@ -5,9 +5,11 @@
 
 mod doors;
 mod load;
+mod sinks;
 
 pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
+pub use sinks::{Influx, Sinks};
 
 use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, SocketAddr};
@@ -32,6 +34,8 @@ pub struct Config {
     pub imc: Imc,
     /// The ways in for IMC that is not the vessel link.
     pub doors: Doors,
+    /// Other stores that get everything too.
+    pub sinks: Sinks,
     /// What the server tells about itself.
     pub log: Log,
 }
@@ -105,6 +109,7 @@ impl Default for Config {
             people: People::default(),
             imc: Imc::default(),
             doors: Doors::default(),
+            sinks: Sinks::default(),
             log: Log::default(),
         }
     }
@@ -183,6 +188,7 @@ impl Config {
         }
         problems.extend(self.imc.problems());
         problems.extend(self.doors.problems());
+        problems.extend(self.sinks.influx.problems());
         problems
     }
 }

@@ -8,6 +8,7 @@ use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, History, Imports};
+use crate::sinks::influx::Sink;
 use crate::tls;
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -99,6 +100,9 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         relay: relay.clone(),
         recorder: recorder.clone(),
     };
+    if let Some(sink) = Sink::new(&state.config.sinks.influx, &state.config.data, recorder.clone())? {
+        tasks.spawn(sink.run(stop.clone()));
+    }
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
     let web = Web { listener, tls, router: routes::router(state), max_connections };
     let web = tokio::spawn(web.run(stop.clone()));

@@ -10,6 +10,7 @@ mod fleet;
 pub(crate) mod history;
 pub(crate) mod imports;
 
+pub(crate) use decode::hex;
 pub(crate) use fleet::Fleet;
 pub(crate) use history::History;
 pub(crate) use imports::Imports;

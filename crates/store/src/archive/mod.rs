@@ -133,6 +133,11 @@ impl Archive {
         self.days.get(&key).map_or(Lengths::default(), |day| day.lengths)
     }
 
+    /// Each day with what is durable of it.
+    pub(crate) fn marks(&self) -> impl Iterator<Item = (DayKey, Lengths)> + '_ {
+        self.days.iter().map(|(key, day)| (*key, day.lengths)).filter(|(_, lengths)| lengths.data > 0)
+    }
+
     /// Bytes of packets that wait.
     pub(crate) fn waiting_bytes(&self) -> usize {
         self.waiting_bytes
