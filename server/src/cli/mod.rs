@@ -4,6 +4,7 @@ mod chart;
 mod data;
 mod demo;
 mod doctor;
+mod files;
 mod people;
 mod say;
 mod serve;

@@ -85,7 +85,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
     let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
-    let max_connections = config.http.max_connections;
+    let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let state = AppState {
         config: Arc::new(config),
         people,
@@ -100,7 +100,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         recorder: recorder.clone(),
     };
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
-    let web = Web { listener, tls, router: routes::router(state), max_connections };
+    let web = Web { listener, tls, router: routes::router(state), max_connections, proxies };
     let web = tokio::spawn(web.run(stop.clone()));
     Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })
 }
