@@ -55,7 +55,8 @@ pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Re
         let found =
             if check.remedy.is_empty() { check.found } else { format!("{}: {}", check.found, check.remedy) };
         match check.health {
-            Health::Good | Health::Warning => tell(check.name, Ok(found)),
+            Health::Good => tell(check.name, Ok(found)),
+            Health::Warning => say!("WARN  {}: {found}", check.name),
             Health::Problem => tell(check.name, Err(found)),
         }
     }

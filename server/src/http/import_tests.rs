@@ -151,22 +151,20 @@ async fn one_at_a_time_and_a_cut_upload_leaves_nothing() {
     let shore = Shore::with(|_| ());
     let token = shore.token(None, Role::Operator).await;
     let (cut, hold) = oneshot::channel::<()>();
+    let (begun, begins) = oneshot::channel::<()>();
     // A body that goes on until it is cut off.
     let start = stream::once(async { Ok::<_, std::io::Error>(Bytes::from(log(10))) });
     let rest = stream::once(async move {
+        begun.send(()).unwrap();
         hold.await.ok();
         Err(std::io::Error::other("the connection broke"))
     });
     let endless = Body::from_stream(futures_util::StreamExt::chain(start, rest));
     let first = upload(&shore, &token, "first", endless);
     let second = async {
-        let busy = loop {
-            let answer = upload(&shore, &token, "second", Vec::new()).await;
-            if answer.status == StatusCode::CONFLICT {
-                break answer;
-            }
-            tokio::task::yield_now().await;
-        };
+        begins.await.unwrap();
+        let busy = upload(&shore, &token, "second", Vec::new()).await;
+        assert_eq!(busy.status, StatusCode::CONFLICT, "{}", busy.body);
         assert!(busy.body.contains("import_running"), "{}", busy.body);
         cut.send(()).unwrap();
     };

@@ -4,9 +4,10 @@
 //! what the system lets this process open. Who opens more than an address's share is hung up on: one machine,
 //! however slowly it speaks, cannot keep out vessels and everybody else.
 
+use crate::people::network;
 use std::collections::BTreeMap;
 use std::io;
-use std::net::{IpAddr, Ipv6Addr};
+use std::net::IpAddr;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, ready};
@@ -80,14 +81,6 @@ impl Drop for Place {
 
 fn lock(taken: &Taken) -> MutexGuard<'_, BTreeMap<IpAddr, usize>> {
     taken.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Of IPv6 a machine has 2^64 addresses: they count as one.
-fn network(from: IpAddr) -> IpAddr {
-    match from.to_canonical() {
-        IpAddr::V4(address) => address.into(),
-        IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() & !u128::from(u64::MAX)).into(),
-    }
 }
 
 /// A stream that has a place, and fails when its peer takes nothing for too long.
