@@ -69,9 +69,7 @@ impl Outbox {
             if self.overflow.load(Ordering::Relaxed) {
                 return Err(Overflow);
             }
-            let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-            let packets = queue.take_some(AT_ONCE_BYTES);
-            drop(queue);
+            let packets = self.queue.lock().unwrap_or_else(PoisonError::into_inner).take_some(AT_ONCE_BYTES);
             if !packets.is_empty() {
                 return Ok(packets);
             }
