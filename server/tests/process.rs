@@ -157,6 +157,61 @@ fn mistakes_are_told_with_their_remedy() {
     wrong(&["serve", "--listen", "0.0.0.0:0"], "beyond loopback");
     wrong(&["serve", "--set", "http.listn=1"], "nearest is http.listen");
     wrong(&["serve", "--config", "/nowhere.toml"], "/nowhere.toml");
+    let nowhere = folder.path().join("slip");
+    for command in [
+        &["reindex"] as &[&str],
+        &["export"],
+        &["backup", "/tmp"],
+        &["prune", "--archive-before", "2020-01-01"],
+    ] {
+        let output = run(&nowhere, command);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && told.contains("slip is no data folder"), "{command:?}: {told}");
+    }
+    assert!(!nowhere.exists(), "nothing is made where nothing was");
+}
+
+#[test]
+fn a_first_start_that_fails_leaves_the_password_to_the_next() {
+    let folder = tempfile::tempdir().unwrap();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let (taken, door) = (
+        taken.local_addr().unwrap().to_string(),
+        format!("doors.imcproxy.listen={}", taken.local_addr().unwrap()),
+    );
+    assert!(!run(folder.path(), &["serve", "--listen", &taken]).status.success());
+    assert!(!run(folder.path(), &["serve", "--listen", "127.0.0.1:0", "--set", &door]).status.success());
+    let mut server = Server::start(folder.path(), &[]);
+    assert!(server.line().contains("one-time password"));
+}
+
+/// Connections of a stranger that sends a login's body a byte at a time.
+#[test]
+fn one_address_cannot_keep_everybody_else_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &["--set", "http.max_connections=32"]);
+    let host: std::net::SocketAddr = server.url.split("://").nth(1).unwrap().parse().unwrap();
+    let from = |address: [u8; 4]| {
+        let socket = socket2::Socket::new(socket2::Domain::IPV4, socket2::Type::STREAM, None).unwrap();
+        socket.bind(&std::net::SocketAddr::from((address, 0)).into()).unwrap();
+        socket.connect(&host.into()).unwrap();
+        let mut stream = TcpStream::from(socket);
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.write_all(b"POST /login HTTP/1.1\r\nhost: a\r\ncontent-length: 60000\r\n").ok();
+        stream.write_all(b"content-type: application/x-www-form-urlencoded\r\n\r\nn").ok();
+        stream
+    };
+    let mut held: Vec<TcpStream> = (0..64).map(|_| from([127, 0, 0, 1])).collect();
+    let hung_up = |stream: &mut TcpStream| match stream.read(&mut [0; 100]) {
+        Ok(read) => read == 0,
+        Err(error) => error.kind() == std::io::ErrorKind::ConnectionReset,
+    };
+    assert!(hung_up(held.last_mut().unwrap()), "it has its share");
+    let mut other = from([127, 0, 0, 2]);
+    other.write_all(&[b'n'; 59_999]).unwrap();
+    let mut status = [0; 12];
+    other.read_exact(&mut status).unwrap();
+    assert!(status.starts_with(b"HTTP/1.1 "), "{}", String::from_utf8_lossy(&status));
 }
 
 #[test]

@@ -136,7 +136,7 @@ async fn through_the_imcproxy_door_it_is_whole_and_saying_it_again_adds_nothing(
     assert_whole(shore.data.path(), &said, false);
     // The vehicle's own log of what came by the door adds nothing.
     let told = run(shore.data.path(), &["import", path.to_str().unwrap()]);
-    assert_eq!(told, "1 logs, 74372 packets, 0 new\n");
+    assert_eq!(told, "1 log, 74372 packets, 0 new\n");
     assert_whole(shore.data.path(), &said, false);
 }
 
@@ -172,10 +172,10 @@ fn by_import_it_is_whole_and_importing_it_again_adds_nothing() {
     let Some((path, mut said)) = recording() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = path.to_str().unwrap();
-    assert_eq!(run(folder.path(), &["import", path]), "1 logs, 74372 packets, 74372 new\n");
+    assert_eq!(run(folder.path(), &["import", path]), "1 log, 74372 packets, 74372 new\n");
     assert_whole(folder.path(), &said, true);
     let before = archived(folder.path(), OTTER);
-    assert_eq!(run(folder.path(), &["import", path]), "1 logs, 74372 packets, 0 new\n");
+    assert_eq!(run(folder.path(), &["import", path]), "1 log, 74372 packets, 0 new\n");
     assert!(archived(folder.path(), OTTER) == before);
     assert_whole(folder.path(), &said, true);
 
@@ -183,7 +183,7 @@ fn by_import_it_is_whole_and_importing_it_again_adds_nothing() {
     let odd = odd_packets(1.6e9);
     let log = folder.path().join("odd.lsf");
     std::fs::write(&log, odd.concat()).unwrap();
-    assert_eq!(run(folder.path(), &["import", log.to_str().unwrap()]), "1 logs, 3 packets, 3 new\n");
+    assert_eq!(run(folder.path(), &["import", log.to_str().unwrap()]), "1 log, 3 packets, 3 new\n");
     said.extend(odd);
     assert_whole(folder.path(), &said, true);
     let csv = run(folder.path(), &["export", "--message", "SetThrusterActuation", "--vessel", "0x2810"]);

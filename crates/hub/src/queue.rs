@@ -58,6 +58,20 @@ impl PeerQueue {
         std::mem::take(&mut self.packets)
     }
 
+    /// Takes the oldest that wait, not more than so many bytes but one packet at least.
+    pub fn take_some(&mut self, most_bytes: usize) -> VecDeque<Bytes> {
+        let (mut count, mut bytes) = (0, 0);
+        for packet in &self.packets {
+            let more = bytes + packet.len() + OVERHEAD_BYTES;
+            if count > 0 && more > most_bytes {
+                break;
+            }
+            (count, bytes) = (count + 1, more);
+        }
+        self.bytes -= bytes;
+        self.packets.drain(..count).collect()
+    }
+
     /// Packets that wait.
     pub fn len(&self) -> usize {
         self.packets.len()
@@ -104,6 +118,22 @@ mod tests {
 
     fn state() -> Bytes {
         Packet::new(Header::default(), messages::EstimatedState::default()).encode().unwrap().into()
+    }
+
+    #[test]
+    fn what_is_taken_in_parts_is_whole_and_in_order() {
+        let mut queue = PeerQueue::new(100_000);
+        let all: Vec<Bytes> = (0..100_u8).map(|n| Bytes::from(vec![n; 100])).collect();
+        queue.push(all.clone());
+        let mut taken = Vec::new();
+        while !queue.is_empty() {
+            let some = queue.take_some(1_000);
+            assert!((1..=10).contains(&some.len()));
+            taken.extend(some);
+        }
+        assert_eq!((taken, queue.bytes()), (all, 0));
+        queue.push([Bytes::from(vec![0; 5_000])]);
+        assert_eq!(queue.take_some(1_000).len(), 1, "a long packet comes alone");
     }
 
     fn abort() -> Bytes {

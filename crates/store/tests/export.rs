@@ -105,6 +105,30 @@ fn a_long_table_has_a_row_for_each_value() {
     assert!(!table.contains(",phi,"), "a NaN has no row");
 }
 
+/// `EulerAngles` has a field `time`, `FollowSystem` a field `system`.
+#[test]
+fn every_column_has_a_name_of_its_own_and_is_described_in_its_place() {
+    let folder = small();
+    for (named, shape) in [
+        (&["EulerAngles"] as &[&str], Shape::Wide),
+        (&["EulerAngles", "Temperature"], Shape::Wide),
+        (&["EulerAngles"], Shape::Long),
+        (&["FollowSystem"], Shape::Wide),
+    ] {
+        let selection = messages(named);
+        let options = CsvOptions { units: false, shape, ..CsvOptions::default() };
+        let table = csv(folder.path(), &selection, options);
+        let columns: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+        let unlike: std::collections::BTreeSet<_> = columns.iter().collect();
+        assert_eq!(unlike.len(), columns.len(), "{columns:?}");
+        let mut reader = store::Reader::open(folder.path()).unwrap();
+        let described = describe_csv(&mut reader, &selection, &options).unwrap();
+        let described = described["columns"].as_array().unwrap().iter();
+        let described: Vec<&str> = described.filter_map(|column| column["name"].as_str()).collect();
+        assert_eq!(columns, described);
+    }
+}
+
 #[test]
 fn a_row_tells_when_its_message_came_where_that_is_wanted() {
     let folder = small();

@@ -129,6 +129,17 @@ impl Drop for Progress {
     }
 }
 
+/// The data folder, which must be one: a slip of the finger is no empty history.
+fn folder(common: &Common) -> anyhow::Result<PathBuf> {
+    let data = common.load(Vec::new())?.data;
+    ensure!(
+        data.join("archive").is_dir() || data.join("history").is_dir(),
+        "{} is no data folder: name the one that the server writes to by --data DIR",
+        data.display()
+    );
+    Ok(data)
+}
+
 /// `lutra-server import`.
 pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
     let config = common.load(Vec::new())?;
@@ -146,7 +157,8 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
     })?;
     drop(progress);
     store.close()?;
-    say!("{} logs, {} packets, {} new", done.files, done.packets, done.added);
+    let logs = if done.files == 1 { "log" } else { "logs" };
+    say!("{} {logs}, {} packets, {} new", done.files, done.packets, done.added);
     if done.damaged_bytes > 0 {
         complain!("{} bytes are no packets and were passed over", done.damaged_bytes);
     }
@@ -159,7 +171,7 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
 
 /// `lutra-server export`.
 pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
-    let data = common.load(Vec::new())?.data;
+    let data = folder(common)?;
     let selection = Selection {
         messages: arguments.messages.clone(),
         systems: vessels(&data, &arguments.vessels)?,
@@ -248,7 +260,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 /// `lutra-server reindex`.
 pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::Result<()> {
-    let data = common.load(Vec::new())?.data;
+    let data = folder(common)?;
     let mut progress = Progress::new();
     let done = store::reindex(&data, arguments.accept_loss, &mut |packets| {
         progress.tell(|| format!("{packets} packets"));
@@ -261,7 +273,7 @@ pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::
 
 /// `lutra-server backup`.
 pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
-    let data = common.load(Vec::new())?.data;
+    let data = folder(common)?;
     let mut progress = Progress::new();
     let done = store::backup(&data, &arguments.to, &mut |what| {
         progress.tell(|| what.to_owned());
@@ -282,7 +294,7 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
 
 /// `lutra-server prune`.
 pub(super) fn prune(common: &Common, arguments: &PruneArguments) -> anyhow::Result<()> {
-    let data = common.load(Vec::new())?.data;
+    let data = folder(common)?;
     let retention =
         Retention { history_before: arguments.history_before, archive_before: arguments.archive_before };
     if arguments.history_before.is_none() && arguments.archive_before.is_none() {

@@ -1,7 +1,7 @@
 //! `lutra-server doctor`: looks whether all is well, and says what to do where it is not.
 
-use super::Common;
 use super::say::say;
+use super::{Common, files};
 use crate::config::Config;
 use crate::people::{self, persons};
 use crate::{clock, tls};
@@ -47,11 +47,16 @@ pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Re
     tell("encryption", encryption(&config));
     tell("address", address(&config));
     tell("pages", pages());
+    tell("open files", files::raise(&config));
+    if !config.data.exists() {
+        tell("data folder", Ok(no_folder(&config)));
+    }
     for check in recordings(&config, arguments.thorough) {
         let found =
             if check.remedy.is_empty() { check.found } else { format!("{}: {}", check.found, check.remedy) };
         match check.health {
-            Health::Good | Health::Warning => tell(check.name, Ok(found)),
+            Health::Good => tell(check.name, Ok(found)),
+            Health::Warning => say!("WARN  {}: {found}", check.name),
             Health::Problem => tell(check.name, Err(found)),
         }
     }
@@ -71,6 +76,14 @@ fn recordings(config: &Config, thorough: bool) -> Vec<Check> {
         let remedy = "look whether the folder can be read".to_owned();
         vec![Check { name: "recordings", health: Health::Problem, found: error.to_string(), remedy }]
     })
+}
+
+/// Not bad before the first start, and a slip of the finger after it.
+fn no_folder(config: &Config) -> String {
+    let folder = config.data.display();
+    format!(
+        "there is no {folder} yet: the first start makes it; if there should be one, look at --data or `data`"
+    )
 }
 
 fn clock_is_right() -> Result<String, String> {

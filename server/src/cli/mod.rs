@@ -4,6 +4,7 @@ mod chart;
 mod data;
 mod demo;
 mod doctor;
+mod files;
 mod people;
 mod say;
 mod serve;
@@ -118,7 +119,7 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain!("lutra-server: {error:#}");
+            complain!("lutra-server: {}", told(&error));
             ExitCode::FAILURE
         }
     }
@@ -132,4 +133,36 @@ fn effective(common: &Common) -> anyhow::Result<()> {
 fn key_and_value(text: &str) -> Result<(String, String), String> {
     let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, like http.max_connections=100")?;
     Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+/// An error with its causes, none of them twice: many tell their cause themselves.
+fn told(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if cause.starts_with(&text) {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context as _;
+
+    #[test]
+    fn no_cause_is_told_twice() {
+        let cause = || std::io::Error::other("no such file");
+        let told = |error: anyhow::Result<()>| told(&error.unwrap_err());
+        let error = named("/data: no such file", cause());
+        assert_eq!(told(Err(error).context("/data")), "/data: no such file");
+        assert_eq!(told(Err(cause()).context("cannot start")), "cannot start: no such file");
+    }
+
+    /// An error whose own words hold its cause's.
+    fn named(text: &'static str, cause: std::io::Error) -> anyhow::Error {
+        anyhow::Error::from(cause).context(text)
+    }
 }

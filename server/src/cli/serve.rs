@@ -1,7 +1,7 @@
 //! `lutra-server serve`.
 
-use super::Common;
 use super::say::say;
+use super::{Common, files};
 use crate::log;
 use anyhow::Context as _;
 use clap::Args;
@@ -20,6 +20,9 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
     let listen = arguments.listen.map(|listen| ("http.listen".to_owned(), listen.to_string()));
     let config = common.load(listen.into_iter().collect())?;
     log::start(&config.log);
+    if let Err(problem) = files::raise(&config) {
+        tracing::warn!("{problem}");
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()

@@ -126,9 +126,10 @@ impl Imc {
         let mut problems = Vec::new();
         match self.address.parse::<Address>() {
             Ok(address) if address.is_ccu() => {}
-            Ok(address) => problems.push(format!(
-                "imc.address {address} is no console's: choose one of 0x4000 to 0x5FFF, or vessels do not count its \
-                 heartbeats"
+            Ok(_) => problems.push(format!(
+                "imc.address {} is no console's: choose one of 0x4000 to 0x5FFF, or vessels do not count its \
+                 heartbeats",
+                self.address
             )),
             Err(error) => problems.push(format!("imc.address: {error}")),
         }

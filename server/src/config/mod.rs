@@ -52,7 +52,7 @@ pub struct Http {
     pub trusted_proxies: Vec<IpAddr>,
     /// Origins (`https://name`) under which browsers reach the server through such proxies.
     pub origins: Vec<String>,
-    /// Connections served at once; more wait in the kernel.
+    /// Connections open at once, WebSockets too, a quarter of them from one address; more wait in the kernel.
     pub max_connections: usize,
     /// MiB of an uploaded log at most.
     pub max_upload_mib: u64,
@@ -157,6 +157,11 @@ impl Config {
             }
         };
         check(
+            !self.data.as_os_str().is_empty(),
+            "data is empty: name the folder of archive, history and people, like lutra-data",
+        );
+        check(self.http.max_upload_mib > 0, "http.max_upload_mib must be 1 or more");
+        check(
             self.tls.certificate.as_os_str().is_empty() == self.tls.key.as_os_str().is_empty(),
             "tls.certificate and tls.key belong together: give both or neither (`lutra-server tls init` makes a pair)",
         );
@@ -222,8 +227,9 @@ mod tests {
     fn every_problem_is_told_at_once() {
         let mut config = Config::default();
         config.tls.key = PathBuf::from("key.pem");
+        (config.data, config.http.max_upload_mib) = (PathBuf::new(), 0);
         config.people.password_length = 3;
         config.http.origins = vec!["lutra.example.org".to_owned()];
-        assert_eq!(config.problems().len(), 3);
+        assert_eq!(config.problems().len(), 5);
     }
 }

@@ -6,7 +6,7 @@
 //! belongs on loopback or the VPN; `allow` narrows it to declared addresses.
 
 use super::Access;
-use crate::relay::{Connection, Relay};
+use crate::relay::{AT_ONCE_BYTES, Connection, Relay};
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
@@ -22,9 +22,12 @@ use tokio_util::task::TaskTracker;
 
 /// Longest message, as the original has it.
 const MESSAGE_BYTES: usize = 65_536;
-/// Bytes that may wait for a peer here; the kernel holds as much again.
+/// Bytes that may wait for a peer: in its queue, in the WebSocket and in the kernel.
 const OUTBOX_BYTES: usize = 512 * 1024;
+const WRITE_BYTES: usize = 128 * 1024;
 const SOCKET_BYTES: usize = 256 * 1024;
+/// A peer that does not read costs no more than 1 MiB.
+const _: () = assert!(OUTBOX_BYTES + AT_ONCE_BYTES + WRITE_BYTES + SOCKET_BYTES <= 1 << 20);
 /// Packets handed to the hub at once.
 const BATCH: usize = 256;
 /// How long a peer may take for its handshake.
@@ -90,8 +93,8 @@ async fn peer(
     let config = WebSocketConfig::default()
         .max_message_size(Some(MESSAGE_BYTES))
         .max_frame_size(Some(MESSAGE_BYTES))
-        .write_buffer_size(64 * 1024)
-        .max_write_buffer_size(256 * 1024);
+        .write_buffer_size(WRITE_BYTES / 2)
+        .max_write_buffer_size(WRITE_BYTES + MESSAGE_BYTES);
     let handshake = tokio_tungstenite::accept_async_with_config(stream, Some(config));
     let socket = tokio::time::timeout(HANDSHAKE, handshake).await??;
     tracing::info!(peer = %from, "an IMCProxy peer is here");

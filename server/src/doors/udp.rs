@@ -68,6 +68,8 @@ struct Known {
     sockets: Vec<SocketAddrV4>,
     heard: Instant,
     contact: Option<Contact>,
+    /// Whether it was said that there is no place for it.
+    refused: bool,
 }
 
 /// A node that talks with us.
@@ -251,6 +253,7 @@ impl Party {
             sockets: Vec::new(),
             heard: Instant::now(),
             contact: None,
+            refused: false,
         });
         (known.name, known.kind, known.sockets) = (name, kind, sockets);
         true
@@ -272,13 +275,16 @@ impl Party {
         }
         if known.contact.is_none() {
             let Some(place) = self.node.access.permit() else {
-                tracing::warn!(name = %known.name, "refused at the UDP door: doors.udp.max_peers are connected");
+                if !std::mem::replace(&mut known.refused, true) {
+                    tracing::warn!(name = %known.name, "refused at the UDP door: doors.udp.max_peers are connected");
+                }
                 return;
             };
             let role = if known.kind == SystemType::Ccu { Role::Console } else { Role::Vessel };
             let sources = Sources::Only(vec![source]);
             let peer = Peer { door: Door::Udp, role, name: known.name.clone(), sources };
             let Ok(connection) = self.relay.join(peer, OUTBOX_BYTES).await else { return };
+            known.refused = false;
             tracing::info!(name = %known.name, %source, "an IMC node is here");
             let stop = CancellationToken::new();
             let to = known.sockets.clone();

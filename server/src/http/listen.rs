@@ -1,20 +1,19 @@
 //! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until told to stop.
 //!
-//! At most as many connections as allowed are open at once; further ones wait in the kernel's queue. A peer that
-//! does not finish its TLS handshake or its request's head in ten seconds is dropped.
+//! At most as many connections as allowed are open at once ([`super::places`]); further ones wait in the kernel's
+//! queue. A peer that does not finish its TLS handshake or its request's head in ten seconds is dropped.
 
+use super::places::{Placed, Places};
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;
 use hyper::body::Incoming;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use std::convert::Infallible;
-use std::net::SocketAddr;
-use std::sync::Arc;
+use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
@@ -42,16 +41,18 @@ pub(crate) struct Web {
     pub(crate) tls: Option<TlsAcceptor>,
     pub(crate) router: Router,
     pub(crate) max_connections: usize,
+    /// Proxies, from whose addresses many come.
+    pub(crate) proxies: Vec<IpAddr>,
 }
 
 impl Web {
     /// Serves until `stop`, then lets running requests end.
     pub(crate) async fn run(self, stop: CancellationToken) {
-        let permits = Arc::new(Semaphore::new(self.max_connections));
+        let places = Places::new(self.max_connections, &self.proxies);
         let open = TaskTracker::new();
         loop {
             let next = async {
-                let permit = Arc::clone(&permits).acquire_owned().await;
+                let permit = places.free().await;
                 (permit, self.listener.accept().await)
             };
             let (permit, accepted) = tokio::select! {
@@ -67,10 +68,15 @@ impl Web {
                     continue;
                 }
             };
+            let Some(place) = permit.and_then(|permit| places.take(permit, address.ip())) else {
+                tracing::debug!(%address, "refused: this address has its share of all connections");
+                metrics::counter!("lutra_http_refused_connections_total").increment(1);
+                continue;
+            };
+            stream.set_nodelay(true).ok();
+            let stream = Placed::new(stream, place);
             let (tls, router, stop) = (self.tls.clone(), self.router.clone(), stop.clone());
             open.spawn(async move {
-                let _permit = permit;
-                stream.set_nodelay(true).ok();
                 match tls {
                     None => {
                         let peer = Peer { address, encrypted: false };
@@ -90,7 +96,7 @@ impl Web {
 
 async fn shake_hands(
     tls: TlsAcceptor,
-    stream: TcpStream,
+    stream: Placed<TcpStream>,
     address: SocketAddr,
     router: Router,
     stop: CancellationToken,

@@ -1,6 +1,8 @@
-//! Counts and times requests, by route and not by path, so that no stranger can make new series.
+//! Counts and times requests, by route and not by path, and by the methods that exist, so that no stranger can make
+//! new series.
 
 use axum::extract::{MatchedPath, Request};
+use axum::http::Method;
 use axum::middleware::Next;
 use axum::response::Response;
 use std::time::Instant;
@@ -9,7 +11,7 @@ use std::time::Instant;
 pub(crate) async fn measure(request: Request, next: Next) -> Response {
     let begun = Instant::now();
     let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
-    let method = request.method().as_str().to_owned();
+    let method = known(request.method());
     let response = next.run(request).await;
     let status = response.status().as_u16().to_string();
     let took = begun.elapsed();
@@ -18,4 +20,29 @@ pub(crate) async fn measure(request: Request, next: Next) -> Response {
         .increment(1);
     metrics::histogram!("lutra_http_request_seconds", "route" => route).record(took.as_secs_f64());
     response
+}
+
+/// A method's name; a request may claim any.
+fn known(method: &Method) -> &'static str {
+    match *method {
+        Method::GET => "GET",
+        Method::HEAD => "HEAD",
+        Method::POST => "POST",
+        Method::PUT => "PUT",
+        Method::DELETE => "DELETE",
+        Method::OPTIONS => "OPTIONS",
+        Method::PATCH => "PATCH",
+        _ => "other",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_method_that_a_stranger_makes_up_is_no_series_of_its_own() {
+        let made_up = Method::from_bytes(b"X1234").unwrap();
+        assert_eq!((known(&made_up), known(&Method::DELETE)), ("other", "DELETE"));
+    }
 }

@@ -34,7 +34,9 @@ mod live;
 mod live_tests;
 mod measure;
 mod openapi;
+mod pace;
 mod people;
+mod places;
 mod plans;
 #[cfg(test)]
 mod plans_tests;

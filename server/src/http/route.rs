@@ -62,6 +62,8 @@ pub(crate) struct Route {
     /// Whether the answer is compressed for who wants that. Never where a secret and what somebody sent stand in
     /// one answer: its length would tell about the secret.
     pub(crate) packed: bool,
+    /// Whether it judges itself how slowly its body may come.
+    pub(crate) paces: bool,
 }
 
 impl Route {
@@ -149,6 +151,7 @@ impl Route {
             media: None,
             query: Vec::new(),
             packed: false,
+            paces: false,
         }
     }
 
@@ -167,6 +170,12 @@ impl Route {
     /// It takes a file.
     pub(crate) fn takes_file(mut self) -> Self {
         self.takes_file = true;
+        self
+    }
+
+    /// It judges itself how slowly its body may come.
+    pub(crate) fn paces(mut self) -> Self {
+        self.paces = true;
         self
     }
 

@@ -4,7 +4,7 @@ use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
     assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live,
-    measure, openapi, people, plans,
+    measure, openapi, pace, people, plans,
 };
 use crate::pages;
 use crate::shore::AppState;
@@ -204,6 +204,7 @@ fn transfers() -> Vec<Route> {
         Route::post("/api/v1/import", operator, "Import a log: the body is the file.", imports::upload)
             .query::<ImportQuery>()
             .takes_file()
+            .paces()
             .gives::<Import>(),
         Route::get("/api/v1/import", operator, "Logs uploaded, the newest first.", imports::list)
             .gives::<Vec<Import>>(),
@@ -288,6 +289,8 @@ pub(crate) fn router(state: AppState) -> Router {
         let pack = CompressionLayer::new().compress_when(unpacked);
         let handler = if route.packed { route.handler.layer(pack) } else { route.handler };
         let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
+        let guarded =
+            if route.paces { guarded } else { guarded.route_layer(axum::middleware::from_fn(pace::keep)) };
         router = router.route(route.path, guarded);
     }
     router

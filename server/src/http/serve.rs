@@ -65,9 +65,6 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
-    let (folder, settings) = (config.data.clone(), config.people.clone());
-    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
-    let (people, first) = opened.await??;
     let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
@@ -85,8 +82,12 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
+    // Last of all that can fail: a one-time password that is made must also be told.
+    let (folder, settings) = (config.data.clone(), config.people.clone());
+    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
+    let (people, first) = opened.await??;
     let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
-    let max_connections = config.http.max_connections;
+    let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let state = AppState {
         config: Arc::new(config),
         people,
@@ -104,7 +105,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         tasks.spawn(sink.run(stop.clone()));
     }
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
-    let web = Web { listener, tls, router: routes::router(state), max_connections };
+    let web = Web { listener, tls, router: routes::router(state), max_connections, proxies };
     let web = tokio::spawn(web.run(stop.clone()));
     Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })
 }

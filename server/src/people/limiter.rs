@@ -122,7 +122,7 @@ fn keys(guess: &Guess) -> Vec<Key> {
 }
 
 /// IPv6 customers are handed a /64: all of it is one address here.
-fn network(address: IpAddr) -> IpAddr {
+pub(crate) fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & !u128::from(u64::MAX))),
         address @ IpAddr::V4(_) => address,

@@ -21,6 +21,7 @@ pub(crate) mod vessels;
 pub(crate) use db::tests::fresh as migrated;
 pub(crate) use db::{Fault, backup, open};
 pub(crate) use handle::{FirstAdmin, People};
+pub(crate) use limiter::network;
 pub(crate) use login::{Attempt, Refused};
 pub(crate) use roles::{Grants, Principal, Via};
 pub(crate) use secret::{Secret, one_time_password, same};

@@ -7,7 +7,7 @@
 mod outbox;
 mod recorder;
 
-pub(crate) use outbox::Outbox;
+pub(crate) use outbox::{AT_ONCE_BYTES, Outbox};
 pub(crate) use recorder::{Recorder, RecorderState, WAITING_BYTES};
 
 use bytes::Bytes;

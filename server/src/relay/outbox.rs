@@ -7,6 +7,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use tokio::sync::Notify;
 
+/// Bytes that a socket takes from the queue at once: what it took already waits beside the queue and is sent
+/// however old it gets.
+pub(crate) const AT_ONCE_BYTES: usize = 64 << 10;
+
 /// The peer took nothing for so long that even what must not be dropped has no room.
 #[derive(Debug, Clone, Copy, thiserror::Error)]
 #[error("the peer does not read: what waits for it has no room any more")]
@@ -59,13 +63,13 @@ impl Outbox {
         metrics::counter!("lutra_relay_dropped_total").increment(count);
     }
 
-    /// Everything that waits; waits for something.
+    /// The oldest that wait, up to [`AT_ONCE_BYTES`]; waits for something.
     pub(crate) async fn take(&self) -> Result<VecDeque<Bytes>, Overflow> {
         loop {
             if self.overflow.load(Ordering::Relaxed) {
                 return Err(Overflow);
             }
-            let packets = self.queue.lock().unwrap_or_else(PoisonError::into_inner).take();
+            let packets = self.queue.lock().unwrap_or_else(PoisonError::into_inner).take_some(AT_ONCE_BYTES);
             if !packets.is_empty() {
                 return Ok(packets);
             }

@@ -60,7 +60,7 @@ fn range(from: Option<&str>, to: Option<&str>) -> Result<TimeRange, Wrong> {
 
 fn one_of<T>(name: &str, text: Option<&str>, choices: [(&str, T); 2]) -> Result<T, Wrong> {
     let [first, second] = choices;
-    let words = format!("`{}` or `{}`", first.0, second.0);
+    let words = format!("`{}` nor `{}`", first.0, second.0);
     match text.map_or("", str::trim) {
         "" => Ok(first.1),
         text if text == first.0 => Ok(first.1),

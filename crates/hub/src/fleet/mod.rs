@@ -22,6 +22,8 @@ use units::UtcTime;
 
 /// Systems that are known at once; beyond that the one silent for longest is forgotten.
 const SYSTEMS_KEPT: usize = 512;
+/// Bytes that the series of all systems may take; beyond that, too, the one silent for longest is forgotten.
+const BYTES_KEPT: usize = 128 << 20;
 /// Events that are kept.
 const EVENTS_KEPT: usize = 4_096;
 /// Bytes that all kept events may have.
@@ -55,6 +57,8 @@ pub struct Changes<'a> {
 #[derive(Debug, Default)]
 pub struct Fleet {
     systems: BTreeMap<Address, System>,
+    /// What their series take.
+    bytes: usize,
     revision: u64,
     /// What changed at which revision; a series stands here once, at its latest.
     changed: BTreeMap<u64, (Address, SeriesKey)>,
@@ -89,14 +93,16 @@ impl Fleet {
     /// is known of its series).
     pub(crate) fn update(&mut self, now: Now, view: &PacketView<'_>, door: Door) -> bool {
         let source = view.src();
-        if !self.systems.contains_key(&source) {
-            self.make_room();
+        if !self.systems.contains_key(&source) && self.systems.len() >= SYSTEMS_KEPT {
+            self.forget_longest_silent();
         }
         let system = self.systems.entry(source).or_insert_with(|| System::new(source, now));
         system.heard(now, view, door);
         let key = SeriesKey::of(view);
         let revision = self.revision + 1;
+        let before = system.size();
         let taken = system.take(now, key, view, revision);
+        self.bytes = self.bytes - before + system.size();
         if let Some(before) = taken {
             before.map(|before| self.changed.remove(&before));
             self.changed.insert(revision, (source, key));
@@ -109,6 +115,10 @@ impl Fleet {
         }
         if taken.is_some() || event {
             self.revision = revision;
+        }
+        // The one that was just heard is the last to go.
+        while self.bytes > BYTES_KEPT && self.systems.len() > 1 {
+            self.forget_longest_silent();
         }
         taken.is_some()
     }
@@ -126,13 +136,10 @@ impl Fleet {
         }
     }
 
-    fn make_room(&mut self) {
-        if self.systems.len() < SYSTEMS_KEPT {
-            return;
-        }
+    fn forget_longest_silent(&mut self) {
         let oldest = self.systems.values().min_by_key(|system| system.last_heard()).map(System::address);
         if let Some(address) = oldest {
-            self.systems.remove(&address);
+            self.bytes -= self.systems.remove(&address).map_or(0, |system| system.size());
             self.changed.retain(|_, (of, _)| *of != address);
         }
     }

@@ -13,6 +13,10 @@ use units::{MonoTime, UtcTime};
 const SERIES_KEPT: usize = 8_192;
 /// Bytes that the last packets of a system may have together.
 const BYTES_KEPT: usize = 8 << 20;
+/// What a series costs beside its packet.
+const SERIES_BYTES: usize = size_of::<SeriesKey>() + size_of::<Series>() + 64;
+/// Letters of a name or label that are kept.
+const NAME_CHARS: usize = 100;
 /// A held value is given up for an older one when it has stood for this long: the sender's clock was set back.
 const CLOCK_SET_BACK_AFTER: Duration = Duration::from_secs(10);
 /// How much a new interval counts in the mean period.
@@ -92,6 +96,11 @@ impl Series {
     /// The packet as it came.
     pub fn packet(&self) -> &[u8] {
         &self.packet
+    }
+
+    #[cfg(test)]
+    pub(crate) fn packet_capacity(&self) -> usize {
+        self.packet.capacity()
     }
 
     /// When it came.
@@ -236,6 +245,11 @@ impl System {
         self.not_kept
     }
 
+    /// What its series take, bytes.
+    pub(crate) fn size(&self) -> usize {
+        self.bytes + self.series.len() * SERIES_BYTES
+    }
+
     /// Something came from the system.
     pub(crate) fn heard(&mut self, now: Now, view: &PacketView<'_>, door: Door) {
         self.last_heard = now.mono;
@@ -250,20 +264,20 @@ impl System {
                     self.entities.clear();
                 }
                 self.services = services.chars().take(4_096).collect();
-                self.name = Some(announce.sys_name.to_str_lossy().chars().take(100).collect());
+                self.name = Some(shortened(&announce.sys_name.to_str_lossy()));
                 self.kind = Some(announce.sys_type);
             }
             EntityList::ID => {
                 let Ok(Some(list)) = imc::decode::<EntityList>(view) else { return };
                 if list.op == EntityListOp::Report {
                     let text = list.list.to_str_lossy();
-                    self.entities =
-                        imc::entities::parse(&text).map(|(label, id)| (id, label.into())).collect();
+                    let labels = imc::entities::parse(&text);
+                    self.entities = labels.map(|(label, id)| (id, shortened(label))).collect();
                 }
             }
             EntityInfo::ID => {
                 let Ok(Some(info)) = imc::decode::<EntityInfo>(view) else { return };
-                self.entities.insert(info.id, info.label.to_str_lossy().into_owned());
+                self.entities.insert(info.id, shortened(&info.label.to_str_lossy()));
             }
             _ => {}
         }
@@ -299,6 +313,10 @@ impl System {
                 let mean = series.period_s.unwrap_or(after as f32);
                 series.period_s = Some(mean + PERIOD_GAIN * (after as f32 - mean));
             }
+            if series.packet.capacity() > 2 * bytes.len() {
+                // A long packet once leaves no long memory behind.
+                series.packet = Vec::with_capacity(bytes.len());
+            }
             series.packet.clear();
             series.packet.extend_from_slice(bytes);
             series.timestamp = timestamp;
@@ -317,6 +335,10 @@ impl System {
         self.series.insert(key, series);
         Some(None)
     }
+}
+
+fn shortened(name: &str) -> String {
+    name.chars().take(NAME_CHARS).collect()
 }
 
 /// The number that a node gives itself at each start.

@@ -140,6 +140,41 @@ fn what_is_kept_is_bounded() {
     assert!(fleet.system(Address(0)).is_none(), "the longest silent one went");
 }
 
+/// Packets as long as may be, from as many systems and entities as somebody makes up.
+#[test]
+fn the_memory_of_all_systems_is_bounded_and_the_silent_ones_pay() {
+    let mut fleet = Fleet::default();
+    let text = "x".repeat(60_000);
+    let mut clock = 0.0;
+    for source in 0..200_u16 {
+        for entity in 0..15 {
+            clock += 1e-3;
+            let header =
+                Header { timestamp: clock, src: Address(source), src_ent: entity, ..Header::default() };
+            let entry = messages::DevDataText { value: text.as_str().into() };
+            let bytes = Packet::new(header, entry).encode().unwrap();
+            fleet.update(at(clock), &PacketView::new(&bytes).unwrap(), Door::Udp);
+            // The operator's boat goes on speaking.
+            give(&mut fleet, at(clock), 1, clock, messages::Voltage { value: 12.0 });
+            assert!(fleet.bytes <= BYTES_KEPT);
+        }
+    }
+    assert_eq!(fleet.bytes, fleet.systems().map(System::size).sum::<usize>());
+    assert!(fleet.system(Address(0)).is_none() && fleet.system(Address(199)).is_some());
+    assert!(fleet.system(OTTER).is_some(), "who speaks stays");
+}
+
+#[test]
+fn a_long_packet_once_leaves_no_memory_behind() {
+    let mut fleet = Fleet::default();
+    for (n, length) in [60_000, 3].into_iter().enumerate() {
+        let value = "x".repeat(length).into();
+        give(&mut fleet, at(n as f64), 1, n as f64, messages::DevDataText { value });
+    }
+    let (_, series) = fleet.system(OTTER).unwrap().all_series().next().unwrap();
+    assert!(series.packet().len() < 100 && series.packet_capacity() < 1_000);
+}
+
 proptest! {
     /// A reader that comes back at any times, with any limit, ends with the same values as the fleet.
     #[test]

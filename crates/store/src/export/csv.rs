@@ -105,17 +105,13 @@ fn header(out: &mut Vec<u8>, plan: &Plan, options: CsvOptions) {
     match options.shape {
         Shape::Long => out.extend_from_slice(b",message,field,value,unit"),
         Shape::Wide => {
-            if plan.messages.len() > 1 {
+            if plan.is_mixed() {
                 out.extend_from_slice(b",message");
             }
             for message in &plan.messages {
                 for field in &message.fields {
-                    out.push(b',');
                     // Names and units of the catalogue hold nothing that would need quotes.
-                    if plan.messages.len() > 1 {
-                        write!(out, "{}.", message.name).ok();
-                    }
-                    out.extend_from_slice(field.name.as_bytes());
+                    write!(out, ",{}", plan.column(message, field)).ok();
                     if let Some(unit) = field.unit.filter(|_| options.units) {
                         write!(out, " [{unit}]").ok();
                     }
@@ -354,7 +350,7 @@ impl Lines<'_> {
         }
         self.start(out, series, time_us, row)?;
         let message = series.message;
-        if self.plan.messages.len() > 1 {
+        if self.plan.is_mixed() {
             out.push(b',');
             out.extend_from_slice(message.name.as_bytes());
         }

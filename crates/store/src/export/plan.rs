@@ -111,6 +111,16 @@ pub(crate) struct Message {
     pub(crate) first_column: usize,
 }
 
+/// The columns that every row begins with.
+const FIXED: [(&str, &str, Option<&str>); 6] = [
+    ("time", "when it was said, by the sender's clock; ISO 8601, UTC", None),
+    ("unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
+    ("system", "name of the system", None),
+    ("system_id", "its IMC address", None),
+    ("entity", "label of the entity", None),
+    ("entity_id", "its number", None),
+];
+
 /// Everything to be exported.
 #[derive(Debug)]
 pub(crate) struct Plan {
@@ -156,6 +166,20 @@ impl Plan {
             |group: GroupKey| Some((group, messages.iter().position(|message| message.id == group.id)?));
         let groups = groups.into_iter().filter_map(place).collect();
         Ok(Self { messages, groups, names, columns })
+    }
+
+    /// Whether rows of several messages stand in one table, so that each tells its message.
+    pub(crate) fn is_mixed(&self) -> bool {
+        self.messages.len() > 1
+    }
+
+    /// A field's column in a wide table. No two columns have one name.
+    pub(crate) fn column(&self, message: &Message, field: &Field) -> String {
+        if self.is_mixed() || FIXED.iter().any(|(name, ..)| *name == field.name) {
+            format!("{}.{}", message.name, field.name)
+        } else {
+            field.name.to_owned()
+        }
     }
 }
 
@@ -255,21 +279,16 @@ pub(crate) fn is_raw(selection: &Selection) -> Result<bool> {
 
 /// The columns that every table begins with.
 pub(super) fn described_start(options: CsvOptions) -> Vec<Value> {
-    let fixed = [
-        ("time", "when it was said, by the sender's clock; ISO 8601, UTC", None),
-        ("unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
-        ("system", "name of the system", None),
-        ("system_id", "its IMC address", None),
-        ("entity", "label of the entity", None),
-        ("entity_id", "its number", None),
-    ];
     let received = [
         ("received", "when it first came ashore, by the shore's clock; ISO 8601, UTC", None),
         ("received_unix_s", "the same as seconds since 1970-01-01 UTC", Some("s")),
     ];
-    let describe = |(name, meaning, unit): &(&str, &str, Option<&str>)| json!({"name": name, "description": meaning, "unit": unit});
     let received = received.iter().filter(|_| options.received);
-    fixed.iter().chain(received).map(describe).collect()
+    FIXED.iter().chain(received).map(described_column).collect()
+}
+
+fn described_column((name, meaning, unit): &(&str, &str, Option<&str>)) -> Value {
+    json!({"name": name, "description": meaning, "unit": unit})
 }
 
 /// What stands in each column of a table, as JSON to be kept beside it: name, unit, type and meaning, and what
@@ -282,12 +301,24 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
         return Ok(super::raw::describe(selection, *options));
     }
     let plan = Plan::new(reader, selection, *options)?;
-    let several = plan.messages.len() > 1;
     let mut columns = described_start(*options);
+    let message = ("message", "abbreviation of the message", None);
+    if options.shape == Shape::Long {
+        let long = [
+            message,
+            ("field", "name of the field", None),
+            ("value", "its value, in the unit beside it", None),
+            ("unit", "the value's unit; empty for none", None),
+        ];
+        columns.extend(long.iter().map(described_column));
+        return Ok(described(&columns, selection, *options));
+    }
+    if plan.is_mixed() {
+        columns.push(described_column(&message));
+    }
     for message in &plan.messages {
         for field in &message.fields {
-            let name =
-                if several { format!("{}.{}", message.name, field.name) } else { field.name.to_owned() };
+            let name = plan.column(message, field);
             let kind = match field.kind {
                 ColumnKind::Integer if field.names.is_some() => "text",
                 ColumnKind::Integer => "integer",
