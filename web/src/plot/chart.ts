@@ -22,6 +22,8 @@ export interface ChartLine {
 export interface ChartHandlers {
   /** The pointer or the keys are at this time; null when they have left. */
   cursor(us: number | null): void;
+  /** This time is chosen. */
+  pick(us: number): void;
   zoom(fromUs: number, toUs: number): void;
   /** Parts of the length by which to move, and the factor by which to lengthen. */
   pan(part: number): void;
@@ -51,7 +53,7 @@ export function createChart(title: string, unit: string, labels: readonly string
     legend.append(make("li", {}, swatch, make("span", {}, label), value, remove));
     return value;
   });
-  const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": `${title}. Left and right move the cursor, with Shift by more; plus and minus zoom, Page Up and Page Down move in time.` });
+  const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": `${title}. Left and right move the cursor, with Shift by more, Enter goes there; plus and minus zoom, Page Up and Page Down move in time.` });
   const root = make("section", { class: "plot", "aria-label": title }, make("div", { class: "plot-head" }, make("h3", {}, title), legend, ...buttons), box, summary);
 
   let silent = false;
@@ -122,6 +124,7 @@ export function createChart(title: string, unit: string, labels: readonly string
     const acts: Record<string, () => void> = {
       ArrowLeft: () => go(from - step),
       ArrowRight: () => go(from + step),
+      Enter: () => left >= 0 && handlers.pick(plot.posToVal(left, "x") * 1e6),
       Escape: () => plot.setCursor({ left: -10, top: -10 }),
       PageUp: () => handlers.pan(-0.5),
       PageDown: () => handlers.pan(0.5),
@@ -132,6 +135,12 @@ export function createChart(title: string, unit: string, labels: readonly string
     if (!act) return;
     event.preventDefault();
     act();
+  });
+  let down = 0;
+  plot.over.addEventListener("pointerdown", (event) => (down = event.clientX));
+  plot.over.addEventListener("click", (event) => {
+    const left = event.clientX - plot.over.getBoundingClientRect().left;
+    if (Math.abs(event.clientX - down) < CLICK_PX && event.detail < 2) handlers.pick(plot.posToVal(left, "x") * 1e6);
   });
   box.addEventListener("dblclick", () => handlers.scale(2));
   box.addEventListener(
