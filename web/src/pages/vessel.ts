@@ -11,7 +11,7 @@ import { createTimeBar } from "../plot/timebar";
 import { createAsker } from "../replay/asker";
 import { createBar } from "../replay/bar";
 import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within } from "../replay/clock";
-import { labelsThen, systemThen, valuesThen } from "../replay/then";
+import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
 import { placeAt, Track } from "../state/track";
@@ -79,7 +79,7 @@ export function startVessel(root: HTMLElement): void {
   let chosen: readonly Source[] = [];
   const ahead = new Track();
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
-  const entity = (number: number): string => labels.get(number) ?? (number === 255 ? "" : String(number));
+  const entity = (number: number): string => labels.get(number) ?? labelsThen(named, Infinity).get(number) ?? (number === 255 ? "" : String(number));
 
   const map = createMap(mapBox, () => undefined);
   all.addEventListener("click", () => map.showAll());
@@ -103,7 +103,8 @@ export function startVessel(root: HTMLElement): void {
       asker.want(us);
       plots.cursor(us);
       const place = us === null ? undefined : placeAt(track, us);
-      map.overlays.cursor(place ?? null);
+      // Where the replayed vessel itself is drawn, a mark would only hide it.
+      map.overlays.cursor(us === play?.atUs ? null : (place ?? null));
       setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
       drawPlace();
       bar.update(range, play, hoverUs, nowUs(), us === null ? "" : asker.trouble());
@@ -330,10 +331,10 @@ export function startVessel(root: HTMLElement): void {
 
   /** The vessel on the map: where it was then, or where it is. */
   const drawPlace = (): void => {
-    const name = system ? systemName(system) : given;
     if (play) {
+      const known: Values = asItWas()?.values ?? new Map();
       map.track(address, track, play.atUs);
-      map.update([systemThen(address, name, asItWas()?.values ?? new Map(), placeAt(track, play.atUs), play.atUs)], address, play.atUs);
+      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs)], address, play.atUs);
     } else if (system) map.update([system], address, nowUs());
   };
   const draw = (): void => {
@@ -352,7 +353,10 @@ export function startVessel(root: HTMLElement): void {
     setAttribute(root, "data-time", play ? "replay" : us === null ? "live" : "cursor");
     setAttribute(fromPast, "hidden", play ? null : "");
     controlBox.inert = play !== null;
-    if (tabs.shows("Plots")) plots.draw(now);
+    if (tabs.shows("Plots")) {
+      plots.draw(now);
+      if (hoverUs === null) plots.cursor(us);
+    }
     if (tabs.shows("Values")) values.update(us === null ? "Latest values" : `Values as of ${utc(asOf)}`, [...known.values()], called, asOf);
     if (tabs.shows("Entities")) parts.update(entities(known, called, asOf));
     if (tabs.shows("Log book")) logBook.cursor(us);

@@ -37,9 +37,9 @@ export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
   const scrub = make("input", { type: "range", class: "scrub", min: "0", max: String(PLACES), step: "1", "aria-label": "Time. Left and right step by a second, with Shift by ten; space plays." });
   const speed = make("select", { "aria-label": "Speed" }, ...SPEEDS.map((one) => make("option", { value: String(one) }, `${one}×`)));
   const past = make("span", { class: "transport", role: "group", "aria-label": "Replay" },
-    button("−1 s", "Step back", () => handlers.step(-STEP_US)),
+    button("−1 s", "−1 s, step back", () => handlers.step(-STEP_US)),
     play,
-    button("+1 s", "Step forward", () => handlers.step(STEP_US)),
+    button("+1 s", "+1 s, step forward", () => handlers.step(STEP_US)),
     speed,
     scrub,
   );

@@ -21,6 +21,13 @@ export function labelsThen(entities: readonly Entity[], us: number): Labels {
   return found;
 }
 
+/** What it called itself then; null where that is not recorded. */
+export function nameThen(values: Values): string | null {
+  const announce = [...values.values()].find((update) => update.abbrev === "Announce");
+  const name = announce?.fields.find((field) => field.name === "sys_name")?.value;
+  return typeof name === "string" && name ? name : null;
+}
+
 /** The vessel on the map at `us`: its place by the track, its heading and course by what it said last. */
 export function systemThen(address: number, name: string | null, values: Values, place: TrackPoint | undefined, us: number): System {
   const state = [...values.values()].filter((update) => update.abbrev === "EstimatedState").reduce<Update | undefined>((last, one) => (!last || one.time_us > last.time_us ? one : last), undefined);
