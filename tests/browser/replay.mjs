@@ -20,7 +20,7 @@ await inBrowser(async (open) => {
   const button = (name) => page.getByRole("button", { name, exact: true });
 
   /** Everything that is the same for any recorded stretch. */
-  const replay = async (vessel, fromUs, toUs, name) => {
+  const replay = async (vessel, fromUs, toUs, name, pictures) => {
     const plots = "EstimatedState";
     const series = (await json(`/api/v1/series?system=${vessel}`)).filter((one) => one.message === plots);
     const entity = series.sort((one, other) => other.count - one.count)[0].entity;
@@ -45,7 +45,7 @@ await inBrowser(async (open) => {
     await page.getByRole("tabpanel", { name: "Values" }).getByLabel("Filter").fill("estimatedstate psi");
     const psi = ((of("psi") * 180) / Math.PI).toFixed(1).replace("-", "−");
     await page.getByRole("row", { name: new RegExp(`EstimatedState .* psi ${psi} °`) }).waitFor();
-    await look(page, `replay-${name}-values`);
+    if (pictures) await look(page, `replay-${name}-values`);
     await page.getByRole("tab", { name: "Plots" }).click();
     check(query().get("tab") === null && query().get("t") === String(t), page.url());
 
@@ -95,7 +95,7 @@ await inBrowser(async (open) => {
     check((await page.locator(".here").textContent()) !== here, "the boat moved");
     const then = query().get("t");
     check(Math.abs(Number(then) / 1e3 - (await clockMs())) < 1_000, "the address tells the time");
-    await look(page, `replay-${name}-plots`);
+    if (pictures) await look(page, `replay-${name}-plots`);
 
     // The same address shows the same.
     const shown = [await clock(), await page.locator(".here").textContent()];
@@ -116,6 +116,7 @@ await inBrowser(async (open) => {
     await page.getByRole("tab", { name: "Control" }).click();
     await page.getByText("You look at the past").waitFor();
     check(await page.locator(".control-box").evaluate((node) => node.inert), "the controls are out of reach");
+    if (pictures) await look(page, `replay-${name}-control`);
     await page.getByRole("tab", { name: "Plots" }).click();
   };
 
@@ -139,7 +140,7 @@ await inBrowser(async (open) => {
     // Without a word about time, an old log is looked at as it was.
     await page.goto(`${url}/vessels/${DUNE}`);
     await badge("REPLAY");
-    await replay(DUNE, last - 120_000_000, last, "dune");
+    await replay(DUNE, last - 120_000_000, last, "dune", true);
   }
 
   // A simulated Otter that sails on, and hears fish.
@@ -149,7 +150,7 @@ await inBrowser(async (open) => {
   const now = Date.now() * 1e3;
   const first = (await json(`/api/v1/series?system=${OTTER}`)).find((one) => one.message === "EstimatedState").first_us;
   const [from, to] = [Math.max(first, now - 300_000_000), now];
-  await replay(OTTER, from, to, "otter");
+  await replay(OTTER, from, to, "otter", !log);
 
   // Tags of the range lie on the map, grouped; a group lists its tags.
   const { detections } = await json(`/api/v1/vessels/${OTTER}/detections?from_us=${from}&to_us=${to + 1}&limit=5000`);
@@ -168,7 +169,6 @@ await inBrowser(async (open) => {
   await look(page, "replay-tags-grouped");
   await button("Show all tags").click();
   await page.getByRole("button", { name: "Show all", exact: true }).click();
-  await look(page, "replay-tags");
   const saved = page.waitForEvent("download");
   await page.getByRole("button", { name: "Download CSV of tags heard as shown" }).click();
   const tags = (await readFile(await (await saved).path(), "utf8")).trim().split("\n");
@@ -181,8 +181,34 @@ await inBrowser(async (open) => {
   check(query().get("t") === String(tag.time_us), page.url());
   await page.locator('tr[aria-current="time"]').waitFor();
 
-  // The track on the map sets it too: where the boat is drawn, the time is that of the track there.
+  await page.getByRole("tab", { name: "Log book" }).click();
+  const entry = page.getByRole("tabpanel", { name: "Log book" }).locator("tbody tr").first();
+  const wroteUs = await entry.getAttribute("data-us");
+  await entry.getByRole("button").click();
+  await page.waitForFunction((us) => new URL(location.href).searchParams.get("t") === us, wroteUs);
+  const savedBook = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Download CSV of log book as shown" }).click();
+  const book = await readFile(await (await savedBook).path(), "utf8");
+  check(book.startsWith("time [UTC],severity,entity,from,text") && book.includes("square"), book.slice(0, 300));
+
+  // The track on the map tells it too: pointed to, the time at which the boat was there; tapped, it stays.
   await page.getByRole("tab", { name: "Plots" }).click();
+  await page.getByRole("button", { name: "Show all", exact: true }).click();
+  const stood = await clock();
+  let found;
+  for (let x = middle.x + 60; x < middle.x + middle.width - 60 && !found; x += 6) {
+    await page.mouse.move(x, middle.y + middle.height / 2);
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    if ((await clock()) !== stood) found = x;
+  }
+  check(found, "the track tells its time");
+  const pointed = await clock();
+  const minutes = (text) => [...text.matchAll(/(\d+\.\d+)′/g)].map((one) => Number(one[1]));
+  const [track, mouse] = [minutes(await page.locator(".here").textContent()), minutes(await page.locator(".ol-mouse-position").textContent())];
+  check(Math.abs(track[0] - mouse[0]) < 0.02 && Math.abs(track[1] - mouse[1]) < 0.04, `${track} is where the pointer is: ${mouse}`);
+  await page.waitForFunction(() => /\d °/.test(document.querySelectorAll(".plot .legend .num")[1].textContent));
+  await page.mouse.click(found, middle.y + middle.height / 2);
+  await page.waitForFunction((time) => Math.abs(Number(new URL(location.href).searchParams.get("t")) - Date.parse(time.replace(" ", "T")) * 1e3) < 2e6, pointed);
 
   // Measuring by clicks and by keys.
   await button("Measure").click();
@@ -202,4 +228,8 @@ await inBrowser(async (open) => {
   check(!(await page.locator(".control-box").evaluate((node) => node.inert)), "the controls are back");
   check(query().get("t") === null && query().get("span") !== null, page.url());
   await look(page, "replay-live");
+
+  // A vessel of which nothing is known says what to do.
+  await page.goto(`${url}/vessels/2457`);
+  await page.getByText("Nothing is recorded of this vessel yet.").waitFor();
 });

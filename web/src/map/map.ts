@@ -15,7 +15,7 @@ import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
-import { placeAt } from "../state/track";
+import { placeAt, pointsUntil } from "../state/track";
 import { aheadStyle, courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
 
 /** The course vector shows so many seconds ahead. */
@@ -60,7 +60,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
   const map = new OlMap({
     target: root,
-    layers: [graticule, new VectorLayer({ source, updateWhileAnimating: true, updateWhileInteracting: true })],
+    layers: [graticule, new VectorLayer({ source, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true })],
     controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up" } }).extend([
       new ScaleLine({ units: "metric", minWidth: 80 }),
       new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
@@ -80,6 +80,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   const repainted: (() => void)[] = [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
+  const projected = new WeakMap<readonly TrackPoint[], number[][]>();
 
   const features = (address: number): Drawn => {
     const known = drawn.get(address);
@@ -152,11 +153,16 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     update,
     track(address, points, untilUs) {
       const { track, coming } = features(address);
-      const on = (some: readonly TrackPoint[]): number[][] => some.map((point) => fromLonLat([point.lon_deg, point.lat_deg]));
+      const on = (point: TrackPoint): number[] => fromLonLat([point.lon_deg, point.lat_deg]);
+      // A replay asks for the same points in each picture.
+      const known = untilUs === undefined ? undefined : projected.get(points);
+      const all = known?.length === points.length ? known : points.map(on);
+      if (untilUs !== undefined) projected.set(points, all);
       const here = untilUs === undefined ? undefined : placeAt(points, untilUs);
-      const split = untilUs === undefined ? points.length : points.filter((point) => point.time_us <= untilUs).length;
-      track.getGeometry()?.setCoordinates(on([...points.slice(0, split), ...(here && split ? [here] : [])]));
-      coming.getGeometry()?.setCoordinates(on(split < points.length ? [...(here ? [here] : []), ...points.slice(split)] : []));
+      const split = untilUs === undefined ? points.length : pointsUntil(points, untilUs);
+      const middle = here ? [on(here)] : [];
+      track.getGeometry()?.setCoordinates([...all.slice(0, split), ...(split && untilUs !== undefined ? middle : [])]);
+      coming.getGeometry()?.setCoordinates(split < points.length ? [...middle, ...all.slice(split)] : []);
     },
     showAll,
     dispose() {

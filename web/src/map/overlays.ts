@@ -43,7 +43,7 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
       return tagsStyle(group.length, tags.size === 1 ? group[0]?.tag_id : undefined, palette());
     },
   });
-  const cursorLayer = new VectorLayer({ source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
+  const cursorLayer = new VectorLayer({ zIndex: 3, source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
   map.addLayer(tagLayer);
   map.addLayer(cursorLayer);
   let picked: ((place: readonly [number, number]) => void) | null = null;

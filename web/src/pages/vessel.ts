@@ -2,7 +2,7 @@
 
 import { getJson, reason } from "../api/http";
 import { createControl } from "../control/panel";
-import type { Detection, Detections, Entity, Gap, LinkStatus, LogBook, Series, System, TrackPoint } from "../api/types.gen";
+import type { At, Detection, Detections, Entity, Gap, LinkStatus, LogBook, Series, System, TrackPoint } from "../api/types.gen";
 import { createMap } from "../map/map";
 import { createMeasure } from "../map/measure";
 import { ends, isLive, panned, type Range, type Source, written, zoomed } from "../plot/model";
@@ -10,7 +10,7 @@ import { createPlots } from "../plot/panel";
 import { createTimeBar } from "../plot/timebar";
 import { createAsker } from "../replay/asker";
 import { createBar } from "../replay/bar";
-import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within } from "../replay/clock";
+import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
@@ -73,13 +73,15 @@ export function startVessel(root: HTMLElement): void {
   const speed0 = inAddress.play?.speed ?? 1;
   let system: System | undefined;
   let labels: Labels = new Map();
+  /** As the history knows them. */
+  let lastLabels: Labels = new Map();
   let track: readonly TrackPoint[] = [];
   let catalogue: readonly Series[] = [];
   let link: LinkStatus | undefined;
   let chosen: readonly Source[] = [];
   const ahead = new Track();
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
-  const entity = (number: number): string => labels.get(number) ?? labelsThen(named, Infinity).get(number) ?? (number === 255 ? "" : String(number));
+  const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
   const map = createMap(mapBox, () => undefined);
   all.addEventListener("click", () => map.showAll());
@@ -88,9 +90,12 @@ export function startVessel(root: HTMLElement): void {
   /** The time of which map, plots and tables tell; null for the present. */
   const atUs = (): number | null => (play?.playing ? play.atUs : (hoverUs ?? play?.atUs ?? null));
   const asker = createAsker(address, () => draw());
-  const asItWas = (): { values: Values; labels: Labels; us: number } | undefined => {
-    const at = asker.known();
-    return atUs() !== null && at ? { values: valuesThen(at), labels: labelsThen(named, at.time_us), us: at.time_us } : undefined;
+  let then: { at: At; values: Values; labels: Labels; us: number } | undefined;
+  const asItWas = (): typeof then => {
+    const at = atUs() === null ? undefined : asker.known();
+    if (!at) return undefined;
+    if (then?.at !== at) then = { at, values: valuesThen(at), labels: labelsThen(named, at.time_us), us: at.time_us };
+    return then;
   };
   /** Brings everything that depends on the cursor's time up to date, once for each picture. */
   let due = false;
@@ -101,49 +106,58 @@ export function startVessel(root: HTMLElement): void {
       due = false;
       const us = atUs();
       asker.want(us);
-      plots.cursor(us);
+      // The plot that is pointed to has its cursor by itself, and has told the others.
+      if (!byPlot || hoverUs === null || play?.playing) plots.cursor(us);
       const place = us === null ? undefined : placeAt(track, us);
       // Where the replayed vessel itself is drawn, a mark would only hide it.
       map.overlays.cursor(us === play?.atUs ? null : (place ?? null));
       setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
       drawPlace();
-      bar.update(range, play, hoverUs, nowUs(), us === null ? "" : asker.trouble());
+      drawBar();
     });
   };
-  const hover = (us: number | null): void => {
+  let byPlot = false;
+  const hover = (us: number | null, plot = false): void => {
     hoverUs = us;
+    byPlot = plot;
     point();
   };
-  const setPlay = (next: Playback | null): void => {
+  /** `told`: whether the address is told at once; while somebody drags, only in the end. */
+  const setPlay = (next: Playback | null, told = true): void => {
     const began = next?.playing && !play?.playing;
     play = next;
     hoverUs = null;
     point();
     draw();
-    if (began) playOn(performance.now(), performance.now());
-    remember();
+    if (began) playOn(performance.now(), performance.now(), ++run);
+    window.clearTimeout(dragged);
+    if (told) remember();
+    else dragged = window.setTimeout(remember, SETTLE_MS);
   };
+  let dragged: number | undefined;
+  /** Counts plays, so that one that was ended for another does not go on beside it. */
+  let run = 0;
   /** Stands still at a time of the range. */
   const pick = (us: number): void => {
     const { fromUs, toUs } = ends(range, nowUs());
     if (isLive(range)) choose({ fromUs: Math.round(fromUs), toUs: Math.round(toUs) }, false);
     if (play) setPlay(within({ ...play, atUs: us, playing: false }, range));
   };
-  const step = (byUs: number): void => void (play && setPlay(within({ ...play, atUs: play.atUs + byUs, playing: false }, range)));
+  const step = (byUs: number): void => void (play && setPlay(within({ ...play, atUs: play.atUs + byUs, playing: false }, range), false));
   const toggle = (): void => void (play && setPlay(toggled(play, range)));
   const goLive = (): void => {
     const { fromUs, toUs } = ends(range, nowUs());
     choose({ spanUs: Math.min(SPAN_US, toUs - fromUs) });
   };
-  const playOn = (beforeMs: number, savedMs: number): void =>
+  const playOn = (beforeMs: number, savedMs: number, mine: number): void =>
     void requestAnimationFrame((ms) => {
-      if (!play?.playing || isLive(range)) return;
+      if (!play?.playing || isLive(range) || mine !== run) return;
       play = advanced(play, Math.min(ADDRESS_MS, ms - beforeMs), range.toUs);
       if (!play.playing && nowUs() - range.toUs < PRESENT_US) return goLive();
       point();
       const save = ms - savedMs > ADDRESS_MS || !play.playing;
       if (save) remember();
-      playOn(ms, save ? ms : savedMs);
+      playOn(ms, save ? ms : savedMs, mine);
     });
   const bar = createBar(replayBox, {
     enter() {
@@ -155,7 +169,7 @@ export function startVessel(root: HTMLElement): void {
       timeBox.querySelector("select")?.focus();
     },
     toggle,
-    seek: (us) => play && setPlay(within({ ...play, atUs: us }, range)),
+    seek: (us) => play && setPlay(within({ ...play, atUs: us }, range), false),
     step,
     speed: (speed) => play && setPlay({ ...play, speed }),
   });
@@ -182,7 +196,7 @@ export function startVessel(root: HTMLElement): void {
   };
   const moves = {
     pan: (part: number): void => choose(panned(range, part, nowUs())),
-    scale: (factor: number): void => choose(zoomed(range, factor, nowUs())),
+    scale: (factor: number): void => choose(play && !isLive(range) ? zoomedAbout(range, play.atUs, factor, nowUs()) : zoomed(range, factor, nowUs())),
   };
   const timeBar = createTimeBar(timeBox, {
     ...moves,
@@ -194,7 +208,7 @@ export function startVessel(root: HTMLElement): void {
   });
   const plots = createPlots(panels.Plots, address, root.dataset["researcher"] !== undefined, query.get("plots") ?? "", entity, {
     ...moves,
-    cursor: hover,
+    cursor: (us) => hover(us, true),
     pick,
     zoom: (fromUs, toUs) => choose({ fromUs: Math.round(fromUs), toUs: Math.round(toUs) }),
     changed(sources) {
@@ -208,7 +222,7 @@ export function startVessel(root: HTMLElement): void {
   });
   const parts = createEntities(panels.Entities);
   const events = {
-    at: hover,
+    at: (us: number | null): void => hover(us),
     pick,
     file: root.dataset["researcher"] === undefined ? undefined : () => {
       const { fromUs, toUs } = ends(range, nowUs());
@@ -302,6 +316,8 @@ export function startVessel(root: HTMLElement): void {
       ]);
       catalogue = series;
       named = entities;
+      lastLabels = labelsThen(named, Infinity);
+      then = undefined;
       setAttribute(nothing, "hidden", series.length || state.values.get(address)?.size ? "" : null);
       const last = Math.max(...series.map((one) => one.last_us ?? 0));
       // A vessel of which there is only an old log is looked at as it was.
@@ -329,6 +345,10 @@ export function startVessel(root: HTMLElement): void {
     window.setTimeout(() => void askLink(), AGAIN_MS);
   };
 
+  const drawBar = (): void => {
+    const heard = linked && (system?.liveness === "live" || system?.liveness === "late");
+    bar.update(range, play, hoverUs, nowUs(), heard, atUs() === null ? (linked ? "" : "No link to the server.") : asker.trouble());
+  };
   /** The vessel on the map: where it was then, or where it is. */
   const drawPlace = (): void => {
     if (play) {
@@ -349,7 +369,7 @@ export function startVessel(root: HTMLElement): void {
     const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
     tiles.update(system, vitals(known, called, asOf), link, asOf, us === null ? linked : true, past);
     timeBar.update(range, now);
-    bar.update(range, play, hoverUs, now, us === null ? "" : asker.trouble());
+    drawBar();
     setAttribute(root, "data-time", play ? "replay" : us === null ? "live" : "cursor");
     setAttribute(fromPast, "hidden", play ? null : "");
     controlBox.inert = play !== null;

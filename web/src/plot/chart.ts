@@ -10,6 +10,8 @@ import type { Table } from "./model";
 const HEIGHT_PX = 190;
 /** Drags shorter than this are clicks, px. */
 const CLICK_PX = 8;
+/** A second click comes within this, ms. */
+const DOUBLE_MS = 250;
 /** The cursor tells of a point within this; farther from any it tells of none, px. */
 const NEAR_PX = 24;
 const DASHES: readonly (readonly number[])[] = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
@@ -137,12 +139,18 @@ export function createChart(title: string, unit: string, labels: readonly string
     act();
   });
   let down = 0;
+  let picking: number | undefined;
   plot.over.addEventListener("pointerdown", (event) => (down = event.clientX));
   plot.over.addEventListener("click", (event) => {
     const left = event.clientX - plot.over.getBoundingClientRect().left;
-    if (Math.abs(event.clientX - down) < CLICK_PX && event.detail < 2) handlers.pick(plot.posToVal(left, "x") * 1e6);
+    window.clearTimeout(picking);
+    // The first half of a double click is none.
+    if (Math.abs(event.clientX - down) < CLICK_PX && event.detail < 2) picking = window.setTimeout(() => handlers.pick(plot.posToVal(left, "x") * 1e6), DOUBLE_MS);
   });
-  box.addEventListener("dblclick", () => handlers.scale(2));
+  box.addEventListener("dblclick", () => {
+    window.clearTimeout(picking);
+    handlers.scale(2);
+  });
   box.addEventListener(
     "wheel",
     (event) => {

@@ -18,8 +18,9 @@ export interface BarHandlers {
 }
 
 export interface Bar {
-  /** `hoverUs`: a time that is pointed to. `nowUs`: of the server. `trouble`: why the values are not those of the time. */
-  update(range: Range, play: Playback | null, hoverUs: number | null, nowUs: number, trouble: string): void;
+  /** `hoverUs`: a time that is pointed to. `nowUs`: of the server. `fresh`: whether the vessel is heard
+   * now. `trouble`: why the values are not those of the time. */
+  update(range: Range, play: Playback | null, hoverUs: number | null, nowUs: number, fresh: boolean, trouble: string): void;
   /** Puts the focus on playing. */
   focus(): void;
 }
@@ -61,10 +62,10 @@ export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
   speed.addEventListener("change", () => handlers.speed(Number(speed.value)));
 
   return {
-    update(range, playback, hoverUs, nowUs, trouble) {
+    update(range, playback, hoverUs, nowUs, fresh, trouble) {
       const shown = playback?.playing ? playback.atUs : (hoverUs ?? playback?.atUs ?? nowUs);
-      setAttribute(root, "data-time", playback ? "replay" : hoverUs === null ? "live" : "cursor");
-      setText(badge, playback ? "REPLAY" : hoverUs === null ? "LIVE" : "AS OF");
+      setAttribute(root, "data-time", playback ? "replay" : hoverUs !== null ? "cursor" : fresh ? "live" : "now");
+      setText(badge, playback ? "REPLAY" : hoverUs !== null ? "AS OF" : fresh ? "LIVE" : "NOW");
       setText(clock, fine(shown, playback !== null && playback.speed < 1));
       setText(note, trouble);
       setAttribute(past, "hidden", playback ? null : "");

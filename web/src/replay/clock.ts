@@ -1,6 +1,6 @@
 // The time that the page stands at while it does not follow the present: playing, stepping, and its address. Pure.
 
-import { ends, isLive, type Range } from "../plot/model";
+import { ends, isLive, type Range, SHORTEST_US } from "../plot/model";
 
 /** Playing at a time; there is none while the page follows the present. */
 export interface Playback {
@@ -37,6 +37,14 @@ export function advanced(play: Playback, ms: number, toUs: number): Playback {
 export function toggled(play: Playback, range: Range): Playback {
   const { fromUs, toUs } = ends(range, play.atUs);
   return { ...play, playing: !play.playing, atUs: !play.playing && play.atUs >= toUs ? fromUs : play.atUs };
+}
+
+/** The range lengthened or shortened about the time, which stays where it is in it; it does not reach beyond the present. */
+export function zoomedAbout(range: { readonly fromUs: number; readonly toUs: number }, atUs: number, factor: number, nowUs: number): Range {
+  const by = Math.max(factor, SHORTEST_US / (range.toUs - range.fromUs));
+  const fromUs = Math.max(0, Math.floor(atUs - (atUs - range.fromUs) * by));
+  const toUs = Math.ceil(atUs + (range.toUs - atUs) * by);
+  return { fromUs, toUs: Math.max(fromUs + SHORTEST_US, Math.min(toUs, Math.max(range.toUs, Math.round(nowUs)))) };
 }
 
 /** What stands in an address. */

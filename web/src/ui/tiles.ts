@@ -72,7 +72,7 @@ export function createTiles(root: HTMLElement): Tiles {
       const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
       const waiting = link?.backlog_records ? ` · ${link.backlog_records} records wait aboard` : "";
       const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
-      if (past !== undefined) show("link", "recorded", "", past === null ? "" : "not the present", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
+      if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
       else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
       show("plan", plan.note || "none", "", plan.word, plan, linked);
