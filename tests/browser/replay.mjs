@@ -138,7 +138,10 @@ await inBrowser(async (open) => {
     const states = (await json(`/api/v1/series?system=${DUNE}`)).filter((one) => one.message === "EstimatedState");
     const last = Math.max(...states.map((one) => one.last_us));
     // Without a word about time, an old log is looked at as it was.
-    await page.goto(`${url}/vessels/${DUNE}`);
+    await page.goto(`${url}/admin/import`);
+    await page.getByRole("cell", { name: "done" }).waitFor();
+    await look(page, "replay-import");
+    await page.getByRole("link", { name: "0x2810" }).click();
     await badge("REPLAY");
     await replay(DUNE, last - 120_000_000, last, "dune", true);
   }

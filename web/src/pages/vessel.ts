@@ -347,7 +347,7 @@ export function startVessel(root: HTMLElement): void {
 
   const drawBar = (): void => {
     const heard = linked && (system?.liveness === "live" || system?.liveness === "late");
-    bar.update(range, play, hoverUs, nowUs(), heard, atUs() === null ? (linked ? "" : "No link to the server.") : asker.trouble());
+    bar.update(range, play, hoverUs, nowUs(), heard, atUs() === null ? "" : asker.trouble());
   };
   /** The vessel on the map: where it was then, or where it is. */
   const drawPlace = (): void => {
