@@ -239,6 +239,23 @@ fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {
     });
 }
 
+/// The past on a vessel's page: a DUNE vehicle's log and a simulated Otter, played, pointed to and taken away.
+#[test]
+fn the_past_is_replayed_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "1"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    demo.sails(&["otter-1"]);
+    let log = testkit::shared("data/imc/dune_log_a/Data.lsf.gz");
+    let mut arguments = vec![url.as_str(), password.as_str()];
+    arguments.extend(log.as_deref().and_then(std::path::Path::to_str));
+    testkit::browser::run("replay.mjs", &arguments, |_| {});
+}
+
 #[test]
 fn killed_it_takes_its_agents_along_and_by_the_clock_it_ends_well() {
     if !agent_is_there() {

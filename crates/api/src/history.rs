@@ -1,5 +1,6 @@
 //! What the history is asked and answers.
 
+use crate::Update;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -45,4 +46,26 @@ pub struct TrackPoint {
     pub lat_deg: f64,
     /// WGS-84 longitude, degrees, east positive.
     pub lon_deg: f64,
+}
+
+/// Which time.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct AtQuery {
+    /// The time, by the vessel's clock, µs since 1970 UTC.
+    pub time_us: i64,
+}
+
+/// How a vessel was at a time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct At {
+    /// The time asked for, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// The last sample of every series at or before it, of 31 days at most; its age is `time_us` less its own. The
+    /// history does not tell instances within an entity apart.
+    pub values: Vec<Update>,
+    /// Whether there were more series than fit.
+    pub cut: bool,
 }

@@ -24,7 +24,7 @@ pub use doors::{DoorPeer, LinkStatus, Recording};
 pub use events::{
     Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,
 };
-pub use history::{Recorded, TrackPoint, TrackQuery};
+pub use history::{At, AtQuery, Recorded, TrackPoint, TrackQuery};
 pub use live::{Field, Fix, LiveFrame, LiveRequest, Liveness, Subscription, System, Update};
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{

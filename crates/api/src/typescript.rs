@@ -1,7 +1,7 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
+    At, AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
     GapKind, Import, ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange,
     LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me,
     NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
@@ -14,7 +14,8 @@ use ts_rs::TS;
 
 fn text() -> String {
     let declarations = [
-        <AuditEntry as TS>::decl(),
+        <At as TS>::decl(),
+        AuditEntry::decl(),
         Buckets::decl(),
         Command::decl(),
         CommandStep::decl(),

@@ -44,18 +44,27 @@ impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for InPath<
     }
 }
 
+/// A time.
+///
+/// # Errors
+/// It is none.
+pub(crate) fn time(name: &str, time_us: i64) -> Result<i64, ApiError> {
+    if TIMES_US.contains(&time_us) {
+        return Ok(time_us);
+    }
+    let (first, last) = TIMES_US.into_inner();
+    Err(ApiError::bad_request(format!(
+        "{name}: {time_us} is no time: give µs since 1970 UTC, {first} to {last}"
+    )))
+}
+
 /// A stretch of time.
 ///
 /// # Errors
 /// A time is none, or it ends before it begins.
 pub(crate) fn range(from_us: i64, to_us: i64) -> Result<TimeRange, ApiError> {
     for (name, time_us) in [("from_us", from_us), ("to_us", to_us)] {
-        if !TIMES_US.contains(&time_us) {
-            let (first, last) = TIMES_US.into_inner();
-            return Err(ApiError::bad_request(format!(
-                "{name}: {time_us} is no time: give µs since 1970 UTC, {first} to {last}"
-            )));
-        }
+        time(name, time_us)?;
     }
     if to_us < from_us {
         return Err(ApiError::bad_request("to_us: is before from_us"));

@@ -5,8 +5,8 @@ use super::error::ApiError;
 use super::guard::{OfVessel, Who};
 use crate::shore::{AppState, Wanted, export, history};
 use api::{
-    Buckets, BucketsQuery, Detections, Entity, EventsQuery, Gap, GapsQuery, LogBook, Recorded, Samples,
-    SamplesQuery, Series, SeriesQuery, System, TrackPoint, TrackQuery,
+    At, AtQuery, Buckets, BucketsQuery, Detections, Entity, EventsQuery, Gap, GapsQuery, LogBook, Recorded,
+    Samples, SamplesQuery, Series, SeriesQuery, System, TrackPoint, TrackQuery,
 };
 use axum::Json;
 use axum::extract::State;
@@ -96,6 +96,16 @@ pub(crate) async fn track(
     let range = asked::range(query.from_us, query.to_us)?;
     let points = asked::number("points", query.points, 2_000, 2..=20_000)?;
     Ok(Json(state.history.ask(move |reader| history::track(reader, vessel, range, points)).await?))
+}
+
+/// `GET /api/v1/vessels/{vessel}/at`.
+pub(crate) async fn at(
+    State(state): State<AppState>,
+    OfVessel(vessel): OfVessel,
+    Asked(query): Asked<AtQuery>,
+) -> Result<Json<At>, ApiError> {
+    let time_us = asked::time("time_us", query.time_us)?;
+    Ok(Json(state.history.ask(move |reader| history::at(reader, vessel, time_us)).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/entities`.

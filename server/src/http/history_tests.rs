@@ -5,7 +5,9 @@ use super::routes;
 use super::testing::{FIRST, an_hour};
 use super::tests::Shore;
 use crate::clock;
-use api::{Buckets, Detections, Entity, Gap, GapKind, LogBook, Role, SampleRow, Samples, Series, TrackPoint};
+use api::{
+    At, Buckets, Detections, Entity, Gap, GapKind, LogBook, Role, SampleRow, Samples, Series, TrackPoint,
+};
 use axum::http::{Method, StatusCode};
 use imc::messages::{LogBookEntry, TBRFishTag};
 use imc::{Address, Header, Message, Packet};
@@ -103,6 +105,51 @@ async fn a_recording_of_dune_is_whole_in_plots_and_tables() {
     assert!(track.len() > 10 && track.iter().all(|point| (point.lat_deg - 41.0).abs() < 30.0), "{track:?}");
     let book: LogBook = json(&shore, &of("logbook?"), &token).await;
     assert_eq!(book.next, None);
+}
+
+#[tokio::test]
+async fn how_a_vessel_was_is_told_by_the_last_of_every_series() {
+    let second = |at: i64| START_US + at * 1_000_000;
+    let voltage = |value| imc::messages::Voltage { value };
+    let shore = Shore::with(|data| {
+        let state = imc::messages::VehicleState {
+            op_mode: imc::messages::VehicleStateOpMode::Maneuver,
+            ..Default::default()
+        };
+        let mut packets: Vec<(u8, i64, Message)> =
+            (0..10).map(|at| (3, second(at), voltage(20.0 + at as f32).into())).collect();
+        packets.push((4, second(2), voltage(f32::NAN).into()));
+        packets.push((9, second(5), state.into()));
+        packets.push((8, second(-40 * 86_400), voltage(1.0).into()));
+        put(data, &packets);
+    });
+    let token = shore.token(None, Role::Viewer).await;
+    let at = async |time_us: i64| -> At {
+        json(&shore, &format!("/api/v1/vessels/{OTTER}/at?time_us={time_us}"), &token).await
+    };
+    let told = |at: &At| -> Vec<(String, u8, i64)> {
+        at.values.iter().map(|one| (one.abbrev.clone(), one.entity, one.time_us)).collect()
+    };
+    // Nothing before the first; of what is older than a month nothing after it.
+    assert_eq!(at(second(-1)).await, At { time_us: second(-1), values: vec![], cut: false });
+    assert_eq!(told(&at(second(0)).await), [("Voltage".to_owned(), 3, second(0))], "at the time itself");
+    let now = at(second(6) - 1).await;
+    assert_eq!(
+        told(&now),
+        [
+            ("VehicleState".to_owned(), 9, second(5)),
+            ("Voltage".to_owned(), 3, second(5)),
+            ("Voltage".to_owned(), 4, second(2))
+        ]
+    );
+    let mode = now.values[0].fields.iter().find(|field| field.name == "op_mode").unwrap();
+    assert_eq!(mode.meaning.as_deref(), Some("MANEUVER"), "as what is live says it");
+    let volts = |at: usize| &now.values[at].fields[0];
+    assert_eq!((volts(1).value.clone(), volts(1).unit.as_str()), (serde_json::json!(25.0), "V"));
+    assert!(volts(2).value.is_null(), "what is no number");
+    assert_eq!((now.values[1].period_s, now.values[2].period_s), (Some(1.0), None));
+    let late = at(second(86_400)).await;
+    assert_eq!(late.values.len(), 3, "the last stays, with its age");
 }
 
 #[tokio::test]
@@ -212,7 +259,10 @@ async fn nobody_is_told_of_what_they_may_not_see() {
 }
 
 /// Questions that have no answer.
-const WRONG: [(&str, &str); 21] = [
+const WRONG: [(&str, &str); 24] = [
+    ("at?time_us=-1", "time_us"),
+    ("at?time_us=noon", "time_us"),
+    ("at", "time_us"),
     ("track?from_us=-1&to_us=5", "from_us"),
     ("track?from_us=0&to_us=99999999999999999999", "to_us"),
     ("track?from_us=5&to_us=4", "to_us"),
@@ -285,7 +335,7 @@ async fn no_question_makes_the_server_fail() {
         "message" => "Voltage",
         "entity" => "2",
         "field" | "fields" => "value",
-        "from_us" => "0",
+        "from_us" | "time_us" => "0",
         "to_us" => "9007199254740991",
         _ => "",
     };

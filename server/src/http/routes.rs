@@ -9,12 +9,12 @@ use super::{
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
-    GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
-    LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
-    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk, PlansAboard,
-    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System,
-    Token, TokenMade, TrackPoint, TrackQuery,
+    At, AtQuery, AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery,
+    ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame,
+    LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck,
+    PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk,
+    PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan,
+    System, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -108,6 +108,15 @@ fn of_vessels() -> Vec<Route> {
             .query::<SamplesQuery>()
             .gives::<Samples>()
             .packed(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/at",
+            viewer,
+            "How a vessel was: the last value of every series at or before a time.",
+            history::at,
+        )
+        .query::<AtQuery>()
+        .gives::<At>()
+        .packed(),
         Route::get("/api/v1/vessels/{vessel}/entities", viewer, "Labels of entities.", history::entities)
             .gives::<Vec<Entity>>(),
         Route::get("/api/v1/vessels/{vessel}/detections", viewer, "Tags heard.", history::detections)

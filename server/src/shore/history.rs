@@ -21,6 +21,8 @@ const EXPORTS: usize = 4;
 const MOMENT_US: i64 = 1_000_000;
 /// Bytes of text and raw data in one answer.
 const ANSWER_BYTES: usize = 8 << 20;
+/// Series of one vessel at one time.
+const SERIES: usize = 5_000;
 
 /// The history of a data folder; cheap to clone.
 #[derive(Clone)]
@@ -207,6 +209,44 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
         Cell::Text(text) => text.into(),
         Cell::Raw(bytes) if kind == ColumnKind::Text => String::from_utf8_lossy(&bytes).into(),
         Cell::Raw(bytes) => super::decode::hex(&bytes).into(),
+    }
+}
+
+/// How a vessel was at a time.
+pub(crate) fn at(reader: &mut Reader, vessel: Address, time_us: i64) -> store::Result<api::At> {
+    let then = reader.then(vessel, time_us, SERIES, ANSWER_BYTES)?;
+    let update = |last: store::Last| {
+        let columns = reader.table_of(last.group).map_or(&[][..], |table| &table.columns);
+        let fields = last.row.cells.into_iter().zip(columns).map(|(cell, column)| cell_of(cell, column));
+        api::Update {
+            system: last.group.src,
+            id: last.group.id,
+            abbrev: last.message.to_owned(),
+            entity: last.group.src_ent,
+            instance: None,
+            time_us: last.row.time.micros(),
+            received_us: last.row.received.micros(),
+            count: 0,
+            period_s: last.period_s,
+            fields: fields.collect(),
+        }
+    };
+    let mut values: Vec<api::Update> = then.last.into_iter().map(update).collect();
+    values.sort_by(|a, b| (&a.abbrev, a.entity).cmp(&(&b.abbrev, b.entity)));
+    Ok(api::At { time_us, values, cut: then.cut })
+}
+
+/// A cell as what is live shows it.
+fn cell_of(cell: Cell, column: &Column) -> api::Field {
+    let meaning = match (&cell, column.desc) {
+        (Cell::Integer(number), Some(desc)) => desc.label(*number),
+        _ => None,
+    };
+    api::Field {
+        name: column.name.to_owned(),
+        value: value(cell, column.kind),
+        unit: column.unit.unwrap_or_default().to_owned(),
+        meaning,
     }
 }
 

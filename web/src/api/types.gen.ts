@@ -1,5 +1,20 @@
 // Made from crates/api by `make types`. Do not edit.
 
+export type At = { 
+/**
+ * The time asked for, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * The last sample of every series at or before it, of 31 days at most; its age is `time_us` less its own. The
+ * history does not tell instances within an entity apart.
+ */
+values: Array<Update>, 
+/**
+ * Whether there were more series than fit.
+ */
+cut: boolean, };
+
 export type AuditEntry = { 
 /**
  * Number, growing.

@@ -15,7 +15,8 @@ import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
-import { courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
+import { placeAt, pointsUntil } from "../state/track";
+import { aheadStyle, courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
 
 /** The course vector shows so many seconds ahead. */
 const AHEAD_S = 60;
@@ -29,6 +30,8 @@ interface Drawn {
   readonly vessel: Feature<Point>;
   readonly course: Feature<LineString>;
   readonly track: Feature<LineString>;
+  /** What a replay has yet to come to. */
+  readonly coming: Feature<LineString>;
   /** Where it can be by now, when it is old. */
   readonly ring: Feature<Circle>;
 }
@@ -42,7 +45,8 @@ export interface FleetMap {
   /** `then` is called when the colours have changed. */
   onRepaint(then: () => void): void;
   update(systems: readonly System[], selected: number | undefined, nowUs: number): void;
-  track(address: number, points: readonly TrackPoint[]): void;
+  /** The track; with `untilUs` what comes after it is drawn as yet to come. */
+  track(address: number, points: readonly TrackPoint[], untilUs?: number): void;
   /** Brings all systems into view. */
   showAll(): void;
   dispose(): void;
@@ -56,7 +60,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
   const map = new OlMap({
     target: root,
-    layers: [graticule, new VectorLayer({ source, updateWhileAnimating: true, updateWhileInteracting: true })],
+    layers: [graticule, new VectorLayer({ source, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true })],
     controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up" } }).extend([
       new ScaleLine({ units: "metric", minWidth: 80 }),
       new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
@@ -76,19 +80,22 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   const repainted: (() => void)[] = [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
+  const projected = new WeakMap<readonly TrackPoint[], number[][]>();
 
   const features = (address: number): Drawn => {
     const known = drawn.get(address);
     if (known) return known;
     const made: Drawn = {
       track: new Feature(new LineString([])),
+      coming: new Feature(new LineString([])),
       course: new Feature(new LineString([])),
       ring: new Feature(new Circle([0, 0], 0)),
       vessel: new Feature(new Point([])),
     };
     for (const feature of Object.values(made) as Feature[]) feature.set("address", address, true);
     made.track.setStyle(trackStyle(address, palette));
-    source.addFeatures([made.ring, made.track, made.course, made.vessel]);
+    made.coming.setStyle(aheadStyle(address, palette));
+    source.addFeatures([made.ring, made.coming, made.track, made.course, made.vessel]);
     drawn.set(address, made);
     return made;
   };
@@ -116,7 +123,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
 
   const showAll = (): void => {
     const places = last.systems.flatMap((system) => (system.fix ? [fromLonLat([system.fix.lon_deg, system.fix.lat_deg])] : []));
-    for (const { track } of drawn.values()) places.push(...(track.getGeometry()?.getCoordinates() ?? []));
+    for (const { track, coming } of drawn.values()) for (const part of [track, coming]) places.push(...(part.getGeometry()?.getCoordinates() ?? []));
     if (places.length) map.getView().fit(boundingExtent(places), { padding: [80, 80, 80, 80], maxZoom: 16, duration: 0 });
   };
 
@@ -125,7 +132,10 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     map.removeLayer(graticule);
     graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
     map.getLayers().insertAt(0, graticule);
-    for (const [address, { track }] of drawn) track.setStyle(trackStyle(address, palette));
+    for (const [address, { track, coming }] of drawn) {
+      track.setStyle(trackStyle(address, palette));
+      coming.setStyle(aheadStyle(address, palette));
+    }
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
     for (const then of repainted) then();
@@ -141,9 +151,18 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     palette: () => palette,
     onRepaint: (then) => void repainted.push(then),
     update,
-    track(address, points) {
-      const line = features(address).track.getGeometry();
-      line?.setCoordinates(points.map((point) => fromLonLat([point.lon_deg, point.lat_deg])));
+    track(address, points, untilUs) {
+      const { track, coming } = features(address);
+      const on = (point: TrackPoint): number[] => fromLonLat([point.lon_deg, point.lat_deg]);
+      // A replay asks for the same points in each picture.
+      const known = untilUs === undefined ? undefined : projected.get(points);
+      const all = known?.length === points.length ? known : points.map(on);
+      if (untilUs !== undefined) projected.set(points, all);
+      const here = untilUs === undefined ? undefined : placeAt(points, untilUs);
+      const split = untilUs === undefined ? points.length : pointsUntil(points, untilUs);
+      const middle = here ? [on(here)] : [];
+      track.getGeometry()?.setCoordinates([...all.slice(0, split), ...(split && untilUs !== undefined ? middle : [])]);
+      coming.getGeometry()?.setCoordinates(split < points.length ? [...middle, ...all.slice(split)] : []);
     },
     showAll,
     dispose() {

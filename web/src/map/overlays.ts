@@ -1,7 +1,7 @@
 // What a vessel's page lays over the map: the cursor that plots and tables share, and tags grouped by zoom.
 
 import type OlMap from "ol/Map";
-import Feature from "ol/Feature";
+import Feature, { type FeatureLike } from "ol/Feature";
 import { Point } from "ol/geom";
 import VectorLayer from "ol/layer/Vector";
 import Cluster from "ol/source/Cluster";
@@ -19,9 +19,13 @@ const NEAR_PX = 16;
 export interface Overlays {
   /** Marks a place; null for none. */
   cursor(place: Pick<TrackPoint, "lat_deg" | "lon_deg"> | null): void;
+  /** Tags, grouped by zoom; `told` gets those of a group that is clicked. */
   detections(all: readonly Detection[]): void;
+  onTags(told: (group: readonly Detection[]) => void): void;
   /** `point` is asked what lies under the pointer: the track's points; `told` gets the nearest, or null off the track. */
   followPointer(points: () => readonly TrackPoint[], told: (point: TrackPoint | null) => void): void;
+  /** `told` gets the nearest place of the followed track where that is clicked. */
+  onTrack(told: (point: TrackPoint) => void): void;
   /** The next click gives a place, degrees north and east; null ends the wait. */
   pick(told: ((place: readonly [number, number]) => void) | null): void;
   repaint(): void;
@@ -33,15 +37,28 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
   const cluster = new Cluster({ distance: TOGETHER_PX, source: tags });
   const tagLayer = new VectorLayer({
     source: cluster,
-    style: (feature) => tagsStyle((feature.get("features") as Feature[]).length, palette()),
+    style: (feature) => {
+      const group = heard(feature);
+      const tags = new Set(group.map((one) => one.tag_id));
+      return tagsStyle(group.length, tags.size === 1 ? group[0]?.tag_id : undefined, palette());
+    },
   });
-  const cursorLayer = new VectorLayer({ source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
+  const cursorLayer = new VectorLayer({ zIndex: 3, source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
   map.addLayer(tagLayer);
   map.addLayer(cursorLayer);
   let picked: ((place: readonly [number, number]) => void) | null = null;
+  let followed: () => readonly TrackPoint[] = () => [];
+  let groupTold: (group: readonly Detection[]) => void = () => undefined;
+  let trackTold: (point: TrackPoint) => void = () => undefined;
   map.on("singleclick", (event) => {
     const [lon, lat] = toLonLat(event.coordinate);
-    if (picked && lon !== undefined && lat !== undefined) picked([lat, lon]);
+    if (picked && lon !== undefined && lat !== undefined) return picked([lat, lon]);
+    // Whoever measures clicks places, not what lies there.
+    if (map.getTargetElement()?.hasAttribute("data-measuring")) return;
+    const group = map.forEachFeatureAtPixel(event.pixel, heard, { hitTolerance: 6, layerFilter: (layer) => layer === tagLayer });
+    if (group?.length) return groupTold(group);
+    const near = nearest(followed(), map, event.pixel as number[]);
+    if (near) trackTold(near);
   });
 
   return {
@@ -51,10 +68,17 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
     detections(all) {
       tags.clear(true);
       const placed = all.filter((one) => one.lat_deg !== null && one.lon_deg !== null);
-      tags.addFeatures(placed.map((one) => new Feature(new Point(fromLonLat([one.lon_deg ?? 0, one.lat_deg ?? 0])))));
+      tags.addFeatures(placed.map((one) => {
+        const feature = new Feature(new Point(fromLonLat([one.lon_deg ?? 0, one.lat_deg ?? 0])));
+        feature.set("heard", one, true);
+        return feature;
+      }));
       cluster.refresh();
     },
+    onTags: (told) => void (groupTold = told),
+    onTrack: (told) => void (trackTold = told),
     followPointer(points, told) {
+      followed = points;
       let on = false;
       map.on("pointermove", (event) => {
         if (event.dragging) return;
@@ -77,6 +101,11 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
       cursorLayer.changed();
     },
   };
+}
+
+/** The tags of a group. */
+function heard(group: FeatureLike): Detection[] {
+  return ((group.get("features") ?? []) as Feature[]).map((one) => one.get("heard") as Detection);
 }
 
 /** The place between the points of a line that is nearest to a pixel, if it is near at all. */

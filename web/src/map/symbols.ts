@@ -63,8 +63,18 @@ export function cursorStyle(palette: Palette): Style[] {
   return [new Style({ image: image(palette.halo, 6) }), new Style({ image: image(palette.ink, 2.5) })];
 }
 
-/** Tags that were heard hereabouts. */
-export function tagsStyle(count: number, palette: Palette): Style[] {
+/** The way that a replay has yet to come. */
+export function aheadStyle(address: number, palette: Palette): Style[] {
+  return [new Style({ stroke: new Stroke({ color: palette.halo, width: 3 }) }), new Style({ stroke: new Stroke({ color: seriesColour(palette, address), width: 1.25, lineDash: [3, 5] }) })];
+}
+
+/** A colour that stays with a tag. */
+export function tagColour(palette: Palette, tag: number): string {
+  return palette.series[tag % palette.series.length] ?? palette.ink;
+}
+
+/** Tags that were heard hereabouts: edged in the tag's colour where it is one tag, else in ink. */
+export function tagsStyle(count: number, tag: number | undefined, palette: Palette): Style[] {
   const size = Math.min(18, 8 + Math.log2(count) * 2);
   const text = new Text({ text: count > 1 ? String(count) : "", font: "600 12px system-ui, sans-serif", fill: new Fill({ color: palette.ink }) });
   const image = new RegularShape({
@@ -72,7 +82,7 @@ export function tagsStyle(count: number, palette: Palette): Style[] {
     radius: size + 3,
     angle: 0,
     fill: new Fill({ color: palette.halo }),
-    stroke: new Stroke({ color: palette.ink, width: 2 }),
+    stroke: new Stroke({ color: tag === undefined ? palette.ink : tagColour(palette, tag), width: tag === undefined ? 2 : 4 }),
   });
   return [new Style({ image, text })];
 }

@@ -1,7 +1,7 @@
 // Uploading logs, one after the other, and how far the server is with reading them.
 
 import { csrf, getJson, reason } from "../api/http";
-import type { Import } from "../api/types.gen";
+import type { Import, Recorded } from "../api/types.gen";
 import { make, setText } from "../ui/dom";
 import { utc } from "../ui/format";
 
@@ -26,8 +26,10 @@ export function startImport(form: HTMLFormElement): void {
       await list(shown);
     })();
   });
+  const recorded = make("ul", {});
+  shown.parentElement?.after(make("section", { "aria-labelledby": "h-recorded" }, make("h2", { id: "h-recorded" }, "Recorded vessels"), recorded));
   const again = async (): Promise<void> => {
-    await list(shown);
+    await Promise.all([list(shown), watchable(recorded)]);
     window.setTimeout(() => void again(), AGAIN_MS);
   };
   void again();
@@ -79,5 +81,24 @@ async function list(root: HTMLElement): Promise<void> {
     root.replaceChildren(make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": "Imports" }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows))));
   } catch (error) {
     root.replaceChildren(make("p", { class: "bad-text" }, reason(error)));
+  }
+}
+
+/** Everything that said where it was, with the way to the page on which it is replayed. */
+async function watchable(root: HTMLElement): Promise<void> {
+  try {
+    const series = (await getJson<Recorded[]>("/api/v1/recorded")).filter((one) => one.abbrev === "EstimatedState");
+    const told = series.map((one) => `${one.system} ${one.first_us} ${one.last_us}`).join();
+    if (root.dataset["told"] === told) return;
+    root.dataset["told"] = told;
+    root.replaceChildren(
+      ...series.map(({ system, first_us, last_us }) => {
+        const address = `0x${system.toString(16).toUpperCase().padStart(4, "0")}`;
+        return make("li", {}, make("a", { href: `/vessels/${system}` }, address), ` ${utc(first_us)} to ${utc(last_us)}`);
+      }),
+      ...(series.length ? [] : [make("li", { class: "dim" }, "None yet.")]),
+    );
+  } catch {
+    // The list of imports says that the server is not reached.
   }
 }

@@ -2,17 +2,22 @@
 
 import { getJson, reason } from "../api/http";
 import { createControl } from "../control/panel";
-import type { Detection, Detections, Gap, LinkStatus, LogBook, Series, System, TrackPoint, Update } from "../api/types.gen";
+import type { At, Detection, Detections, Entity, Gap, LinkStatus, LogBook, Series, System, TrackPoint } from "../api/types.gen";
 import { createMap } from "../map/map";
+import { createMeasure } from "../map/measure";
 import { ends, isLive, panned, type Range, type Source, written, zoomed } from "../plot/model";
 import { createPlots } from "../plot/panel";
 import { createTimeBar } from "../plot/timebar";
+import { createAsker } from "../replay/asker";
+import { createBar } from "../replay/bar";
+import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
+import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
 import { placeAt, Track } from "../state/track";
-import { entities, type Labels, vitals } from "../state/vitals";
+import { entities, type Labels, type Values, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
-import { make, setText } from "../ui/dom";
+import { make, setAttribute, setText } from "../ui/dom";
 import { createDetections, createLogBook } from "../ui/events";
 import { createEntities } from "../ui/entities";
 import { position, systemName, utc } from "../ui/format";
@@ -26,6 +31,12 @@ const TABLES_MS = 250;
 const AGAIN_MS = 5_000;
 const SETTLE_MS = 200;
 const POINTS = 5_000;
+/** What is shown when nobody has chosen, µs. */
+const SPAN_US = 900_000_000;
+/** A replay that ends so near to the present goes on with it, µs. */
+const PRESENT_US = 5_000_000;
+/** While it plays, the address is brought up to date so often, ms; and no step of it is longer. */
+const ADDRESS_MS = 1_000;
 /** What is plotted when nobody has chosen. */
 const FIRST: readonly (readonly [string, string])[] = [["Rpm", "value"], ["EstimatedState", "u"], ["FuelLevel", "value"]];
 
@@ -38,46 +49,154 @@ export function startVessel(root: HTMLElement): void {
   const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; instruments and tables tell the same." });
   const all = make("button", { type: "button", class: "show-all" }, "Show all");
   const here = make("p", { class: "here num", role: "status" });
+  const replayBox = make("section", { class: "replay", "aria-label": "Present or past" });
   const tileBox = make("section", { class: "instruments", "aria-label": "Instruments" });
   const timeBox = make("section", { class: "timebar", "aria-label": "Time" });
   const side = make("div", { class: "side" });
-  root.append(tileBox, make("div", { class: "map-box" }, mapBox, all, here), make("div", { class: "work" }, timeBox, side));
+  const mapFrame = make("div", { class: "map-box" }, mapBox, all, here);
+  const nothing = make("p", { class: "empty", hidden: "" }, "Nothing is recorded of this vessel yet. A log of it is brought in under Admin, Import; then it is watched here as it was.");
+  tileBox.append(replayBox);
+  root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, nothing, side));
   const panel = (): HTMLElement => make("div", { class: "tabpanel" });
   const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel() };
 
   let state = EMPTY;
   let control = NO_CONTROL;
   let linked = true;
-  let range: Range = fromQuery(query);
+  const inAddress = fromAddress(query, SPAN_US);
+  let range: Range = inAddress.range;
+  /** Null while the page follows the present. */
+  let play: Playback | null = inAddress.play;
+  /** The time that is pointed to. */
+  let hoverUs: number | null = null;
+  let named: readonly Entity[] = [];
+  const speed0 = inAddress.play?.speed ?? 1;
   let system: System | undefined;
   let labels: Labels = new Map();
+  /** As the history knows them. */
+  let lastLabels: Labels = new Map();
   let track: readonly TrackPoint[] = [];
   let catalogue: readonly Series[] = [];
   let link: LinkStatus | undefined;
   let chosen: readonly Source[] = [];
   const ahead = new Track();
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
-  const entity = (number: number): string => labels.get(number) ?? (number === 255 ? "" : String(number));
+  const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
   const map = createMap(mapBox, () => undefined);
   all.addEventListener("click", () => map.showAll());
   const tiles = createTiles(tileBox);
-  const cursor = (us: number | null, from: "map" | "plot" | "table"): void => {
-    if (from !== "plot") plots.cursor(us);
-    const place = us === null ? undefined : placeAt(track, us);
-    map.overlays.cursor(place ?? null);
-    setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
+  createMeasure(map, mapFrame);
+  /** The time of which map, plots and tables tell; null for the present. */
+  const atUs = (): number | null => (play?.playing ? play.atUs : (hoverUs ?? play?.atUs ?? null));
+  const asker = createAsker(address, () => draw());
+  let then: { at: At; values: Values; labels: Labels; us: number } | undefined;
+  const asItWas = (): typeof then => {
+    const at = atUs() === null ? undefined : asker.known();
+    if (!at) return undefined;
+    if (then?.at !== at) then = { at, values: valuesThen(at), labels: labelsThen(named, at.time_us), us: at.time_us };
+    return then;
   };
-  const choose = (next: Range): void => {
+  /** Brings everything that depends on the cursor's time up to date, once for each picture. */
+  let due = false;
+  const point = (): void => {
+    if (due) return;
+    due = true;
+    requestAnimationFrame(() => {
+      due = false;
+      const us = atUs();
+      asker.want(us);
+      // The plot that is pointed to has its cursor by itself, and has told the others.
+      if (!byPlot || hoverUs === null || play?.playing) plots.cursor(us);
+      const place = us === null ? undefined : placeAt(track, us);
+      // Where the replayed vessel itself is drawn, a mark would only hide it.
+      map.overlays.cursor(us === play?.atUs ? null : (place ?? null));
+      setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
+      drawPlace();
+      drawBar();
+    });
+  };
+  let byPlot = false;
+  const hover = (us: number | null, plot = false): void => {
+    hoverUs = us;
+    byPlot = plot;
+    point();
+  };
+  /** `told`: whether the address is told at once; while somebody drags, only in the end. */
+  const setPlay = (next: Playback | null, told = true): void => {
+    const began = next?.playing && !play?.playing;
+    play = next;
+    hoverUs = null;
+    point();
+    draw();
+    if (began) playOn(performance.now(), performance.now(), ++run);
+    window.clearTimeout(dragged);
+    if (told) remember();
+    else dragged = window.setTimeout(remember, SETTLE_MS);
+  };
+  let dragged: number | undefined;
+  /** Counts plays, so that one that was ended for another does not go on beside it. */
+  let run = 0;
+  /** Stands still at a time of the range. */
+  const pick = (us: number): void => {
+    const { fromUs, toUs } = ends(range, nowUs());
+    if (isLive(range)) choose({ fromUs: Math.round(fromUs), toUs: Math.round(toUs) }, false);
+    if (play) setPlay(within({ ...play, atUs: us, playing: false }, range));
+  };
+  const step = (byUs: number): void => void (play && setPlay(within({ ...play, atUs: play.atUs + byUs, playing: false }, range), false));
+  const toggle = (): void => void (play && setPlay(toggled(play, range)));
+  const goLive = (): void => {
+    const { fromUs, toUs } = ends(range, nowUs());
+    choose({ spanUs: Math.min(SPAN_US, toUs - fromUs) });
+  };
+  const playOn = (beforeMs: number, savedMs: number, mine: number): void =>
+    void requestAnimationFrame((ms) => {
+      if (!play?.playing || isLive(range) || mine !== run) return;
+      play = advanced(play, Math.min(ADDRESS_MS, ms - beforeMs), range.toUs);
+      if (!play.playing && nowUs() - range.toUs < PRESENT_US) return goLive();
+      point();
+      const save = ms - savedMs > ADDRESS_MS || !play.playing;
+      if (save) remember();
+      playOn(ms, save ? ms : savedMs, mine);
+    });
+  const bar = createBar(replayBox, {
+    enter() {
+      pick(ends(range, nowUs()).fromUs);
+      bar.focus();
+    },
+    live() {
+      goLive();
+      timeBox.querySelector("select")?.focus();
+    },
+    toggle,
+    seek: (us) => play && setPlay(within({ ...play, atUs: us }, range), false),
+    step,
+    speed: (speed) => play && setPlay({ ...play, speed }),
+  });
+  root.addEventListener("keydown", (event) => {
+    // Where keys mean something else, they mean that.
+    const busy = event.target instanceof Element && event.target.closest("input, select, textarea, button, a, summary, .map, .canvas, [role=tab]");
+    if (!play || event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === " " && !(busy && !busy.matches(".map, .canvas"))) toggle();
+    else if (!busy && (event.key === "ArrowLeft" || event.key === "ArrowRight")) step((event.key === "ArrowLeft" ? -1 : 1) * STEP_US * (event.shiftKey ? 10 : 1));
+    else return;
+    event.preventDefault();
+  });
+  const choose = (next: Range, fit = true): void => {
     range = next;
+    const before = play;
+    play = within(play, range, speed0);
+    if (!before !== !play) hoverUs = null;
     plots.range(range);
     timeBar.update(range, nowUs());
     remember();
-    askPast();
+    point();
+    draw();
+    askPast(fit);
   };
   const moves = {
     pan: (part: number): void => choose(panned(range, part, nowUs())),
-    scale: (factor: number): void => choose(zoomed(range, factor, nowUs())),
+    scale: (factor: number): void => choose(play && !isLive(range) ? zoomedAbout(range, play.atUs, factor, nowUs()) : zoomed(range, factor, nowUs())),
   };
   const timeBar = createTimeBar(timeBox, {
     ...moves,
@@ -89,7 +208,8 @@ export function startVessel(root: HTMLElement): void {
   });
   const plots = createPlots(panels.Plots, address, root.dataset["researcher"] !== undefined, query.get("plots") ?? "", entity, {
     ...moves,
-    cursor: (us) => cursor(us, "plot"),
+    cursor: (us) => hover(us, true),
+    pick,
     zoom: (fromUs, toUs) => choose({ fromUs: Math.round(fromUs), toUs: Math.round(toUs) }),
     changed(sources) {
       chosen = sources;
@@ -101,9 +221,21 @@ export function startVessel(root: HTMLElement): void {
     tabs.open("Plots");
   });
   const parts = createEntities(panels.Entities);
-  const logBook = createLogBook(panels["Log book"], entity, (us) => cursor(us, "table"));
-  const tags = createDetections(panels.Tags, (us) => cursor(us, "table"));
-  const panelOfControl = createControl(panels.Control, {
+  const events = {
+    at: (us: number | null): void => hover(us),
+    pick,
+    file: root.dataset["researcher"] === undefined ? undefined : () => {
+      const { fromUs, toUs } = ends(range, nowUs());
+      return `${system ? systemName(system) : (given ?? String(address))} ${utc(fromUs)} to ${utc(toUs)}`.replaceAll(":", "");
+    },
+  };
+  const logBook = createLogBook(panels["Log book"], entity, events);
+  const tags = createDetections(panels.Tags, events);
+  // Whoever looks at the past commands nothing by accident. STOP is not in here.
+  const controlBox = make("div", { class: "control-box" });
+  const fromPast = make("p", { class: "note warn", hidden: "" }, "You look at the past: nothing is commanded from here. STOP works, and Back to live brings the commands back.");
+  panels.Control.append(fromPast, controlBox);
+  const panelOfControl = createControl(controlBox, {
     address,
     me: root.dataset["me"] ?? "",
     may: root.dataset["operator"] !== undefined,
@@ -111,28 +243,37 @@ export function startVessel(root: HTMLElement): void {
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
   });
-  const tabs = createTabs(side, "Of this vessel", Object.entries(panels), () => state.serverUs && draw());
-  tabs.open("Plots");
-  map.overlays.followPointer(() => track, (point) => cursor(point?.time_us ?? null, "map"));
+  let tab = "";
+  const tabs = createTabs(side, "Of this vessel", Object.entries(panels), (name) => {
+    tab = name;
+    if (state.serverUs) {
+      draw();
+      remember();
+    }
+  });
+  tabs.open(Object.keys(panels).find((name) => name === query.get("tab")) ?? "Plots");
+  map.overlays.followPointer(() => track, (place) => hover(place?.time_us ?? null));
+  map.overlays.onTrack((place) => pick(place.time_us));
+  map.overlays.onTags((group) => {
+    tags.only(group);
+    tabs.open("Tags");
+  });
 
   const remember = (): void => {
-    const next = new URLSearchParams();
-    if (isLive(range)) next.set("span", String(Math.round(range.spanUs / 1e6)));
-    else {
-      next.set("from", String(range.fromUs));
-      next.set("to", String(range.toUs));
-    }
+    const next = toAddress({ range, play });
     if (chosen.length) next.set("plots", chosen.map(written).join(","));
+    else if (!begun && query.get("plots")) next.set("plots", query.get("plots") ?? "");
+    if (tab !== "Plots") next.set("tab", tab);
     history.replaceState(null, "", `${location.pathname}?${next}`);
   };
 
   let settle: number | undefined;
   let asked = new AbortController();
-  const askPast = (): void => {
+  const askPast = (fit: boolean): void => {
     window.clearTimeout(settle);
-    settle = window.setTimeout(() => void past(), SETTLE_MS);
+    settle = window.setTimeout(() => void past(fit), SETTLE_MS);
   };
-  const past = async (): Promise<void> => {
+  const past = async (fit = true): Promise<void> => {
     asked.abort();
     asked = new AbortController();
     const { signal } = asked;
@@ -149,8 +290,10 @@ export function startVessel(root: HTMLElement): void {
       get<TrackPoint[]>(`track?points=${POINTS}&`, (points) => {
         ahead.recorded(points);
         track = isLive(range) ? ahead.all() : points;
-        map.track(address, track);
-        if (!isLive(range)) map.showAll();
+        if (play) point();
+        else map.track(address, track);
+        drawPlace();
+        if (!isLive(range) && fit) map.showAll();
       }, () => undefined),
       get<LogBook>("logbook?limit=2000&", ({ entries, next }) => logBook.update(entries, next !== null), logBook.failed),
       get<Detections>("detections?limit=5000&", ({ detections, next }) => showTags(detections, next !== null), tags.failed),
@@ -166,14 +309,19 @@ export function startVessel(root: HTMLElement): void {
   const learn = async (): Promise<void> => {
     try {
       const now = nowUs();
-      const [series, gaps] = await Promise.all([
+      const [series, gaps, entities] = await Promise.all([
         getJson<Series[]>(`/api/v1/series?system=${address}`),
         getJson<Gap[]>(`${path}/gaps?from_us=0&to_us=${Math.round(now)}`),
+        getJson<Entity[]>(`${path}/entities`),
       ]);
       catalogue = series;
+      named = entities;
+      lastLabels = labelsThen(named, Infinity);
+      then = undefined;
+      setAttribute(nothing, "hidden", series.length || state.values.get(address)?.size ? "" : null);
       const last = Math.max(...series.map((one) => one.last_us ?? 0));
       // A vessel of which there is only an old log is looked at as it was.
-      const old = isLive(range) && !query.has("span") && last > 0 && now - last > 3.6e9 && system?.liveness !== "live";
+      const old = isLive(range) && !query.has("span") && !query.has("t") && last > 0 && now - last > 3.6e9 && system?.liveness !== "live";
       if (old) choose({ fromUs: Math.max(0, last - 3.6e9), toUs: last + 1_000_000 });
       plots.catalogue(series, gaps);
     } catch {
@@ -197,16 +345,43 @@ export function startVessel(root: HTMLElement): void {
     window.setTimeout(() => void askLink(), AGAIN_MS);
   };
 
+  const drawBar = (): void => {
+    const heard = linked && (system?.liveness === "live" || system?.liveness === "late");
+    bar.update(range, play, hoverUs, nowUs(), heard, atUs() === null ? "" : asker.trouble());
+  };
+  /** The vessel on the map: where it was then, or where it is. */
+  const drawPlace = (): void => {
+    if (play) {
+      const known: Values = asItWas()?.values ?? new Map();
+      map.track(address, track, play.atUs);
+      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs)], address, play.atUs);
+    } else if (system) map.update([system], address, nowUs());
+  };
   const draw = (): void => {
     const now = nowUs();
-    const known = state.values.get(address) ?? new Map<string, Update>();
     panelOfControl.update(control, system, now);
-    tiles.update(system, vitals(known, labels, now), link, now, linked);
+    const us = atUs();
+    const then = asItWas();
+    const known: Values = us === null ? (state.values.get(address) ?? new Map()) : (then?.values ?? new Map());
+    const called = us === null ? labels : (then?.labels ?? labels);
+    const asOf = us === null ? now : (then?.us ?? us);
+    const newest = Math.max(...[...known.values()].map((one) => one.time_us));
+    const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
+    tiles.update(system, vitals(known, called, asOf), link, asOf, us === null ? linked : true, past);
     timeBar.update(range, now);
-    if (tabs.shows("Plots")) plots.draw(now);
-    if (tabs.shows("Values")) values.update("Latest values", [...known.values()], labels, now);
-    if (tabs.shows("Entities")) parts.update(entities(known, labels, now));
-    if (system) map.update([system], address, now);
+    drawBar();
+    setAttribute(root, "data-time", play ? "replay" : us === null ? "live" : "cursor");
+    setAttribute(fromPast, "hidden", play ? null : "");
+    controlBox.inert = play !== null;
+    if (tabs.shows("Plots")) {
+      plots.draw(now);
+      if (hoverUs === null) plots.cursor(us);
+    }
+    if (tabs.shows("Values")) values.update(us === null ? "Latest values" : `Values as of ${utc(asOf)}`, [...known.values()], called, asOf);
+    if (tabs.shows("Entities")) parts.update(entities(known, called, asOf));
+    if (tabs.shows("Log book")) logBook.cursor(us);
+    if (tabs.shows("Tags")) tags.cursor(us);
+    drawPlace();
     const title = root.querySelector("h1");
     if (title && system) setText(title, systemName(system));
   };
@@ -233,6 +408,7 @@ export function startVessel(root: HTMLElement): void {
       void learn();
       void past();
       void askLink();
+      point();
       draw();
     },
     lost() {
@@ -241,13 +417,4 @@ export function startVessel(root: HTMLElement): void {
     },
   });
   window.setInterval(draw, TABLES_MS);
-}
-
-/** The stretch of time in the address; else the last quarter of an hour. */
-function fromQuery(query: URLSearchParams): Range {
-  const number = (name: string): number => Number(query.get(name) ?? NaN);
-  const [span, fromUs, toUs] = [number("span"), number("from"), number("to")];
-  if (span >= 1) return { spanUs: span * 1e6 };
-  if (fromUs >= 0 && fromUs < toUs) return { fromUs, toUs };
-  return { spanUs: 900_000_000 };
 }

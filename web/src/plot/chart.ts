@@ -10,6 +10,8 @@ import type { Table } from "./model";
 const HEIGHT_PX = 190;
 /** Drags shorter than this are clicks, px. */
 const CLICK_PX = 8;
+/** A second click comes within this, ms. */
+const DOUBLE_MS = 250;
 /** The cursor tells of a point within this; farther from any it tells of none, px. */
 const NEAR_PX = 24;
 const DASHES: readonly (readonly number[])[] = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
@@ -22,6 +24,8 @@ export interface ChartLine {
 export interface ChartHandlers {
   /** The pointer or the keys are at this time; null when they have left. */
   cursor(us: number | null): void;
+  /** This time is chosen. */
+  pick(us: number): void;
   zoom(fromUs: number, toUs: number): void;
   /** Parts of the length by which to move, and the factor by which to lengthen. */
   pan(part: number): void;
@@ -51,7 +55,7 @@ export function createChart(title: string, unit: string, labels: readonly string
     legend.append(make("li", {}, swatch, make("span", {}, label), value, remove));
     return value;
   });
-  const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": `${title}. Left and right move the cursor, with Shift by more; plus and minus zoom, Page Up and Page Down move in time.` });
+  const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": `${title}. Left and right move the cursor, with Shift by more, Enter goes there; plus and minus zoom, Page Up and Page Down move in time.` });
   const root = make("section", { class: "plot", "aria-label": title }, make("div", { class: "plot-head" }, make("h3", {}, title), legend, ...buttons), box, summary);
 
   let silent = false;
@@ -122,6 +126,7 @@ export function createChart(title: string, unit: string, labels: readonly string
     const acts: Record<string, () => void> = {
       ArrowLeft: () => go(from - step),
       ArrowRight: () => go(from + step),
+      Enter: () => left >= 0 && handlers.pick(plot.posToVal(left, "x") * 1e6),
       Escape: () => plot.setCursor({ left: -10, top: -10 }),
       PageUp: () => handlers.pan(-0.5),
       PageDown: () => handlers.pan(0.5),
@@ -133,7 +138,19 @@ export function createChart(title: string, unit: string, labels: readonly string
     event.preventDefault();
     act();
   });
-  box.addEventListener("dblclick", () => handlers.scale(2));
+  let down = 0;
+  let picking: number | undefined;
+  plot.over.addEventListener("pointerdown", (event) => (down = event.clientX));
+  plot.over.addEventListener("click", (event) => {
+    const left = event.clientX - plot.over.getBoundingClientRect().left;
+    window.clearTimeout(picking);
+    // The first half of a double click is none.
+    if (Math.abs(event.clientX - down) < CLICK_PX && event.detail < 2) picking = window.setTimeout(() => handlers.pick(plot.posToVal(left, "x") * 1e6), DOUBLE_MS);
+  });
+  box.addEventListener("dblclick", () => {
+    window.clearTimeout(picking);
+    handlers.scale(2);
+  });
   box.addEventListener(
     "wheel",
     (event) => {

@@ -18,6 +18,7 @@ const GAP_PERIODS = 5;
 
 export interface PlotHandlers {
   cursor(us: number | null): void;
+  pick(us: number): void;
   zoom(fromUs: number, toUs: number): void;
   pan(part: number): void;
   scale(factor: number): void;
@@ -118,6 +119,10 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
     plot.csv = make("span", { class: "buttons" });
     plot.chart = createChart(`${source.message}${unit ? `, ${unit}` : ""}`, unit, plot.lines.map((line) => label(line.source)), {
       ...handlers,
+      cursor(us) {
+        for (const { chart } of plots) if (chart !== plot.chart) chart?.cursor(us);
+        handlers.cursor(us);
+      },
       remove(index) {
         plot.lines.splice(index, 1);
         rebuild(plot);

@@ -42,12 +42,7 @@ const APART_US = 5_000_000;
 
 /** Where the vessel was at this time, between the points of its track; undefined where that is not known. */
 export function placeAt(points: readonly TrackPoint[], us: number): TrackPoint | undefined {
-  let [low, high] = [0, points.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if ((points[middle]?.time_us ?? Infinity) <= us) low = middle + 1;
-    else high = middle;
-  }
+  const low = pointsUntil(points, us);
   const [before, after] = [points[low - 1], points[low]];
   if (!before || !after) {
     const end = before ?? after;
@@ -60,4 +55,15 @@ export function placeAt(points: readonly TrackPoint[], us: number): TrackPoint |
     lat_deg: before.lat_deg + along * (after.lat_deg - before.lat_deg),
     lon_deg: before.lon_deg + along * (after.lon_deg - before.lon_deg),
   };
+}
+
+/** How many points of a track are not after this time. */
+export function pointsUntil(points: readonly TrackPoint[], us: number): number {
+  let [low, high] = [0, points.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((points[middle]?.time_us ?? Infinity) <= us) low = middle + 1;
+    else high = middle;
+  }
+  return low;
 }

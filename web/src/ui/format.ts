@@ -17,6 +17,16 @@ export function knots(mps: number | null): string {
   return mps === null ? "—" : `${(mps * KNOTS).toFixed(1)} kn`;
 }
 
+/** A distance in metres and nautical miles. */
+export function distance(m: number): string {
+  return `${m < 100 ? m.toFixed(1) : m < 10_000 ? m.toFixed(0) : `${(m / 1_000).toFixed(2)} k`}${m < 10_000 ? " " : ""}m (${(m / 1_852).toFixed(m < 18_520 ? 3 : 1)} nmi)`;
+}
+
+/** A tag, by its protocol and number. */
+export function tagName(one: { protocol: number; protocol_name: string | null; tag_id: number }): string {
+  return `${one.protocol_name ?? one.protocol}-${one.tag_id}`;
+}
+
 /** Degrees and decimal minutes with their hemisphere. */
 export function latitude(deg: number): string {
   return minutes(deg, 2, deg < 0 ? "S" : "N");

@@ -16,7 +16,8 @@ interface Tile {
 }
 
 export interface Tiles {
-  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean): void;
+  /** `past`: how old the newest value was, s, at the time in the past that is shown; undefined in the present. */
+  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null): void;
 }
 
 type Name = "link" | keyof Vitals;
@@ -35,6 +36,9 @@ const TILES: readonly (readonly [Name, string])[] = [
   ["snr", "Last tag"],
 ];
 
+/** Of a time in the past, the newest value older than this is an old one, s. */
+const PAST_FRESH_S = 10;
+
 /** Shows instruments in `root`. */
 export function createTiles(root: HTMLElement): Tiles {
   const tiles = new Map<Name, Tile>();
@@ -46,12 +50,13 @@ export function createTiles(root: HTMLElement): Tiles {
     list.append(root);
   }
   root.append(list);
+  let recorded = false;
   const show = (name: Name, text: string, unit: string, note: string, reading: Pick<Reading, "ageS" | "old">, linked: boolean, alert = ""): void => {
     const tile = tiles.get(name);
     if (!tile) return;
     setText(tile.value, reading.ageS === null ? "—" : text);
     setText(tile.unit, reading.ageS === null ? "" : unit);
-    setText(tile.note, reading.ageS === null ? "never heard" : note);
+    setText(tile.note, reading.ageS === null ? (recorded ? "nothing recorded" : "never heard") : note);
     setAttribute(tile.note, "title", note || null);
     setText(tile.age, reading.ageS === null ? "" : `${reading.old || !linked ? "old: " : ""}${age(reading.ageS)}`);
     setAttribute(tile.root, "data-old", reading.old || !linked ? "" : null);
@@ -59,14 +64,16 @@ export function createTiles(root: HTMLElement): Tiles {
   };
 
   return {
-    update(system, vitals, link, nowUs, linked) {
+    update(system, vitals, link, nowUs, linked, past) {
+      recorded = past !== undefined;
       const { mode, plan, progress, speed_mps, course_rad, heading_rad, port_rpm, starboard_rpm, battery, voltage, snr } = vitals;
       const silence = system ? Math.max(0, (nowUs - system.heard_us) / 1e6) : null;
       const live = system?.liveness === "live" || system?.liveness === "late";
       const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
       const waiting = link?.backlog_records ? ` · ${link.backlog_records} records wait aboard` : "";
       const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
-      show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
+      if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
+      else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
       show("plan", plan.note || "none", "", plan.word, plan, linked);
       show("progress", progress.value === null ? "—" : progress.value.toFixed(0), progress.value === null ? "" : "%", progress.note, progress, linked);

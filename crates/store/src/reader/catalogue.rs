@@ -129,7 +129,11 @@ impl Reader {
         self.months_extents(|_| true)
     }
 
-    fn months_extents(&self, wanted: impl Fn(MonthKey) -> bool) -> Result<BTreeMap<GroupKey, Extent>> {
+    /// The same over the months that are open and `wanted`.
+    pub(super) fn months_extents(
+        &self,
+        wanted: impl Fn(MonthKey) -> bool,
+    ) -> Result<BTreeMap<GroupKey, Extent>> {
         let mut extents: BTreeMap<GroupKey, Extent> = BTreeMap::new();
         for key in crate::history::months(self.folder())?.into_iter().filter(|key| wanted(*key)) {
             let Ok(connection) = self.month(key) else { continue };

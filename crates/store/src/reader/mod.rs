@@ -9,6 +9,7 @@ mod events;
 mod page;
 mod samples;
 mod silence;
+mod then;
 mod track;
 
 pub use buckets::{Bucket, Buckets};
@@ -16,6 +17,7 @@ pub use catalogue::{EntityName, Series, System};
 pub use events::{Detection, LogEntry};
 pub use page::{Next, Page, Paged};
 pub use samples::{Cell, Row, Samples};
+pub use then::{Last, Then};
 pub use track::{Track, TrackPoint};
 
 use crate::error::{Named as _, Result, StoreError};
