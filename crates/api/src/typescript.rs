@@ -1,20 +1,25 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
-    GapKind, Import, ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange,
-    LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me,
-    NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
-    PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep,
-    PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, SampleRow,
-    Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade,
-    TrackPoint, Update, ValueKind, Vessel,
+    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, AuditEntry, Buckets, Command, CommandStep, Detection,
+    Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import, ImportState, ImportedPlan, Label, Lease,
+    LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest,
+    Liveness, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission,
+    Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace,
+    PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard,
+    Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit,
+    StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
 fn text() -> String {
     let declarations = [
-        <AuditEntry as TS>::decl(),
+        <Alarm as TS>::decl(),
+        AlarmList::decl(),
+        AlarmNote::decl(),
+        AlarmShelf::decl(),
+        AlarmWord::decl(),
+        AuditEntry::decl(),
         Buckets::decl(),
         Command::decl(),
         CommandStep::decl(),
@@ -75,6 +80,7 @@ fn text() -> String {
         Series::decl(),
         SeriesField::decl(),
         Session::decl(),
+        ShelveAsk::decl(),
         SpeedUnit::decl(),
         StoredPlan::decl(),
         Subscription::decl(),

@@ -9,6 +9,7 @@ import { createPlots } from "../plot/panel";
 import { createTimeBar } from "../plot/timebar";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
+import { linkLoss } from "../state/linkloss";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
@@ -16,6 +17,7 @@ import { make, setText } from "../ui/dom";
 import { createDetections, createLogBook } from "../ui/events";
 import { createEntities } from "../ui/entities";
 import { position, systemName, utc } from "../ui/format";
+import { createLinkLoss } from "../ui/linkloss";
 import { createTabs } from "../ui/tabs";
 import { createTiles } from "../ui/tiles";
 import { createValues } from "../ui/values";
@@ -43,7 +45,7 @@ export function startVessel(root: HTMLElement): void {
   const side = make("div", { class: "side" });
   root.append(tileBox, make("div", { class: "map-box" }, mapBox, all, here), make("div", { class: "work" }, timeBox, side));
   const panel = (): HTMLElement => make("div", { class: "tabpanel" });
-  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel() };
+  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel(), "Link loss": panel() };
 
   let state = EMPTY;
   let control = NO_CONTROL;
@@ -101,6 +103,9 @@ export function startVessel(root: HTMLElement): void {
     tabs.open("Plots");
   });
   const parts = createEntities(panels.Entities);
+  const lossBox = make("div", { class: "linkloss" });
+  panels["Link loss"].append(lossBox);
+  const loss = createLinkLoss(lossBox, address, root.dataset["operator"] !== undefined);
   const logBook = createLogBook(panels["Log book"], entity, (us) => cursor(us, "table"));
   const tags = createDetections(panels.Tags, (us) => cursor(us, "table"));
   const panelOfControl = createControl(panels.Control, {
@@ -203,6 +208,7 @@ export function startVessel(root: HTMLElement): void {
     panelOfControl.update(control, system, now);
     tiles.update(system, vitals(known, labels, now), link, now, linked);
     timeBar.update(range, now);
+    if (tabs.shows("Link loss")) loss.update(system, linkLoss(known, labels), control.commands, now, linked);
     if (tabs.shows("Plots")) plots.draw(now);
     if (tabs.shows("Values")) values.update("Latest values", [...known.values()], labels, now);
     if (tabs.shows("Entities")) parts.update(entities(known, labels, now));

@@ -423,7 +423,8 @@ impl Alarms {
     /// What changed after `revision`; to a reader that starts from nothing (0) what is normal is no news.
     pub fn changed(&self, revision: u64) -> impl Iterator<Item = &Alarm> {
         let news = move |alarm: &&Alarm| {
-            alarm.id.0 > 0 && alarm.revision > revision && (revision > 0 || alarm.state != State::Normal)
+            let stands = alarm.state != State::Normal || alarm.shelved.is_some();
+            alarm.id.0 > 0 && alarm.revision > revision && (revision > 0 || stands)
         };
         self.evicted.iter().chain(self.all.values()).filter(news)
     }
