@@ -19,7 +19,7 @@ export interface AlarmBar {
 export function createAlarms(root: HTMLElement): AlarmBar {
   const listed = root.dataset["stops"] ?? "";
   const may = ({ vessel }: Alarm): boolean => (vessel === null ? listed !== "" : listed === "all" || listed.split(",").includes(String(vessel)));
-  const sound = createSound();
+  const sound = createSound(() => drawSound());
   let alarms: Alarms = NO_ALARMS;
   let sounded: Alarms | undefined;
 
@@ -103,7 +103,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
       buttons.append(know);
     }
     if (may(alarm) && alarm.priority !== "emergency" && !alarm.shelved) buttons.append(shelf(alarm, title));
-    if (alarm.vessel !== null) buttons.append(make("a", { href: `/vessels/${alarm.vessel}`, "aria-label": `Open ${alarm.vessel_name}` }, "Open the vessel"));
+    if (alarm.vessel !== null) buttons.append(make("a", { href: `/vessels/${alarm.vessel}`, "aria-label": `Open the vessel ${alarm.vessel_name}` }, "Open the vessel"));
     return make("li", { "data-alarm": alarm.kind, "data-state": alarm.state, "data-priority": alarm.priority }, head, where, advice, buttons);
   };
   const shelf = (alarm: Alarm, title: string): HTMLElement => {

@@ -22,9 +22,26 @@ export interface Sound {
   play(priority: Priority): void;
 }
 
-export function createSound(): Sound {
+/** Remembers for this window that somebody turned it on. */
+const WANTED = "lutra-sound";
+
+/** `changed` is told when it is armed anew by itself. */
+export function createSound(changed: () => void): Sound {
   let context: AudioContext | undefined;
   let armed = false;
+  const wake = async (): Promise<boolean> => {
+    context ??= new AudioContext();
+    await Promise.race([context.resume(), new Promise((done) => setTimeout(done, 1_000))]);
+    armed = context.state === "running";
+    if (armed) sessionStorage.setItem(WANTED, "on");
+    return armed;
+  };
+  // Another page of ours, where it was on before: with the first touch it is on again, as browsers allow no earlier.
+  const again = (): void => {
+    for (const kind of ["pointerdown", "keydown"]) document.removeEventListener(kind, again);
+    if (!armed && sessionStorage.getItem(WANTED) === "on") void wake().then(changed);
+  };
+  for (const kind of ["pointerdown", "keydown"]) document.addEventListener(kind, again);
   const play = (priority: Priority): void => {
     if (!context || !armed) return;
     let at = context.currentTime + 0.02;
@@ -48,14 +65,13 @@ export function createSound(): Sound {
       return armed && context?.state === "running";
     },
     async arm() {
-      context ??= new AudioContext();
-      await Promise.race([context.resume(), new Promise((done) => setTimeout(done, 1_000))]);
-      armed = context.state === "running";
+      const heard = await wake();
       play("alarm");
-      return armed;
+      return heard;
     },
     mute() {
       armed = false;
+      sessionStorage.removeItem(WANTED);
     },
     play,
   };
