@@ -22,6 +22,8 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const sound = createSound(() => drawSound());
   let alarms: Alarms = NO_ALARMS;
   let sounded: Alarms | undefined;
+  const names = new Map<number, string>();
+  const vesselName = (vessel: number | null): string => (vessel === null ? "Server" : (names.get(vessel) ?? `0x${vessel.toString(16).toUpperCase().padStart(4, "0")}`));
 
   const numbers = make("span", { class: "counts" });
   const worst = make("span", { class: "worst" });
@@ -81,7 +83,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const look = async (): Promise<void> => {
     try {
       const { history } = await getJson<AlarmList>("/api/v1/alarms");
-      past.replaceChildren(...history.map((note) => make("li", {}, make("span", { class: "num" }, utc(note.time_us)), ` ${note.priority} ${note.what}${note.by ? ` by ${note.by}` : ""}: ${note.text}`)));
+      past.replaceChildren(...history.map((note) => make("li", {}, make("span", { class: "num" }, utc(note.time_us)), ` ${vesselName(note.vessel)}: ${note.priority} ${note.what}${note.by ? ` by ${note.by}` : ""}: ${note.text}`)));
       if (!history.length) past.append(make("li", {}, "Nothing since the server started."));
     } catch (error) {
       failed(reason(error));
@@ -156,7 +158,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
       numbers.replaceChildren(...badges.map(({ one, text }) => make("span", { class: "badge", "data-priority": one }, text, make("span", { class: "hidden" }, ` ${one}`))));
     }
     const [top] = all;
-    const text = top ? `${top.vessel_name ?? "Server"}: ${top.text}` : "No alarms";
+    const text = top ? `${top.vessel_name ?? "Server"}: ${top.text}` : shelved.length ? `No alarms; ${shelved.length} put aside` : "No alarms";
     setText(worst, text);
     setAttribute(root, "data-priority", top?.priority ?? null);
     setAttribute(root, "data-open", all.some((one) => one.wants_acknowledgement && one.state === "unacknowledged") ? "" : null);
@@ -176,6 +178,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   return {
     frame(frame) {
       const next = withAlarms(alarms, frame);
+      for (const { address, name } of frame.systems) if (name) names.set(address, name);
       const heard = sounded ? newlySounding(sounded, next) : undefined;
       // What sounded before this page was opened is not repeated by a page that merely comes back.
       if (!sounded || next !== alarms) sounded = next;

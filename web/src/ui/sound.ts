@@ -37,7 +37,9 @@ export function createSound(changed: () => void): Sound {
     return armed;
   };
   // Another page of ours, where it was on before: with the first touch it is on again, as browsers allow no earlier.
-  const again = (): void => {
+  const again = (event: Event): void => {
+    // The button itself says what it does.
+    if (event.target instanceof Element && event.target.closest(".arm")) return;
     for (const kind of ["pointerdown", "keydown"]) document.removeEventListener(kind, again);
     if (!armed && sessionStorage.getItem(WANTED) === "on") void wake().then(changed);
   };
