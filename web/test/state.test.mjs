@@ -18,6 +18,8 @@ const { Track } = await load("state/track");
 const format = await load("ui/format");
 const plot = await load("plot/model");
 const { vitals, entities, worst } = await load("state/vitals");
+const alarms = await load("state/alarms");
+const loss = await load("state/linkloss");
 const { placeAt } = await load("state/track");
 
 const update = (system, abbrev, value) => ({
@@ -25,7 +27,7 @@ const update = (system, abbrev, value) => ({
   fields: [{ name: "value", value, unit: "V", meaning: null }],
 });
 const frame = (values, more = {}) => ({
-  now_us: 5e6, snapshot: false, systems: [], values, events: [], leases: [], commands: [], skipped: 0, events_missed: 0, recording: null, ...more,
+  now_us: 5e6, snapshot: false, systems: [], values, events: [], leases: [], commands: [], alarms: [], skipped: 0, events_missed: 0, recording: null, ...more,
 });
 
 test("the latest of each series stays, and a snapshot begins anew", () => {
@@ -178,4 +180,37 @@ test("control and commands follow the frames of their vessel", () => {
 test("a leg has a bearing and a distance", () => {
   const { distance_m, bearing_rad } = control.legTo({ lat_deg: 63, lon_deg: 10 }, [63, 10.001]);
   assert.ok(Math.abs(distance_m - 50.48) < 0.1 && Math.abs(bearing_rad - Math.PI / 2) < 1e-4);
+});
+
+const alarm = (id, priority, state, more = {}) => ({
+  id, priority, state, since_us: id, sounded: 1, shelved: null, collapsed: null, wants_acknowledgement: state !== "acknowledged", ...more,
+});
+
+test("alarms follow the frames, the most urgent first", () => {
+  const first = frame([], { snapshot: true, alarms: [alarm(1, "warning", "unacknowledged"), alarm(2, "caution", "acknowledged"), alarm(3, "alarm", "acknowledged"), alarm(4, "warning", "unacknowledged", { collapsed: "not_heard" })] });
+  let known = alarms.withAlarms(alarms.NO_ALARMS, first);
+  assert.deepEqual(alarms.told(known).map((one) => one.id), [3, 1, 2]);
+  assert.deepEqual(alarms.counts(alarms.told(known)), { emergency: 0, alarm: 1, warning: 1, caution: 1 });
+  const before = known;
+  known = alarms.withAlarms(known, frame([], { alarms: [alarm(3, "alarm", "normal"), alarm(5, "emergency", "unacknowledged")] }));
+  assert.deepEqual(alarms.told(known).map((one) => one.id), [5, 1, 2]);
+  assert.equal(alarms.newlySounding(before, known), "emergency");
+  assert.equal(alarms.newlySounding(known, known), undefined);
+  assert.equal(alarms.withAlarms(known, frame([])), known, "nothing new is the same");
+  known = alarms.withAlarms(known, frame([], { alarms: [alarm(1, "warning", "unacknowledged", { shelved: { by: "nils", reason: "x" } })] }));
+  assert.deepEqual(alarms.told(known).map((one) => one.id), [5, 2], "put aside");
+  assert.equal(alarms.withAlarms(known, frame([], { snapshot: true })).size, 0);
+});
+
+test("what a vessel will do without the link is told in its own words, with the time", () => {
+  const day = 86_400e6 * 20_000;
+  const at = (hours, minutes) => day + (hours * 60 + minutes) * 60e6;
+  assert.equal(loss.due("in contact; without: hold at 12:05:00 UTC", at(12, 0)), at(12, 5));
+  assert.equal(loss.due("no console is heard; hold: next try at 12:01:00 UTC; next: return at 12:10:00 UTC", at(12, 0)), at(12, 10));
+  assert.equal(loss.due("in contact; without: hold at 00:03:00 UTC", at(23, 59)), at(24, 3), "past midnight");
+  assert.equal(loss.due("in contact; without: carry on", at(12, 0)), null);
+  const state = { system: 1, abbrev: "EntityState", entity: 7, received_us: at(12, 0), fields: [{ name: "state", value: 1, unit: "", meaning: "NORMAL" }, { name: "description", value: "in contact; without: hold at 12:05:00 UTC", unit: "", meaning: null }] };
+  const told = loss.linkLoss(new Map([["EntityState/7/", state]]), new Map([[7, "Lost Communications"]]));
+  assert.deepEqual([told.entity, told.dueUs, told.lost], ["Lost Communications", at(12, 5), false]);
+  assert.equal(loss.linkLoss(new Map(), new Map()).entity, null, "unknown is said to be");
 });

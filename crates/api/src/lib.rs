@@ -6,6 +6,7 @@
 //! Times are microseconds since 1970 UTC, as whole numbers that JavaScript holds exactly until the year 2255.
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
 
+mod alarms;
 mod commands;
 mod doors;
 mod events;
@@ -16,6 +17,7 @@ mod plans;
 mod samples;
 mod transfer;
 
+pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
 pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
     OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,

@@ -4,7 +4,7 @@
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
 //! come one by one and in order.
 
-use crate::{Command, Lease};
+use crate::{Alarm, Command, Lease};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -64,6 +64,8 @@ pub struct LiveFrame {
     pub leases: Vec<Lease>,
     /// Commands that got further, each with all of its stages.
     pub commands: Vec<Command>,
+    /// Alarms that changed; those that are over come once more, as `normal`.
+    pub alarms: Vec<Alarm>,
     /// Why nothing is recorded, or why the history lags behind, and what to do; null while all is well.
     pub recording: Option<String>,
 }

@@ -1,20 +1,18 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    At, AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
-    GapKind, Import, ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange,
-    LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me,
-    NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
-    PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep,
-    PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, SampleRow,
-    Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade,
-    TrackPoint, Update, ValueKind, Vessel,
+    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import, ImportedPlan, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, Liveness, LiveRequest, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlansAboard, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
 fn text() -> String {
     let declarations = [
-        <At as TS>::decl(),
+        <Alarm as TS>::decl(),
+        At::decl(),
+        AlarmList::decl(),
+        AlarmNote::decl(),
+        AlarmShelf::decl(),
+        AlarmWord::decl(),
         AuditEntry::decl(),
         Buckets::decl(),
         Command::decl(),
@@ -76,6 +74,7 @@ fn text() -> String {
         Series::decl(),
         SeriesField::decl(),
         Session::decl(),
+        ShelveAsk::decl(),
         SpeedUnit::decl(),
         StoredPlan::decl(),
         Subscription::decl(),

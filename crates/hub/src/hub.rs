@@ -13,6 +13,7 @@
 //! Every packet that is new is recorded, whether somebody hears it or not.
 
 use crate::Now;
+use crate::alarm::{Alarms, Outside};
 use crate::command::Commands;
 use crate::duplicates::{self, Window};
 use crate::fleet::Fleet;
@@ -159,6 +160,7 @@ pub struct Hub {
     counters: Counters,
     leases: Leases,
     commands: Commands,
+    alarms: Alarms,
 }
 
 impl Hub {
@@ -168,6 +170,7 @@ impl Hub {
             node: Node::new(&settings),
             commands: Commands::new(settings.address),
             leases: Leases::default(),
+            alarms: Alarms::default(),
             settings,
             fleet: Fleet::default(),
             peers: BTreeMap::new(),
@@ -202,6 +205,21 @@ impl Hub {
     /// What people ordered, to add to it.
     pub fn commands_mut(&mut self) -> &mut Commands {
         &mut self.commands
+    }
+
+    /// What is wrong, and who knows of it.
+    pub fn alarms(&self) -> &Alarms {
+        &self.alarms
+    }
+
+    /// What is wrong, to say something to it.
+    pub fn alarms_mut(&mut self) -> &mut Alarms {
+        &mut self.alarms
+    }
+
+    /// Looks for what is wrong in the fleet and in what the server says of itself. To be called once a second.
+    pub fn watch(&mut self, now: Now, outside: &Outside) {
+        self.alarms.watch(now, &self.fleet, outside);
     }
 
     /// What happened so far.

@@ -8,9 +8,11 @@
 //! - [`Fleet`] holds the last packet of every series with its age and period, the names of entities and the
 //!   latest events.
 //! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
+//! - [`alarm::Alarms`] says what is wrong, and who knows of it.
 //! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
 //!   nobody else anything.
 
+pub mod alarm;
 mod command;
 mod duplicates;
 mod fleet;

@@ -1,9 +1,12 @@
 //! The first page in a real browser, on a made-up fleet.
 
 use super::serve::serve;
-use super::testing::{Boats, an_hour};
+use super::testing::{Boats, an_hour, boat, packet};
 use crate::clock;
 use crate::config::Config;
+use imc::messages::{EntityInfo, EntityState, EntityStateState, FuelLevel, VehicleState, VehicleStateOpMode};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_first_page_shows_the_fleet() {
@@ -31,4 +34,78 @@ async fn the_first_page_shows_the_fleet() {
         serving.stop().await;
     }
     script.await.unwrap();
+}
+
+/// What the boat of the test of alarms does, as its script says.
+#[derive(Default)]
+struct Doing {
+    silent: AtomicBool,
+    empty: AtomicBool,
+    astray: AtomicBool,
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn alarms_are_told_acknowledged_and_over() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+    config.imc.active = false;
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    let serving = serve(config).await.unwrap();
+    let (boats, doing) = (Boats::join(&serving.relay).await, Arc::new(Doing::default()));
+    let sailing = Arc::clone(&doing);
+    tokio::spawn(async move {
+        let mut interval = tokio::time::interval(std::time::Duration::from_millis(200));
+        loop {
+            interval.tick().await;
+            if sailing.silent.load(Ordering::Relaxed) {
+                continue;
+            }
+            let now = clock::now();
+            let (op_mode, maneuver_type) = (VehicleStateOpMode::Maneuver, 450);
+            let value = if sailing.empty.load(Ordering::Relaxed) { 24.0 } else { 87.0 };
+            let state = if sailing.astray.load(Ordering::Relaxed) {
+                EntityStateState::Error
+            } else {
+                EntityStateState::Normal
+            };
+            // Without the log book's line, which is the other test's.
+            let mut said = boat(0, now);
+            said.pop();
+            let act = units::UtcTime::from_micros(now.micros() + 300_000_000);
+            let act = clock::written(act)[11..19].to_owned();
+            let words = format!("in contact; without: hold at {act} UTC");
+            let (state_of_loss, description) = (EntityStateState::Normal, words.as_str().into());
+            let label = "Lost Communications".into();
+            said.extend([
+                packet(0, 255, now, EntityInfo { id: 9, label, ..EntityInfo::default() }),
+                packet(
+                    0,
+                    9,
+                    now,
+                    EntityState { state: state_of_loss, description, ..EntityState::default() },
+                ),
+                packet(0, 255, now, VehicleState { op_mode, maneuver_type, ..VehicleState::default() }),
+                packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
+                packet(0, 1, now, EntityState { state, ..EntityState::default() }),
+            ]);
+            boats.say(said).await;
+        }
+    });
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let script = tokio::task::spawn_blocking(move || {
+        testkit::browser::run("alarms.mjs", &[&address, &password], |line| match line {
+            "silence" => doing.silent.store(true, Ordering::Relaxed),
+            "speak" => doing.silent.store(false, Ordering::Relaxed),
+            "empty" => doing.empty.store(true, Ordering::Relaxed),
+            "full" => doing.empty.store(false, Ordering::Relaxed),
+            "lost" => doing.astray.store(true, Ordering::Relaxed),
+            _ => {}
+        });
+    });
+    script.await.unwrap();
+    serving.stop().await;
 }

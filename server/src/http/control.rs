@@ -30,7 +30,7 @@ const TOLD: usize = 100;
 const LOG_EVERY: Duration = Duration::from_secs(1);
 
 /// JSON in the body; a refusal says what is wrong with it.
-pub(crate) struct InBody<T>(T);
+pub(crate) struct InBody<T>(pub(crate) T);
 
 impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for InBody<T> {
     type Rejection = ApiError;

@@ -60,8 +60,8 @@ struct Client {
     every: Duration,
     /// The revision up to which the client knows everything; 0 for nothing.
     known: u64,
-    /// The same of who commands, and of commands.
-    known_control: (u64, u64),
+    /// The same of who commands, of commands, and of alarms.
+    known_control: (u64, u64, u64),
     /// How many values of each series there were when it was sent last, to tell how many were skipped.
     counts: BTreeMap<(u16, u16, u8, Option<u8>), u64>,
     /// What was told of each system, and when that may be told again.
@@ -86,7 +86,7 @@ impl Client {
             wanted: None,
             every: Duration::from_millis(100),
             known: 0,
-            known_control: (0, 0),
+            known_control: (0, 0, 0),
             counts: BTreeMap::new(),
             systems: BTreeMap::new(),
             systems_not_before: now,
@@ -140,7 +140,7 @@ impl Client {
             return Err((close_code::POLICY, "too many systems and messages listed"));
         }
         self.every = Duration::from_millis(u64::from(every_ms.clamp(2, 10_000)));
-        (self.known, self.known_control) = (0, (0, 0));
+        (self.known, self.known_control) = (0, (0, 0, 0));
         self.counts.clear();
         // At once, but not faster than its own pace, however often it asks.
         self.not_after = self.not_before.max(Instant::now());
@@ -180,6 +180,7 @@ impl Client {
             events_missed: changes.events_missed,
             leases: changes.leases,
             commands: changes.commands,
+            alarms: changes.alarms,
             recording: self.state.recorder.state().borrow().problem(),
         };
         self.known = changes.revision.max(1);
@@ -220,7 +221,7 @@ impl Client {
             if let Some(wanted) = &self.wanted {
                 self.wanted = Some(Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::clone(wanted) }));
             }
-            (self.known, self.known_control) = (0, (0, 0));
+            (self.known, self.known_control) = (0, (0, 0, 0));
             self.who = who;
         }
         Ok(())

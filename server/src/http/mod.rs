@@ -1,5 +1,8 @@
 //! The web server: who may come in, what is where, and how answers look.
 
+mod alarms;
+#[cfg(test)]
+mod alarms_tests;
 mod asked;
 mod assets;
 #[cfg(test)]

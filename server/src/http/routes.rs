@@ -3,18 +3,12 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live,
-    measure, openapi, pace, people, plans,
+    alarms, assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live, measure, openapi, pace, people, plans,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    At, AtQuery, AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery,
-    ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame,
-    LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck,
-    PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk,
-    PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan,
-    System, Token, TokenMade, TrackPoint, TrackQuery,
+    Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportedPlan, ImportQuery, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlansAboard, PlanSummary, PlanUploadAsk, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, ShelveAsk, StoredPlan, System, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -81,6 +75,7 @@ pub(crate) fn table() -> Vec<Route> {
     ];
     table.extend(of_vessels());
     table.extend(orders());
+    table.extend(alarms_table());
     table.extend(transfers());
     table.extend(plans());
     table.extend(pages::routes());
@@ -188,6 +183,35 @@ fn orders() -> Vec<Route> {
             control::plans,
         )
         .gives::<PlansAboard>(),
+    ]
+}
+
+/// What is wrong. Who may acknowledge which is decided by the alarm's vessel.
+fn alarms_table() -> Vec<Route> {
+    let operator = Need::Somewhere(Role::Operator);
+    vec![
+        Route::get(
+            "/api/v1/alarms",
+            Need::Somewhere(Role::Viewer),
+            "What is wrong, and what happened to alarms lately.",
+            alarms::list,
+        )
+        .gives::<AlarmList>(),
+        Route::post(
+            "/api/v1/alarms/{id}/acknowledge",
+            operator,
+            "Say that you know of an alarm.",
+            alarms::acknowledge,
+        )
+        .gives::<Alarm>(),
+        Route::post(
+            "/api/v1/alarms/{id}/shelve",
+            operator,
+            "Put an alarm aside for a time. Not an emergency.",
+            alarms::shelve,
+        )
+        .takes::<ShelveAsk>()
+        .gives::<Alarm>(),
     ]
 }
 

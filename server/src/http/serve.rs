@@ -7,7 +7,7 @@ use crate::doors::link::Links;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History, Imports};
+use crate::shore::{AppState, Fleet, History, Imports, alarms};
 use crate::sinks::influx::Sink;
 use crate::tls;
 use anyhow::Context as _;
@@ -105,6 +105,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         tasks.spawn(sink.run(stop.clone()));
     }
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
+    tasks.spawn(alarms::watch(state.clone()));
     let web = Web { listener, tls, router: routes::router(state), max_connections, proxies };
     let web = tokio::spawn(web.run(stop.clone()));
     Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })

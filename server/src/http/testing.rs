@@ -103,7 +103,8 @@ pub(crate) fn event(number: u16, now: UtcTime, entry: LogBookEntry) -> Bytes {
     packet(number, NOBODY, now, entry)
 }
 
-fn packet(number: u16, src_ent: u8, now: UtcTime, message: impl Into<Message>) -> Bytes {
+/// A message of a boat's entity.
+pub(crate) fn packet(number: u16, src_ent: u8, now: UtcTime, message: impl Into<Message>) -> Bytes {
     let src = Address(FIRST + number);
     let header = Header { timestamp: now.seconds(), src, src_ent, dst: Address(0xFFFF), dst_ent: NOBODY };
     Packet::new(header, message).encode().unwrap().into()

@@ -6,8 +6,11 @@ use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 
 /// Migrations in order; the database remembers how many it has seen. Only ever appended to.
-const MIGRATIONS: [&str; 2] =
-    [include_str!("../../../migrations/0001_people.sql"), include_str!("../../../migrations/0002_plans.sql")];
+const MIGRATIONS: [&str; 3] = [
+    include_str!("../../../migrations/0001_people.sql"),
+    include_str!("../../../migrations/0002_plans.sql"),
+    include_str!("../../../migrations/0003_alarms.sql"),
+];
 /// How many there are.
 const KNOWN: u32 = MIGRATIONS.len() as u32;
 /// Questions that may wait for the thread; askers wait, asynchronously, when there are more.

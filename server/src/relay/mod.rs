@@ -260,7 +260,8 @@ impl Task {
             *known = control;
             differs
         });
-        let revision = self.hub.fleet().revision() + leases.revision() + commands.revision();
+        let alarms = self.hub.alarms().revision();
+        let revision = self.hub.fleet().revision() + leases.revision() + commands.revision() + alarms;
         self.changed.send_if_modified(|known| std::mem::replace(known, revision) != revision);
     }
 }

@@ -8,17 +8,16 @@ use imc::messages::{PlanManeuver, PlanSpecification};
 use imc::{Header, Packet};
 use units::{LatLon, UtcTime};
 
-/// The leases and commands that changed after these revisions, and the revisions now.
+/// The leases and commands that changed after these revisions.
 pub(super) fn changes(
     hub: &Hub,
     (leases, commands): (u64, u64),
     wanted: &Wanted,
-) -> (Vec<api::Lease>, Vec<api::Command>, (u64, u64)) {
-    let now = (hub.leases().revision(), hub.commands().revision());
+) -> (Vec<api::Lease>, Vec<api::Command>) {
     let admitted = |vessel: Address| wanted.admits_system(vessel.0);
     let changed = hub.leases().changed(leases).filter(|(vessel, _)| admitted(*vessel));
     let further = hub.commands().changed(commands).filter(|one| admitted(one.vessel));
-    (changed.map(|(vessel, one)| lease(vessel, one)).collect(), further.map(command).collect(), now)
+    (changed.map(|(vessel, one)| lease(vessel, one)).collect(), further.map(command).collect())
 }
 
 /// The lease of a vessel.

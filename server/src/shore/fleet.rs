@@ -1,6 +1,6 @@
 //! The fleet as it is now, in the words of the API.
 
-use super::{Changes, Wanted, control, decode};
+use super::{Changes, Wanted, alarms, control, decode};
 use crate::relay::Relay;
 use api::{Fix, Liveness};
 use hub::{Hub, Now, SeriesKey, System};
@@ -29,20 +29,24 @@ impl Fleet {
         self.relay.look(move |hub, now| systems(hub.fleet(), now, &wanted)).await.ok()
     }
 
-    /// What changed after `since`, how the systems are if `described`, and of who commands and of commands after `control`; `None` when the owner is gone.
+    /// What changed after `since`, how the systems are if `described`, and of who
+    /// commands, of commands and of alarms after `control`; `None` when the owner is gone.
     pub(crate) async fn changes(
         &self,
         since: u64,
-        control: (u64, u64),
+        control: (u64, u64, u64),
         wanted: Arc<Wanted>,
         described: bool,
     ) -> Option<Changes> {
         let take = move |hub: &mut Hub, now| {
             let raw = Raw::take(hub.fleet(), now, since, &wanted, described);
-            (raw, control::changes(hub, control, &wanted))
+            let (leases, commands, alarms) = control;
+            let control = (hub.leases().revision(), hub.commands().revision(), hub.alarms().revision());
+            let alarms = alarms::changes(hub, alarms, &wanted);
+            (raw, control::changes(hub, (leases, commands), &wanted), alarms, control)
         };
-        let (raw, (leases, commands, control)) = self.relay.look(take).await.ok()?;
-        Some(Changes { leases, commands, control, ..raw.decode() })
+        let (raw, (leases, commands), alarms, control) = self.relay.look(take).await.ok()?;
+        Some(Changes { leases, commands, alarms, control, ..raw.decode() })
     }
 
     /// Counts changes.

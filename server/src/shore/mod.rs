@@ -3,6 +3,7 @@
 //! The fleet belongs to the task that owns the hub and is asked through [`Fleet`]; the history is read through
 //! [`History`], on threads where slow work may be done.
 
+pub(crate) mod alarms;
 pub(crate) mod control;
 mod decode;
 pub(crate) mod export;
@@ -96,6 +97,8 @@ pub(crate) struct Changes {
     pub(crate) leases: Vec<api::Lease>,
     /// Commands that got further.
     pub(crate) commands: Vec<api::Command>,
-    /// To ask with next time for these two.
-    pub(crate) control: (u64, u64),
+    /// Alarms that changed.
+    pub(crate) alarms: Vec<api::Alarm>,
+    /// To ask with next time for these three.
+    pub(crate) control: (u64, u64, u64),
 }

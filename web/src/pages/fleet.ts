@@ -3,6 +3,7 @@
 import { getJson } from "../api/http";
 import type { System, TrackPoint } from "../api/types.gen";
 import { createMap } from "../map/map";
+import { told } from "../state/alarms";
 import { EMPTY, serverNowUs } from "../state/fleet";
 import { Track } from "../state/track";
 import { entities, vitals, worst } from "../state/vitals";
@@ -50,7 +51,7 @@ export function startFleet(root: HTMLElement): void {
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
     const [known, label] = [state.values.get(system.address) ?? new Map(), labels(system)];
-    return { system, vitals: vitals(known, label, nowUs), worst: worst(entities(known, label, nowUs)) };
+    return { system, vitals: vitals(known, label, nowUs), worst: worst(entities(known, label, nowUs)), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
   };
 
   const drawMap = (): void => map.update(systems(), selected, serverNowUs(state, performance.now()));

@@ -14,6 +14,7 @@ import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, with
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
+import { linkLoss } from "../state/linkloss";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, type Values, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
@@ -21,6 +22,7 @@ import { make, setAttribute, setText } from "../ui/dom";
 import { createDetections, createLogBook } from "../ui/events";
 import { createEntities } from "../ui/entities";
 import { position, systemName, utc } from "../ui/format";
+import { createLinkLoss } from "../ui/linkloss";
 import { createTabs } from "../ui/tabs";
 import { createTiles } from "../ui/tiles";
 import { createValues } from "../ui/values";
@@ -58,7 +60,7 @@ export function startVessel(root: HTMLElement): void {
   tileBox.append(replayBox);
   root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, nothing, side));
   const panel = (): HTMLElement => make("div", { class: "tabpanel" });
-  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel() };
+  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel(), "Link loss": panel() };
 
   let state = EMPTY;
   let control = NO_CONTROL;
@@ -221,6 +223,9 @@ export function startVessel(root: HTMLElement): void {
     tabs.open("Plots");
   });
   const parts = createEntities(panels.Entities);
+  const lossBox = make("div", { class: "linkloss" });
+  panels["Link loss"].append(lossBox);
+  const loss = createLinkLoss(lossBox, address, root.dataset["operator"] !== undefined);
   const events = {
     at: (us: number | null): void => hover(us),
     pick,
@@ -369,6 +374,8 @@ export function startVessel(root: HTMLElement): void {
     const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
     tiles.update(system, vitals(known, called, asOf), link, asOf, us === null ? linked : true, past);
     timeBar.update(range, now);
+    // What the vessel will do without its link is about the present, whatever is looked at.
+    if (tabs.shows("Link loss")) loss.update(system, linkLoss(state.values.get(address) ?? new Map(), labels), control.commands, now, linked);
     drawBar();
     setAttribute(root, "data-time", play ? "replay" : us === null ? "live" : "cursor");
     setAttribute(fromPast, "hidden", play ? null : "");

@@ -2,7 +2,9 @@
 
 import { Live } from "../api/live";
 import type { LiveFrame, Subscription, System } from "../api/types.gen";
+import { type Alarms, NO_ALARMS } from "../state/alarms";
 import { EMPTY, type FleetState, withFrame } from "../state/fleet";
+import { createAlarms } from "./alarms";
 import { setAttribute, setText } from "./dom";
 import { createStop, type Stop } from "./stop";
 import { systemName } from "./format";
@@ -16,6 +18,8 @@ export interface ChromeHandlers {
 
 export interface Chrome {
   readonly stop: Stop | undefined;
+  /** What is wrong, of all vessels that the person may see. */
+  alarms(): Alarms;
 }
 
 /** Watches the server by the page's subscription. */
@@ -24,6 +28,9 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   const trouble = document.getElementById("trouble");
   const [buttons, orders] = [document.getElementById("stop"), document.getElementById("orders")];
   const stop = buttons && orders ? createStop(buttons, orders) : undefined;
+  const alarmBox = document.getElementById("alarms");
+  const bar = alarmBox ? createAlarms(alarmBox) : undefined;
+  let alarms = NO_ALARMS;
   let state = EMPTY;
   palette();
   new Live(subscription, {
@@ -36,6 +43,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
       }
       stop?.frame(frame, named(state));
+      if (bar) alarms = bar.frame(frame);
       handlers.frame?.(state, frame);
     },
     lost() {
@@ -47,7 +55,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
       location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
     },
   });
-  return { stop };
+  return { stop, alarms: () => alarms };
 }
 
 function named(state: FleetState): System[] {

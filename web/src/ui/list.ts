@@ -1,6 +1,7 @@
 // The list of systems: who is there, how fresh, where, how fast.
 
-import type { Liveness, System } from "../api/types.gen";
+import type { Alarm, Liveness, System } from "../api/types.gen";
+import { type Priority, SHAPES } from "../state/alarms";
 import type { EntityReading, Vitals } from "../state/vitals";
 import { make, setAttribute, setText } from "./dom";
 import { age, bearing, knots, position, systemName } from "./format";
@@ -32,6 +33,8 @@ export interface Listed {
   readonly vitals: Vitals;
   /** The part of it in the worst state; undefined where no part has said. */
   readonly worst: EntityReading | undefined;
+  /** The most urgent alarm that is told of it; undefined for none. */
+  readonly alarm: Alarm | undefined;
 }
 
 export interface SystemList {
@@ -83,7 +86,7 @@ export function createList(root: HTMLElement, select: (address: number) => void)
   };
 }
 
-function fill(card: Card, { system, vitals, worst }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
+function fill(card: Card, { system, vitals, worst, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
   setAttribute(card.button, "aria-pressed", String(selected));
   setAttribute(card.button, "data-liveness", linked ? system.liveness : "lost");
   setText(card.name, system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system));
@@ -96,13 +99,14 @@ function fill(card: Card, { system, vitals, worst }: Listed, selected: boolean, 
   setText(card.motion, motion);
   const { mode, plan, battery } = vitals;
   const told = [
-    mode.ageS === null ? "" : `${mode.word}${mode.old ? " (old)" : ""}`,
-    plan.ageS === null ? "" : `${plan.note || "no plan"} ${plan.word.toLowerCase()}${plan.old ? " (old)" : ""}`,
-    battery.value === null ? "" : `battery ${battery.value.toFixed(0)} %${battery.old ? " (old)" : ""}`,
+    mode.ageS === null ? "mode unknown" : `${mode.word}${mode.old ? " (old)" : ""}`,
+    plan.ageS === null ? "plan unknown" : `${plan.note || "no plan"} ${plan.word.toLowerCase()}${plan.old ? " (old)" : ""}`,
+    battery.value === null ? "battery unknown" : `battery ${battery.value.toFixed(0)} %${battery.old ? " (old)" : ""}`,
   ];
-  setText(card.doing, told.filter(Boolean).join(" · ") || "no mode, plan or battery heard");
+  setText(card.doing, told.join(" · "));
   setAttribute(card.doing, "data-old", mode.old ? "" : null);
-  const bad = worst && worst.state !== "NORMAL" ? `▲ ${worst.label || worst.entity}: ${worst.state}, ${worst.description}` : "";
+  const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}: ${alarm.text}` : "";
+  const bad = said || (worst && worst.state !== "NORMAL" ? `▲ ${worst.label || worst.entity}: ${worst.state}, ${worst.description}` : "");
   setAttribute(card.worst, "hidden", bad ? null : "");
   setText(card.worst, bad);
   setAttribute(card.more, "aria-label", `Open ${systemName(system)}`);

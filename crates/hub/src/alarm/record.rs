@@ -1,0 +1,217 @@
+//! What an alarm is, what is written down of it, and what is kept over a restart.
+
+use super::{Kind, LONGEST_SHELF, Priority, TEXT_CHARS};
+use imc::Address;
+use std::collections::VecDeque;
+use units::{MonoTime, UtcTime};
+
+/// An alarm's number; grows, and is never used again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct AlarmId(pub u64);
+
+/// What tells alarms apart.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Key {
+    /// The vessel; `None` for the server itself.
+    pub vessel: Option<Address>,
+    /// What.
+    pub kind: Kind,
+    /// Which part of it; empty where there is only one.
+    pub part: String,
+}
+
+/// Trouble that holds at the moment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Trouble {
+    /// Whose and what.
+    pub key: Key,
+    /// How urgent.
+    pub priority: Priority,
+    /// What, in words with figures.
+    pub text: String,
+}
+
+/// Where an alarm is in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// Nothing is wrong.
+    Normal,
+    /// Wrong, and nobody said they know.
+    Unacknowledged,
+    /// Wrong, and known; or a caution.
+    Acknowledged,
+    /// Was wrong, and nobody said they know.
+    Returned,
+}
+
+impl State {
+    /// The word for people and machines.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Unacknowledged => "unacknowledged",
+            Self::Acknowledged => "acknowledged",
+            Self::Returned => "returned",
+        }
+    }
+
+    /// The state of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Normal, Self::Unacknowledged, Self::Acknowledged, Self::Returned]
+            .into_iter()
+            .find(|one| one.name() == name)
+    }
+}
+
+/// Who said something, and when.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Said {
+    /// The person.
+    pub by: String,
+    /// When.
+    pub at: UtcTime,
+}
+
+/// An alarm put aside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shelf {
+    /// By whom and when.
+    pub said: Said,
+    /// Until when, by UTC as it was then.
+    pub until: UtcTime,
+    /// Why.
+    pub reason: String,
+    pub(super) ends: MonoTime,
+}
+
+/// An alarm.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Alarm {
+    /// Its number.
+    pub id: AlarmId,
+    /// Whose and what.
+    pub key: Key,
+    /// Where it is in its life.
+    pub state: State,
+    /// How urgent.
+    pub priority: Priority,
+    /// What, in words with figures.
+    pub text: String,
+    /// Since when it is wrong, or was.
+    pub since: UtcTime,
+    /// How often it came since it was normal.
+    pub count: u32,
+    /// Who said they know.
+    pub acknowledged: Option<Said>,
+    /// Whether it became more urgent because nobody acknowledged it.
+    pub escalated: bool,
+    /// Whether it comes and goes so fast that it is held.
+    pub chatters: bool,
+    /// Put aside for a time.
+    pub shelved: Option<Shelf>,
+    /// What it is part of at present, and is not told besides.
+    pub collapsed: Option<Kind>,
+    /// How often it sounded; it sounds when this grows.
+    pub sounded: u32,
+    pub(super) revision: u64,
+    pub(super) raised: MonoTime,
+    pub(super) sounds_next: MonoTime,
+    /// What was seen last, and since when it is so.
+    pub(super) holds: bool,
+    pub(super) turned: MonoTime,
+    pub(super) raises: VecDeque<MonoTime>,
+}
+
+impl Alarm {
+    /// Whether it is told: neither normal, nor put aside, nor part of another.
+    pub fn is_told(&self) -> bool {
+        self.state != State::Normal && self.shelved.is_none() && self.collapsed.is_none()
+    }
+
+    /// Whether somebody has to say that they know.
+    pub fn wants_acknowledgement(&self) -> bool {
+        self.is_told() && matches!(self.state, State::Unacknowledged | State::Returned)
+    }
+}
+
+/// Something that happened to an alarm.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// When.
+    pub at: UtcTime,
+    /// Which.
+    pub id: AlarmId,
+    /// Whose and what.
+    pub key: Key,
+    /// How urgent it was then.
+    pub priority: Priority,
+    /// `raised`, `again`, `more urgent`, `escalated`, `acknowledged`, `returned`, `over`, `shelved` or `off the shelf`.
+    pub what: &'static str,
+    /// Who did it; empty for nobody.
+    pub by: String,
+    /// The alarm's words, or a person's.
+    pub text: String,
+}
+
+/// Why an alarm stays as it is.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum AlarmRefused {
+    /// There is none.
+    #[error("there is no such alarm any more")]
+    Gone,
+    /// It needs nobody.
+    #[error("this alarm is acknowledged already, or a caution, which needs nobody")]
+    Known,
+    /// It must be seen.
+    #[error("an emergency cannot be shelved: acknowledge it")]
+    Emergency,
+    /// The time is none.
+    #[error("an alarm can be shelved for 1 minute to {n} hours", n = LONGEST_SHELF.as_secs() / 3600)]
+    Time,
+    /// The reason is missing or too long.
+    #[error("say why, in 1 to {TEXT_CHARS} characters")]
+    Reason,
+}
+
+/// What is kept of an alarm over a restart of the server.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Saved {
+    /// Its number.
+    pub id: AlarmId,
+    /// Whose and what.
+    pub key: Key,
+    /// Where it was in its life.
+    pub state: State,
+    /// How urgent.
+    pub priority: Priority,
+    /// Its words.
+    pub text: String,
+    /// Since when.
+    pub since: UtcTime,
+    /// How often it came.
+    pub count: u32,
+    /// Who said they know.
+    pub acknowledged: Option<Said>,
+    /// Whether it became more urgent by waiting.
+    pub escalated: bool,
+    /// Put aside: by whom, until when, and why.
+    pub shelved: Option<(Said, UtcTime, String)>,
+}
+
+impl From<&Alarm> for Saved {
+    fn from(alarm: &Alarm) -> Self {
+        let shelf = |shelf: &Shelf| (shelf.said.clone(), shelf.until, shelf.reason.clone());
+        Self {
+            id: alarm.id,
+            key: alarm.key.clone(),
+            state: alarm.state,
+            priority: alarm.priority,
+            text: alarm.text.clone(),
+            since: alarm.since,
+            count: alarm.count,
+            acknowledged: alarm.acknowledged.clone(),
+            escalated: alarm.escalated,
+            shelved: alarm.shelved.as_ref().map(shelf),
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Alarms in the words of the API, and the task that looks for them.
+//!
+//! Once a second the task gathers what the hub cannot know (the links' clocks, recording, the disk) and lets it look.
+//! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
+
+use super::{AppState, Wanted};
+use crate::people::{Fault, People};
+use api::{AlarmNote, AlarmShelf, AlarmWord};
+use hub::alarm::{Alarm, AlarmId, Key, Kind, LinkClock, Note, Outside, Priority, Said, Saved, State};
+use hub::{Fleet, Hub};
+use imc::Address;
+use rusqlite::{Connection, params};
+use std::path::PathBuf;
+use std::time::Duration;
+use units::UtcTime;
+
+/// How often it looks.
+const EVERY: Duration = Duration::from_secs(1);
+/// The disk is looked at each so many looks.
+const DISK_EVERY: u32 = 30;
+
+/// An alarm as people and machines get it.
+pub(crate) fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
+    let advice = alarm.key.kind.advice();
+    let word = |said: &Said| AlarmWord { by: said.by.clone(), time_us: said.at.micros() };
+    api::Alarm {
+        id: alarm.id.0,
+        vessel: alarm.key.vessel.map(|vessel| vessel.0),
+        vessel_name: alarm
+            .key
+            .vessel
+            .map(|vessel| fleet.system(vessel).map_or_else(|| vessel.to_string(), hub::System::title)),
+        kind: alarm.key.kind.name().to_owned(),
+        part: alarm.key.part.clone(),
+        state: alarm.state.name().to_owned(),
+        priority: alarm.priority.name().to_owned(),
+        text: alarm.text.clone(),
+        cause: advice.cause.to_owned(),
+        consequence: advice.consequence.to_owned(),
+        action: advice.action.to_owned(),
+        since_us: alarm.since.micros(),
+        count: alarm.count,
+        acknowledged: alarm.acknowledged.as_ref().map(word),
+        escalated: alarm.escalated,
+        chatters: alarm.chatters,
+        shelved: alarm.shelved.as_ref().map(|shelf| AlarmShelf {
+            by: shelf.said.by.clone(),
+            time_us: shelf.said.at.micros(),
+            until_us: shelf.until.micros(),
+            reason: shelf.reason.clone(),
+        }),
+        collapsed: alarm.collapsed.map(|kind| kind.name().to_owned()),
+        sounded: alarm.sounded,
+        wants_acknowledgement: alarm.wants_acknowledgement(),
+    }
+}
+
+/// A change as people and machines get it.
+pub(crate) fn note(note: &Note) -> AlarmNote {
+    AlarmNote {
+        time_us: note.at.micros(),
+        id: note.id.0,
+        vessel: note.key.vessel.map(|vessel| vessel.0),
+        kind: note.key.kind.name().to_owned(),
+        priority: note.priority.name().to_owned(),
+        what: note.what.to_owned(),
+        by: note.by.clone(),
+        text: note.text.clone(),
+    }
+}
+
+/// Whether somebody may see this: the server's own alarms are for everybody, and those of vessels also for whoever
+/// looks at another one.
+pub(crate) fn admits(wanted: &Wanted, key: &Key) -> bool {
+    key.vessel.is_none_or(|vessel| wanted.grants.on(vessel.0).is_some())
+}
+
+/// Alarms that changed after `revision`.
+pub(super) fn changes(hub: &Hub, revision: u64, wanted: &Wanted) -> Vec<api::Alarm> {
+    let changed = hub.alarms().changed(revision);
+    changed.filter(|one| admits(wanted, &one.key)).map(|one| alarm(hub.fleet(), one)).collect()
+}
+
+/// What was written down of an alarm; nothing where that means nothing to this server.
+fn saved(alarm: api::Alarm) -> Option<Saved> {
+    let said = |by: String, time_us| Said { by, at: UtcTime::from_micros(time_us) };
+    Some(Saved {
+        id: AlarmId(alarm.id),
+        key: Key { vessel: alarm.vessel.map(Address), kind: Kind::named(&alarm.kind)?, part: alarm.part },
+        state: State::named(&alarm.state)?,
+        priority: Priority::named(&alarm.priority)?,
+        text: alarm.text,
+        since: UtcTime::from_micros(alarm.since_us),
+        count: alarm.count,
+        acknowledged: alarm.acknowledged.map(|word| said(word.by, word.time_us)),
+        escalated: alarm.escalated,
+        shelved: alarm.shelved.map(|shelf| {
+            let until = UtcTime::from_micros(shelf.until_us);
+            (said(shelf.by, shelf.time_us), until, shelf.reason)
+        }),
+    })
+}
+
+/// Reads what stood when the server ended.
+fn read(db: &Connection) -> Result<Vec<api::Alarm>, Fault> {
+    let mut query = db.prepare("SELECT body FROM alarm ORDER BY id")?;
+    let bodies: Vec<String> = query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
+    Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+}
+
+/// Writes down what stands, in place of what stood.
+fn write(db: &Connection, standing: &[api::Alarm]) -> Result<(), Fault> {
+    db.execute("DELETE FROM alarm", [])?;
+    let mut insert = db.prepare_cached("INSERT INTO alarm (id, body) VALUES (?1, ?2)")?;
+    for alarm in standing {
+        let body = serde_json::to_string(alarm).unwrap_or_default();
+        insert.execute(params![i64::try_from(alarm.id).unwrap_or(i64::MAX), body])?;
+    }
+    Ok(())
+}
+
+/// Takes over what stood when the server ended.
+///
+/// # Errors
+/// app.db cannot be read, or the server is stopping.
+pub(crate) async fn restore(state: &AppState) -> Result<(), Fault> {
+    let stood = state.people.ask(read).await?;
+    // A caution needs nobody: if it still holds it comes again by itself.
+    let kept = stood.into_iter().filter(|one| one.priority != "caution" || one.shelved.is_some());
+    let saved: Vec<Saved> = kept.filter_map(saved).collect();
+    let restore = move |hub: &mut Hub, now| {
+        for one in saved {
+            hub.alarms_mut().restore(now, one);
+        }
+    };
+    state.relay.look(restore).await.map_err(|_| Fault::Stopped)
+}
+
+/// Looks for alarms until the server ends.
+pub(crate) async fn watch(state: AppState) {
+    if let Err(error) = restore(&state).await {
+        tracing::error!(%error, "what stood as alarm before the start is forgotten");
+    }
+    let mut every = tokio::time::interval(EVERY);
+    every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let (mut disk, mut looks, mut kept, mut logged) = (None, 0_u32, 0, 0);
+    while state.stop.run_until_cancelled(every.tick()).await.is_some() {
+        if looks.is_multiple_of(DISK_EVERY) {
+            let folder = state.config.data.clone();
+            disk = tokio::task::spawn_blocking(move || room(folder)).await.ok().flatten();
+        }
+        looks = looks.wrapping_add(1);
+        let outside = outside(&state, disk);
+        let look = move |hub: &mut Hub, now| {
+            hub.watch(now, &outside);
+            let revision = hub.alarms().revision();
+            (
+                revision,
+                (revision != kept).then(|| {
+                    let standing = hub.alarms().standing().map(|one| alarm(hub.fleet(), one));
+                    standing.collect::<Vec<_>>()
+                }),
+            )
+        };
+        let Ok((revision, standing)) = state.relay.look(look).await else { return };
+        if let Some(standing) = standing {
+            for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
+                let (vessel, text) = (&alarm.vessel_name, &alarm.text);
+                tracing::warn!(vessel, kind = alarm.kind, priority = alarm.priority, "alarm: {text}");
+            }
+            logged = standing.iter().map(|alarm| alarm.id).max().unwrap_or_default().max(logged);
+            kept = keep(&state.people, standing, revision, kept).await;
+        }
+    }
+}
+
+/// Writes down what stands; the revision that is kept now.
+async fn keep(people: &People, standing: Vec<api::Alarm>, revision: u64, before: u64) -> u64 {
+    match people.change(move |db| write(db, &standing)).await {
+        Ok(()) => revision,
+        Err(Fault::Stopped) => before,
+        Err(error) => {
+            tracing::error!(%error, "alarms are not kept over a restart");
+            before
+        }
+    }
+}
+
+/// What the server knows of itself.
+fn outside(state: &AppState, disk: Option<(u64, u64)>) -> Outside {
+    let clocks = state.links.status().into_iter().filter_map(|(vessel, status)| {
+        let clocks = status.clocks.filter(|_| status.up)?;
+        let ahead_s = clocks.utc_ahead_us as f64 / 1e6;
+        Some(LinkClock { vessel, ahead_s, uncertainty_s: clocks.uncertainty_us as f64 / 1e6 })
+    });
+    let recorder = state.recorder.state();
+    let recorder = recorder.borrow();
+    Outside {
+        clocks: clocks.collect(),
+        recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
+        history: recorder.history_behind.clone(),
+        disk,
+    }
+}
+
+/// Free and all bytes of the disk on which a folder lies.
+fn room(folder: PathBuf) -> Option<(u64, u64)> {
+    let disk = rustix::fs::statvfs(folder).ok()?;
+    Some((disk.f_bavail.saturating_mul(disk.f_frsize), disk.f_blocks.saturating_mul(disk.f_frsize)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hub::Now;
+    use units::MonoTime;
+
+    #[test]
+    fn what_somebody_acknowledged_is_so_after_a_restart() {
+        let now = Now { mono: MonoTime::from_micros(1), utc: UtcTime::from_micros(1_790_000_000_000_000) };
+        let mut alarms = hub::alarm::Alarms::default();
+        let full = Outside { recording: Some("the disk is full".to_owned()), ..Outside::default() };
+        alarms.watch(now, &Fleet::default(), &full);
+        let id = alarms.standing().next().unwrap().id;
+        alarms.acknowledge(now, id, "nils").unwrap();
+        alarms.shelve(now, id, "nils", Duration::from_mins(5), "a disk comes").unwrap();
+        let fleet = Fleet::default();
+        let before: Vec<api::Alarm> = alarms.standing().map(|one| alarm(&fleet, one)).collect();
+        let db = crate::people::migrated();
+        write(&db, &before).unwrap();
+        write(&db, &before).unwrap();
+        let mut after = hub::alarm::Alarms::default();
+        for one in read(&db).unwrap().into_iter().filter_map(saved) {
+            after.restore(now, one);
+        }
+        let after: Vec<api::Alarm> = after.standing().map(|one| alarm(&fleet, one)).collect();
+        let silent = |mut alarm: api::Alarm| {
+            alarm.sounded = 0;
+            alarm
+        };
+        assert_eq!(
+            after.into_iter().map(silent).collect::<Vec<_>>(),
+            before.into_iter().map(silent).collect::<Vec<_>>()
+        );
+    }
+}

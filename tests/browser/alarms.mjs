@@ -1,0 +1,111 @@
+// What is wrong with a boat, told on every page: node alarms.mjs URL PASSWORD. Prints what the boat is to do.
+
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+
+const [url, password] = process.argv.slice(2);
+
+await inBrowser(async (open) => {
+  const page = await open();
+  await logIn(page, url, "admin", password, "seven small boats at sea");
+
+  // A viewer sees and cannot.
+  await page.goto(`${url}/admin`);
+  const form = page.locator("main form.card");
+  await form.getByLabel("Name").fill("vera");
+  await form.getByLabel("Role").selectOption("viewer");
+  await form.getByRole("button", { name: "Add" }).click();
+  const secret = await page.locator(".secret").innerText();
+  const viewer = await open();
+  await logIn(viewer, url, "vera", secret, "seven small boats at sea");
+
+  const bar = (one) => one.locator("#alarms");
+  const told = (one, text) => bar(one).locator(".alarm-bar .worst").getByText(text).waitFor({ timeout: 60_000 });
+  const row = (one, kind) => bar(one).locator(`[data-alarm="${kind}"]`);
+  for (const one of [page, viewer]) {
+    await one.goto(url);
+    await told(one, "No alarms");
+  }
+
+  // The sound is off until somebody turns it on, which lets them hear it.
+  const sound = page.getByRole("button", { name: /^Sound/ });
+  check((await sound.innerText()) === "Sound off: turn on", "it says that it is muted");
+  await sound.click();
+  await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
+  await page.evaluate(() => {
+    window.tones = 0;
+    const start = OscillatorNode.prototype.start;
+    OscillatorNode.prototype.start = function (...when) {
+      window.tones += 1;
+      return start.apply(this, when);
+    };
+  });
+
+  // Silence in a plan: one warning, whatever else stops with it.
+  console.log("silence");
+  await told(page, /otter-0: not heard since/);
+  await told(viewer, /otter-0: not heard since/);
+  await page.waitForFunction(() => window.tones === 1);
+  await page.getByRole("button", { name: /otter-0: not heard/ }).press("Enter");
+  await row(page, "not_heard").getByText("What to do").waitFor();
+  check((await bar(page).locator("[data-alarm]").count()) === 1, "one situation, one alarm");
+  // It flashes: its text is there also while it is not seen.
+  check((await bar(page).locator('.alarm-bar .badge[data-priority="warning"]').textContent()).includes("1"), "counted by priority");
+  await look(page, "alarms-silent");
+  await bar(viewer).locator(".open").click();
+  await row(viewer, "not_heard").getByText(/NOT ACKNOWLEDGED/).waitFor();
+  check((await bar(viewer).getByRole("button", { name: /^Acknowledge/ }).count()) === 0, "a viewer cannot");
+
+  // Nobody acknowledges: it becomes an alarm, and sounds as one.
+  await row(page, "not_heard").getByText("more urgent because nobody acknowledged it").waitFor({ timeout: 90_000 });
+  await page.waitForFunction(() => window.tones >= 4);
+  check((await bar(page).getAttribute("data-priority")) === "alarm", "it is an alarm now");
+  await look(page, "alarms-escalated");
+  await page.getByRole("button", { name: /^Acknowledge: otter-0: not heard/ }).press("Enter");
+  await row(page, "not_heard").getByText("acknowledged by admin").waitFor();
+  await row(viewer, "not_heard").getByText("acknowledged by admin").waitFor();
+  check((await bar(page).getAttribute("data-open")) === null, "known: it flashes no more");
+  // What the silent vessel will do, in its own words, and when.
+  await page.goto(`${url}/vessels/2068`);
+  await page.getByRole("tab", { name: "Link loss" }).click();
+  await page.getByText("Link lost.").waitFor();
+  await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
+  await page.getByText(/Lost Communications, in its own words of .*: in contact; without: hold at \d\d:\d\d:\d\d UTC\. That is in \d+/).waitFor();
+  await page.getByText(/Last message .* ago · last position .* ago · last order that it answered never/).waitFor();
+  check(!(await page.getByRole("button", { name: "Ask for its settings" }).isDisabled()), "it can be asked");
+  await told(page, /otter-0: not heard since/);
+  await look(page, "alarms-link-loss");
+  await page.goto(url);
+  await page.getByRole("button", { name: /otter-0: not heard/ }).click();
+  await look(page, "alarms-fleet");
+  console.log("speak");
+  await told(page, "No alarms");
+  await told(viewer, "No alarms");
+
+  // Charge runs out and comes back before anybody looked: it stays until somebody knows.
+  console.log("empty");
+  await told(page, /otter-0: 24 % charge left/);
+  console.log("full");
+  await row(page, "battery").getByText("over, NOT ACKNOWLEDGED").waitFor({ timeout: 60_000 });
+  await page.getByRole("button", { name: /^Acknowledge: otter-0: 24 %/ }).click();
+  await told(page, "No alarms");
+
+  // Put aside for a time, with a reason that everybody reads; the history tells it all.
+  console.log("lost");
+  await told(page, /otter-0: Navigation: error/);
+  await row(page, "position").getByText("Put aside …").click();
+  await row(page, "position").getByLabel(/^Why/).fill("antenna is being changed");
+  await row(page, "position").getByRole("button", { name: "Put aside", exact: true }).click();
+  await told(viewer, "No alarms; 1 put aside");
+  await row(viewer, "position").getByText("put aside by admin: antenna is being changed").waitFor();
+  await bar(page).getByText("What happened lately").click();
+  await bar(page).locator(".alarm-past").getByText(/otter-0: alarm shelved by admin: antenna is being changed/).waitFor();
+  await bar(page).locator(".alarm-past").getByText(/escalated/).waitFor();
+  await look(page, "alarms-list");
+  await page.keyboard.press("Escape");
+  await page.goto(`${url}/admin/audit`);
+  await page.getByText("alarm.shelve").first().waitFor();
+  await page.getByText("alarm.acknowledge").first().waitFor();
+  // On a page that is about something else the bar stands too.
+  await told(page, "No alarms; 1 put aside");
+  await look(page, "alarms-audit");
+});

@@ -1,0 +1,60 @@
+// What is wrong, gathered from frames.
+
+import type { Alarm, LiveFrame } from "../api/types.gen";
+
+export type Alarms = ReadonlyMap<number, Alarm>;
+
+export const NO_ALARMS: Alarms = new Map();
+
+/** The most urgent first. */
+export const PRIORITIES = ["emergency", "alarm", "warning", "caution"] as const;
+export type Priority = (typeof PRIORITIES)[number];
+
+/** Shape beside the colour: octagon, triangle, circle, square. */
+export const SHAPES: Readonly<Record<Priority, string>> = { emergency: "⯃", alarm: "▲", warning: "●", caution: "■" };
+
+/** The alarms after a frame. */
+export function withAlarms(alarms: Alarms, frame: LiveFrame): Alarms {
+  if (!frame.snapshot && !frame.alarms.length) return alarms;
+  const next = new Map(frame.snapshot ? [] : alarms);
+  for (const alarm of frame.alarms) {
+    if (alarm.state === "normal" && !alarm.shelved) next.delete(alarm.id);
+    else next.set(alarm.id, alarm);
+  }
+  return next;
+}
+
+export function rank(alarm: Alarm): number {
+  const at = (PRIORITIES as readonly string[]).indexOf(alarm.priority);
+  return at < 0 ? PRIORITIES.length : at;
+}
+
+/** What is told, the most urgent first: unacknowledged before acknowledged, then the newest. */
+export function told(alarms: Alarms): Alarm[] {
+  const shown = [...alarms.values()].filter((one) => one.state !== "normal" && !one.shelved && !one.collapsed);
+  const open = (one: Alarm): number => (one.state === "unacknowledged" ? 0 : one.state === "returned" ? 2 : 1);
+  return shown.sort((one, other) => rank(one) - rank(other) || open(one) - open(other) || other.since_us - one.since_us);
+}
+
+/** How many of each priority are told. */
+export function counts(shown: readonly Alarm[]): Readonly<Record<Priority, number>> {
+  const all = { emergency: 0, alarm: 0, warning: 0, caution: 0 };
+  for (const one of shown) if (one.priority in all) all[one.priority as Priority] += 1;
+  return all;
+}
+
+/** The most urgent priority that is to be heard now: what sounded anew since `before`. */
+export function newlySounding(before: Alarms, now: Alarms): Priority | undefined {
+  const louder = [...now.values()].filter((one) => one.wants_acknowledgement && one.state === "unacknowledged" && one.sounded > (before.get(one.id)?.sounded ?? 0));
+  const worst = louder.sort((one, other) => rank(one) - rank(other))[0];
+  return worst ? (worst.priority as Priority) : undefined;
+}
+
+/** The words for where an alarm is. */
+export function stateText(alarm: Alarm): string {
+  if (alarm.shelved) return `put aside by ${alarm.shelved.by}: ${alarm.shelved.reason}`;
+  if (alarm.collapsed) return "part of another alarm";
+  if (alarm.priority === "caution") return alarm.state === "returned" ? "over" : "stands; needs nobody";
+  if (alarm.state === "acknowledged") return alarm.acknowledged ? `acknowledged by ${alarm.acknowledged.by}` : "acknowledged";
+  return alarm.state === "returned" ? "over, NOT ACKNOWLEDGED" : "NOT ACKNOWLEDGED";
+}
