@@ -126,7 +126,7 @@ pub struct ChartDepth {
 pub struct ChartNear {
     /// How deep it is.
     pub depth: ChartDepth,
-    /// What is near, the nearest first; up to 50.
+    /// What is near, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
     pub objects: Vec<ChartObject>,
 }
 

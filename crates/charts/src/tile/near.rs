@@ -23,8 +23,8 @@ pub struct Near {
 }
 
 impl Sheet {
-    /// The nearest objects within a distance (m), at most `count`. Areas that hold the place come after points and
-    /// lines, the smallest first.
+    /// The nearest objects within a distance (m), at most `count`. Areas that hold the place come after all others,
+    /// the smallest first, and are the last to be left out.
     pub fn near(&self, place: LatLon, within_m: f64, count: usize) -> Vec<Near> {
         let at = point(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() });
         let unit_m = metres_per_unit(place.lat_deg());
@@ -52,12 +52,13 @@ impl Sheet {
             })
             .collect();
         found.sort_by(|a, b| {
-            let area = |one: &Near| one.geometry == "area";
-            (area(a).cmp(&area(b)))
-                .then(a.distance_m.total_cmp(&b.distance_m))
-                .then(a.size.cmp(&b.size))
-                .then(a.object.cmp(&b.object))
+            let by_distance = a.distance_m.total_cmp(&b.distance_m);
+            by_distance.then(a.size.cmp(&b.size)).then(a.object.cmp(&b.object))
         });
+        let holds = |one: &Near| one.geometry == "area" && one.distance_m <= 0.0;
+        let (areas, mut found): (Vec<Near>, Vec<Near>) = found.into_iter().partition(holds);
+        found.truncate(count.saturating_sub(areas.len()));
+        found.extend(areas);
         found.truncate(count);
         found
     }
