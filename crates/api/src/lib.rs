@@ -7,6 +7,7 @@
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
 
 mod alarms;
+mod charts;
 mod commands;
 mod doors;
 mod events;
@@ -18,6 +19,11 @@ mod samples;
 mod transfer;
 
 pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
+pub use charts::{
+    ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth,
+    ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, ChartTileQuery, Guard, GuardReason,
+    GuardWarning,
+};
 pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
     OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,

@@ -1,7 +1,7 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Import, ImportedPlan, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, Liveness, LiveRequest, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlansAboard, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth, ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Guard, GuardReason, GuardWarning, Import, ImportedPlan, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, Liveness, LiveRequest, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlansAboard, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -15,6 +15,17 @@ fn text() -> String {
         AlarmWord::decl(),
         AuditEntry::decl(),
         Buckets::decl(),
+        ChartAttribute::decl(),
+        ChartBounds::decl(),
+        ChartCell::decl(),
+        ChartCorridor::decl(),
+        ChartCorridorAsk::decl(),
+        ChartDepth::decl(),
+        ChartNear::decl(),
+        ChartObject::decl(),
+        ChartPiece::decl(),
+        ChartProfilePoint::decl(),
+        ChartSet::decl(),
         Command::decl(),
         CommandStep::decl(),
         Detection::decl(),
@@ -25,6 +36,9 @@ fn text() -> String {
         Fix::decl(),
         Gap::decl(),
         GapKind::decl(),
+        Guard::decl(),
+        GuardReason::decl(),
+        GuardWarning::decl(),
         Import::decl(),
         ImportState::decl(),
         ImportedPlan::decl(),
