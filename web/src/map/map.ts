@@ -1,4 +1,4 @@
-// The map: tracks, vessels with heading and course, graticule, scale and cursor position. Needs no internet.
+// The map: chart, tracks, vessels with heading and course, graticule, scale and cursor position. Needs no internet.
 
 import OlMap from "ol/Map";
 import View from "ol/View";
@@ -13,6 +13,7 @@ import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
+import { createChart } from "./chart/chart";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
@@ -73,6 +74,9 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     if (hit !== undefined) select(hit);
   });
   const overlays = createOverlays(map, () => palette);
+  // A click means something else while a place is picked or a tool of the plan editor is in hand.
+  const busy = (): boolean => root.hasAttribute("data-picking") || (root.dataset["tool"] ?? "") !== "";
+  const chart = createChart(map, root.parentElement ?? root, busy, (place) => overlays.cursor(place));
   const repainted: (() => void)[] = [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
@@ -128,6 +132,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     for (const [address, { track }] of drawn) track.setStyle(trackStyle(address, palette));
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
+    chart.repaint();
     for (const then of repainted) then();
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -147,6 +152,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     },
     showAll,
     dispose() {
+      chart.dispose();
       dark.removeEventListener("change", repaint);
       chosen.disconnect();
       map.setTarget(undefined);
@@ -162,6 +168,7 @@ function graticuleLayer(ink: string, halo: string, grid: string): Graticule {
   return new Graticule({
     strokeStyle: new Stroke({ color: grid, width: 1 }),
     showLabels: true,
+    zIndex: -5,
     wrapX: false,
     targetSize: 140,
     intervals: [10, 5, 2, 1, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 12 / 3600, 6 / 3600, 3 / 3600, 1.2 / 3600, 0.6 / 3600],
