@@ -13,7 +13,7 @@ import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
-import { createChart } from "./chart/chart";
+import { type ChartOnMap, createChart } from "./chart/chart";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
@@ -36,6 +36,7 @@ interface Drawn {
 
 export interface FleetMap {
   readonly overlays: Overlays;
+  readonly chart: Pick<ChartOnMap, "onChart">;
   /** For what a page draws by itself. */
   readonly ol: OlMap;
   /** The colours in force. */
@@ -142,6 +143,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
 
   return {
     overlays,
+    chart,
     ol: map,
     palette: () => palette,
     onRepaint: (then) => void repainted.push(then),

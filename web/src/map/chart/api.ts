@@ -90,3 +90,31 @@ export function depthWords(depth: ChartDepth): string {
       return most !== null && most > least ? `Depth ${metres(least)} to ${metres(most)}` : `Depth ${metres(least)}`;
   }
 }
+
+export interface ChartProfilePoint {
+  readonly along_m: number;
+  readonly depth_m: number | null;
+  readonly kind: string;
+}
+
+export interface ChartCorridor {
+  readonly length_m: number;
+  readonly profile: readonly ChartProfilePoint[];
+}
+
+export interface GuardReason {
+  readonly maneuver: string;
+  readonly part: string;
+  readonly code: string;
+  readonly text: string;
+  readonly lat_deg: number;
+  readonly lon_deg: number;
+  readonly depth_m: number | null;
+}
+
+export interface Guard {
+  readonly outcome: string;
+  readonly text: string;
+  readonly reasons: readonly GuardReason[];
+  readonly warnings: readonly { readonly maneuver: string | null; readonly code: string; readonly text: string }[];
+}

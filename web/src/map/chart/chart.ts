@@ -21,6 +21,8 @@ const FARTHEST_M = 2_000;
 const KEY = "lutra.chart.without";
 
 export interface ChartOnMap {
+  /** `then` is called with the chart set, again whenever it is another one. */
+  onChart(then: (chart: ChartSet) => void): void;
   repaint(): void;
   dispose(): void;
 }
@@ -36,6 +38,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   restyled = layers.changed;
   styles.without(left);
   let chart: ChartSet | undefined;
+  const learnt: ((chart: ChartSet) => void)[] = [];
 
   // What is told.
   const depth = make("p", { class: "chart-depth num", hidden: "" });
@@ -134,6 +137,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
       const first = chart?.set !== next.set || chart === undefined;
       chart = next;
       styles.limits(next);
+      for (const then of learnt) then(next);
       if (first) {
         layers.show(next);
         box.toggleAttribute("data-chart", next.set !== null);
@@ -211,6 +215,10 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   void learn();
   const again = window.setInterval(() => void learn(), AGAIN_MS);
   return {
+    onChart(then) {
+      learnt.push(then);
+      if (chart) then(chart);
+    },
     repaint() {
       styles.repaint();
       drawLegend();

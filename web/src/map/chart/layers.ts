@@ -84,7 +84,7 @@ export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => voi
 }
 
 function contains(feature: RenderFeature, x: number, y: number): boolean {
-  if (!["Polygon", "MultiPolygon"].includes(feature.getType())) return false;
+  if (feature.getType() !== "Polygon") return false;
   const ends = (feature.getEnds() ?? []).flat() as number[];
   return linearRingsContainsXY(feature.getFlatCoordinates(), 0, ends, feature.getStride(), x, y);
 }

@@ -1,10 +1,13 @@
 // How features of the chart's tiles are drawn, after S-52. Styles are made once for a palette and kept.
 
 import type { FeatureLike } from "ol/Feature";
+import type Geometry from "ol/geom/Geometry";
+import Point from "ol/geom/Point";
+import RenderFeature from "ol/render/Feature";
 import { Fill, Stroke, Style, Text } from "ol/style";
 import { type DepthLimits, isOverscale, safetyContour, type Shade, shadeOf, shownScale, soundingText, type Switch } from "../../state/chart";
 import { type ChartColours, chartColours } from "./colours";
-import { aidIcon, type Danger, dangerIcon, lightIcon, overscalePattern } from "./symbols";
+import { aidIcon, type Danger, dangerIcon, lightIcon, overscalePattern, soundingIcon } from "./symbols";
 
 /** Soundings and names of the chart. */
 const FONT = "system-ui, sans-serif";
@@ -83,7 +86,7 @@ export function createStyles(changed: () => void): ChartStyles {
     const farm = feature.get("cls") === "MARCUL";
     return once(`danger-area ${farm}`, () => new Style({
       fill: new Fill({ color: farm ? `${colours.cautionFaint}40` : `${colours.veryShallow}99` }),
-      stroke: new Stroke({ color: farm ? colours.danger : colours.outline === "#070707" ? colours.outline : colours.text, width: 1.5, lineDash: farm ? [6, 3] : [2, 4] }),
+      stroke: new Stroke({ color: farm ? colours.danger : colours.outline, width: 1.5, lineDash: farm ? [6, 3] : [2, 4] }),
       zIndex: 6,
     }));
   };
@@ -101,7 +104,7 @@ export function createStyles(changed: () => void): ChartStyles {
     return cls === "WRECKS" ? "wreck" : cls === "UWTROC" ? "rock" : "obstruction";
   };
 
-  const label = (text: string, options: { size: number; weight?: string; dx?: number; dy?: number; color?: string; halo?: boolean; align?: CanvasTextAlign; over?: boolean }): Text =>
+  const label = (text: string, options: { size: number; weight?: string; dx?: number; dy?: number; color?: string; align?: CanvasTextAlign; over?: boolean }): Text =>
     new Text({
       text,
       font: `${options.weight ?? "400"} ${options.size}px ${FONT}`,
@@ -110,20 +113,20 @@ export function createStyles(changed: () => void): ChartStyles {
       textAlign: options.align ?? "center",
       overflow: options.over ?? false,
       fill: new Fill({ color: options.color ?? colours.text }),
-      ...(options.halo === false ? {} : { stroke: new Stroke({ color: colours.halo, width: 2.5 }) }),
+      stroke: new Stroke({ color: colours.halo, width: 2.5 }),
     });
 
   const sounding = (depth: number): Style => {
     const bold = depth <= limits.autonomous_m;
     const text = soundingText(depth);
     return once(`sounding ${bold} ${text}`, () =>
-      new Style({ text: label(text, { size: bold ? 13 : 12, weight: bold ? "700" : "400", color: bold ? colours.soundingShallow : colours.sounding, halo: false }) }));
+      new Style({ image: soundingIcon(text, bold ? `700 13px ${FONT}` : `12px ${FONT}`, bold ? colours.soundingShallow : colours.sounding) }));
   };
 
   const danger = (feature: FeatureLike): Style => {
     const [kind, depth] = [dangerOf(feature), number(feature.get("depth_m"))];
     const text = depth === undefined ? "" : soundingText(depth);
-    return once(`danger ${kind} ${text}`, () => new Style({ image: dangerIcon(kind, colours), zIndex: 3, ...(text ? { text: label(text, { size: 12, weight: "700", dx: 11, dy: -9, color: colours.soundingShallow, align: "left" }) } : {}) }));
+    return once(`danger ${kind} ${text}`, () => new Style({ geometry: middle, image: dangerIcon(kind, colours), zIndex: 3, ...(text ? { text: label(text, { size: 12, weight: "700", dx: 11, dy: -9, color: colours.soundingShallow, align: "left" }) } : {}) }));
   };
 
   const aid = (feature: FeatureLike, resolution: number): Style => {
@@ -207,6 +210,13 @@ function weight(feature: FeatureLike): number {
   const layer: unknown = feature.get("layer");
   if (layer === "sounding") return number(feature.get("depth_m")) ?? 0;
   return layer === "name" ? -1_000 : 0;
+}
+
+/** Where the symbol of a feature is: of an area, within it. */
+function middle(feature: FeatureLike): Geometry | RenderFeature | undefined {
+  const geometry = feature.getGeometry();
+  if (!(geometry instanceof RenderFeature) || isPoint(feature)) return geometry;
+  return new Point(geometry.getFlatInteriorPoint().slice(0, 2));
 }
 
 function isPoint(feature: FeatureLike): boolean {

@@ -167,7 +167,7 @@ function banded(ctx: CanvasRenderingContext2D, colours: ChartColours, words: rea
     ctx.fillRect(-12, from, 24, to - from);
   });
   ctx.restore();
-  ctx.strokeStyle = colours.outline === "#000000" ? colours.text : colours.outline;
+  ctx.strokeStyle = colours.outline;
   ctx.lineWidth = 1.2;
   ctx.stroke();
 }
@@ -215,7 +215,7 @@ function top(cls: string, words: readonly string[]): "north" | "east" | "south" 
 }
 
 function topmark(ctx: CanvasRenderingContext2D, colours: ChartColours, kind: NonNullable<ReturnType<typeof top>>): void {
-  const dark = colours.outline === "#070707" ? colours.outline : colours.text;
+  const dark = colours.outline;
   ctx.fillStyle = kind === "sphere" ? (colours.aids["red"] ?? dark) : kind === "cross" ? (colours.aids["yellow"] ?? dark) : dark;
   ctx.strokeStyle = dark;
   const cone = (y: number, up: boolean): void => {
@@ -279,6 +279,24 @@ export function aidIcon(cls: string, shape: unknown, colour: unknown, colours: C
     },
     [0.5, 0.6],
   );
+}
+
+/** A sounding as a picture: there are hundreds in view, and pictures are drawn faster than text is set. */
+export function soundingIcon(text: string, font: string, color: string): Icon {
+  const img = document.createElement("canvas");
+  const ctx = img.getContext("2d");
+  const [width, height] = [Math.ceil(text.length * 9) + 4, 18];
+  img.width = width * FINE;
+  img.height = height * FINE;
+  if (ctx) {
+    ctx.scale(FINE, FINE);
+    ctx.font = font;
+    ctx.textAlign = "center";
+    ctx.textBaseline = "middle";
+    ctx.fillStyle = color;
+    ctx.fillText(text, width / 2, height / 2);
+  }
+  return new Icon({ img, scale: 1 / FINE, declutterMode: "declutter" });
 }
 
 /** A light: a flare to the lower right in its colour. */
