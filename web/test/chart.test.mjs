@@ -52,6 +52,12 @@ test("colours come as codes or as words", () => {
   assert.deepEqual(chart.colourWords(undefined), []);
 });
 
+test("shapes of buoys come as numbers or as words", () => {
+  for (const [shape, number] of [[1, 1], ["2", 2], ["conical (nun, ogival)", 1], ["can (cylindrical)", 2], ["spar (spindle)", 5], ["super-buoy", 7], ["post", 0], [undefined, 0]]) {
+    assert.equal(chart.buoyShape(shape), number, String(shape));
+  }
+});
+
 test("a reason belongs to the nearest stretch", () => {
   const place = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
   const line = [place(63, 10), place(63, 10.1), place(63.1, 10.1)];

@@ -67,6 +67,14 @@ export function colourWords(text: unknown): string[] {
     .filter((one) => codes.includes(one) && one !== "");
 }
 
+/** Number of a buoy's shape (S-57 BOYSHP) from that number or its words; 0 for another. */
+export function buoyShape(text: unknown): number {
+  const number = Number(text);
+  if (Number.isInteger(number)) return number;
+  const words = String(text ?? "").toLowerCase();
+  return ["con", "can", "spher", "pillar", "spar", "barrel", "super", "ice"].findIndex((start) => words.startsWith(start)) + 1;
+}
+
 /** A depth with its unit, for people. */
 export function depthText(depth_m: number | null | undefined): string {
   if (depth_m === null || depth_m === undefined) return "depth unknown";

@@ -95,8 +95,9 @@ export function createStyles(changed: () => void): ChartStyles {
   const dangerOf = (feature: FeatureLike): Danger => {
     const cls = String(feature.get("cls"));
     const [depth, watlev] = [number(feature.get("depth_m")), number(feature.get("watlev"))];
-    if (cls === "MARCUL") return "farm";
-    if (cls === "PILPNT" || cls === "MORFAC") return "pile";
+    if (cls === "MARCUL" || cls === "FSHFAC") return "farm";
+    if (cls === "LNDARE") return "islet";
+    if (!["OBSTRN", "UWTROC", "WRECKS"].includes(cls)) return "pile";
     const showing = watlev === 1 || watlev === 2 || (depth !== undefined && depth < 0 && cls === "WRECKS");
     if (cls === "WRECKS" && showing) return "wreck-showing";
     if (cls === "UWTROC" && (watlev === 4 || watlev === 5 || (depth !== undefined && depth <= 0))) return "rock-awash";

@@ -1,13 +1,13 @@
 // Symbols of the chart, drawn here: dangers, buoys, beacons, lights. Small canvases, made once for a palette.
 
 import { Icon } from "ol/style";
-import { colourWords } from "../../state/chart";
+import { buoyShape, colourWords } from "../../state/chart";
 import type { ChartColours } from "./colours";
 
 /** Canvases are finer than they are shown, for screens with small pixels. */
 const FINE = 2;
 
-export type Danger = "isolated" | "rock-awash" | "rock" | "wreck" | "wreck-showing" | "obstruction" | "pile" | "farm";
+export type Danger = "isolated" | "rock-awash" | "rock" | "wreck" | "wreck-showing" | "obstruction" | "pile" | "islet" | "farm";
 
 type Draw = (ctx: CanvasRenderingContext2D, colours: ChartColours) => void;
 
@@ -125,6 +125,15 @@ const DANGERS: Readonly<Record<Danger, Draw>> = {
     ctx.fill();
     ctx.strokeStyle = colours.halo;
     ctx.lineWidth = 1;
+    ctx.stroke();
+  },
+  islet(ctx, colours) {
+    ctx.beginPath();
+    ctx.arc(0, 0, 4, 0, 2 * Math.PI);
+    ctx.fillStyle = colours.land;
+    ctx.fill();
+    ctx.strokeStyle = colours.coast;
+    ctx.lineWidth = 1.5;
     ctx.stroke();
   },
   farm(ctx, colours) {
@@ -265,7 +274,7 @@ export function aidIcon(cls: string, shape: unknown, colour: unknown, colours: C
         ctx.lineWidth = 1.5;
         ctx.stroke();
       } else {
-        banded(ctx, colours, words, -16, -1, () => buoy(ctx, Number(shape)));
+        banded(ctx, colours, words, -16, -1, () => buoy(ctx, buoyShape(shape)));
         ctx.beginPath();
         ctx.arc(0, 0, 1.8, 0, 2 * Math.PI);
         ctx.fillStyle = colours.halo;
