@@ -20,6 +20,8 @@ import { courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
 
 /** The course vector shows so many seconds ahead. */
 const AHEAD_S = 60;
+/** Where the map is until something is known. */
+const NOWHERE = fromLonLat([10.4, 63.44]);
 const EARTH_M = 6_371_000;
 /** No vessel here goes faster: how far it can have got since it was heard, m/s. */
 const FASTEST_MPS = 3;
@@ -68,7 +70,13 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
         coordinateFormat: ([lon, lat] = [0, 0]) => position({ lat_deg: lat ?? 0, lon_deg: lon ?? 0 }),
       }),
     ]),
-    view: new View({ center: fromLonLat([10.4, 63.44]), zoom: 12, maxZoom: 22, minZoom: 2 }),
+    view: new View({ center: NOWHERE, zoom: 12, maxZoom: 22, minZoom: 2 }),
+  });
+  chart.onChart(({ bounds }) => {
+    // Nobody has led the map anywhere yet: the chart is a better place than none.
+    if (!bounds || String(map.getView().getCenter()) !== String(NOWHERE)) return;
+    const corners = [[bounds.west_deg, bounds.south_deg], [bounds.east_deg, bounds.north_deg]].map((corner) => fromLonLat(corner));
+    map.getView().fit(boundingExtent(corners), { padding: [20, 20, 20, 20], duration: 0 });
   });
   map.on("singleclick", (event) => {
     const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number | undefined, { hitTolerance: 8 });

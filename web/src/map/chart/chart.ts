@@ -43,7 +43,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   // What is told.
   const depth = make("p", { class: "chart-depth num", hidden: "" });
   const note = make("p", { class: "chart-note", role: "status", hidden: "" });
-  const credit = make("p", { class: "chart-credit" });
+  const credit = make("p", { class: "chart-credit", hidden: "" });
   const query = createQuery(() => {
     mark(null);
     if (query.root.contains(document.activeElement)) here.focus();
@@ -53,7 +53,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   const options = make("div", { class: "chart-options", id: "chart-options", hidden: "" });
   const open = make("button", { type: "button", "aria-expanded": "false", "aria-controls": "chart-options" }, "Chart");
   const here = make("button", { type: "button", title: "At the middle of the map; a click on the map tells of its place" }, "What is here");
-  const tools = make("div", { class: "chart-tools" }, make("div", { class: "row" }, here, open), options);
+  const tools = make("div", { class: "chart-tools", hidden: "" }, make("div", { class: "row" }, here, open), options);
   open.addEventListener("click", () => {
     options.hidden = !options.hidden;
     open.setAttribute("aria-expanded", String(!options.hidden));
