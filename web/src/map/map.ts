@@ -72,12 +72,6 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     ]),
     view: new View({ center: NOWHERE, zoom: 12, maxZoom: 22, minZoom: 2 }),
   });
-  chart.onChart(({ bounds }) => {
-    // Nobody has led the map anywhere yet: the chart is a better place than none.
-    if (!bounds || String(map.getView().getCenter()) !== String(NOWHERE)) return;
-    const corners = [[bounds.west_deg, bounds.south_deg], [bounds.east_deg, bounds.north_deg]].map((corner) => fromLonLat(corner));
-    map.getView().fit(boundingExtent(corners), { padding: [20, 20, 20, 20], duration: 0 });
-  });
   map.on("singleclick", (event) => {
     const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number | undefined, { hitTolerance: 8 });
     if (hit !== undefined) select(hit);
@@ -86,6 +80,12 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   // A click means something else while a place is picked or a tool of the plan editor is in hand.
   const busy = (): boolean => root.hasAttribute("data-picking") || (root.dataset["tool"] ?? "") !== "";
   const chart = createChart(map, root.parentElement ?? root, busy, (place) => overlays.cursor(place));
+  chart.onChart(({ bounds }) => {
+    // Nobody has led the map anywhere yet: the chart is a better place than none.
+    if (!bounds || String(map.getView().getCenter()) !== String(NOWHERE)) return;
+    const corners = [[bounds.west_deg, bounds.south_deg], [bounds.east_deg, bounds.north_deg]].map((corner) => fromLonLat(corner));
+    map.getView().fit(boundingExtent(corners), { padding: [20, 20, 20, 20], duration: 0 });
+  });
   const repainted: (() => void)[] = [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
