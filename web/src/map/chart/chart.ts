@@ -14,6 +14,8 @@ import { createStyles } from "./style";
 const DEPTH_MS = 120;
 /** Whether the chart set is another one is asked so often, ms. */
 const AGAIN_MS = 60_000;
+/** After tiles did not come the server is asked again this much later, and twice as much each time, ms. */
+const LOST_MS = 3_000;
 /** Objects this near to a click are told, px. */
 const NEAR_PX = 14;
 /** Farther than this nobody meant, m. */
@@ -34,7 +36,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   const styles = createStyles(() => restyled());
   // Whether something in view may have to be told anew once all is drawn.
   let due = true;
-  const layers = createLayers(map, styles, () => (due = true));
+  const layers = createLayers(map, styles, () => (due = true), () => lost());
   restyled = layers.changed;
   styles.without(left);
   let chart: ChartSet | undefined;
@@ -105,6 +107,10 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     root.style.background = chart?.set ? `repeating-linear-gradient(45deg, ${noData} 0 14px, ${noDataLine} 14px 15px)` : "";
   };
 
+  // Until tiles that did not come are asked for again.
+  let patience = LOST_MS;
+  let waiting: number | undefined;
+
   /** What must be said of the chart in view. */
   const tell = (): void => {
     if (!chart) return;
@@ -116,7 +122,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     const scale = layers.scaleAt(center);
     const [, lat = 0] = toLonLat(center);
     const shown = shownScale(map.getView().getResolution() ?? 1, lat);
-    const says = scale === undefined ? "No chart here" : isOverscale(scale, shown) ? `Overscale: the chart is 1 : ${scale.toLocaleString("en")}, shown ${(scale / shown).toFixed(0)} times as large` : "";
+    const says = scale === undefined ? (waiting === undefined ? "No chart here" : "The chart does not come from the server; trying again …") : isOverscale(scale, shown) ? `Overscale: the chart is 1 : ${scale.toLocaleString("en")}, shown ${(scale / shown).toFixed(0)} times as large` : "";
     show(note, says);
   };
   const moved = (): void => {
@@ -131,7 +137,8 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     due = false;
   });
 
-  const learn = async (): Promise<void> => {
+  /** Whether the server answered. */
+  const learn = async (): Promise<boolean> => {
     try {
       const next = await getJson<ChartSet>("/api/v1/chart");
       const first = chart?.set !== next.set || chart === undefined;
@@ -148,9 +155,23 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
         moved();
         if (next.set === null) tell();
       }
+      return true;
     } catch (error) {
       if (!chart) show(note, `No chart: ${reason(error)}`);
+      return false;
     }
+  };
+  // Tiles that did not come: the set may be another one by now, or the server was away.
+  const lost = (): void => {
+    if (waiting !== undefined) return;
+    due = true;
+    waiting = window.setTimeout(async () => {
+      waiting = undefined;
+      patience = Math.min(AGAIN_MS, 2 * patience);
+      const before = chart?.set;
+      if (!(await learn())) return lost();
+      if (chart?.set === before) layers.again();
+    }, patience);
   };
   const drawCredit = (of: ChartSet): void => {
     const cells = of.cells.length > 3 ? `${of.cells.length} charts` : of.cells.map((cell) => `${cell.name} ed. ${cell.edition}.${cell.update}`).join(", ");
@@ -226,6 +247,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     },
     dispose() {
       window.clearInterval(again);
+      window.clearTimeout(waiting);
       asked.abort();
     },
   };

@@ -19,12 +19,14 @@ export interface ChartLayers {
   /** Shows this chart set; none with null. */
   show(chart: ChartSet): void;
   changed(): void;
+  /** Asks for all tiles in view anew. */
+  again(): void;
   /** Scale of the chart that is drawn at a coordinate: undefined outside of any, 0 where the chart does not tell. */
   scaleAt(coordinate: readonly number[]): number | undefined;
 }
 
-/** `arrived` is called with each tile that is there. */
-export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => void): ChartLayers {
+/** `arrived` is called with each tile that is there, `failed` with each that the server did not give. */
+export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => void, failed: () => void): ChartLayers {
   const common = { declutter: false, renderBuffer: 48, updateWhileAnimating: false, updateWhileInteracting: false, visible: false } as const;
   const base = new VectorTileLayer<VectorTileSource, RenderFeature>({ ...common, zIndex: -20, renderMode: "hybrid", style: (feature, resolution) => styles.base(feature, resolution) });
   const points = new VectorTileLayer<VectorTileSource, RenderFeature>({
@@ -54,6 +56,7 @@ export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => voi
         wrapX: true,
       });
       source.on("tileloadend", arrived);
+      source.on("tileloaderror", failed);
       const bounds = chart.bounds;
       if (bounds && bounds.west_deg < bounds.east_deg) {
         const extent = transformExtent([bounds.west_deg, bounds.south_deg, bounds.east_deg, bounds.north_deg], "EPSG:4326", "EPSG:3857");
@@ -66,6 +69,9 @@ export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => voi
     changed() {
       base.changed();
       points.changed();
+    },
+    again() {
+      base.getSource()?.refresh();
     },
     scaleAt([x = 0, y = 0]) {
       if (!base.getVisible()) return undefined;
