@@ -3,6 +3,7 @@
 //! A thin asynchronous shell. What a packet means is decided in the cores below (`hub`, `store`, `link`); here
 //! are sockets, pages, people and configuration. `main.rs` only starts it, so that tests can start it too.
 
+mod charts;
 pub mod cli;
 mod clock;
 pub mod config;

@@ -6,6 +6,7 @@
 //! Times are microseconds since 1970 UTC, as whole numbers that JavaScript holds exactly until the year 2255.
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
 
+mod charts;
 mod commands;
 mod doors;
 mod events;
@@ -16,6 +17,11 @@ mod plans;
 mod samples;
 mod transfer;
 
+pub use charts::{
+    ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth,
+    ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, ChartTileQuery, Guard, GuardReason,
+    GuardWarning,
+};
 pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
     OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,

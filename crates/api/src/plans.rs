@@ -2,6 +2,7 @@
 //!
 //! Places are degrees, WGS 84; bearings degrees clockwise from north. A plan's name is its name aboard.
 
+use crate::Guard;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -196,6 +197,9 @@ pub struct PlanCheck {
     pub maneuvers: Vec<PlanLeg>,
     /// MD5 of the plan as it would be aboard, 32 hexadecimal digits; null while it has problems.
     pub digest: Option<String>,
+    /// What the guard against grounding says of it, the way to its first place left out; null while it has problems
+    /// and where there is no chart. An upload or start is judged again with the way from where the vessel is.
+    pub guard: Option<Guard>,
 }
 
 /// Something about a plan that its author should know.

@@ -1,14 +1,15 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    AuditEntry, Buckets, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap,
-    GapKind, Import, ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange,
-    LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me,
-    NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
-    PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep,
-    PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, SampleRow,
-    Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade,
-    TrackPoint, Update, ValueKind, Vessel,
+    AuditEntry, Buckets, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth,
+    ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, Command, CommandStep, Detection,
+    Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Guard, GuardReason, GuardWarning, Import,
+    ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting,
+    LinkStatus, LiveFrame, LiveRequest, Liveness, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk,
+    Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument,
+    PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble,
+    PlanUploadAsk, PlansAboard, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session,
+    SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -16,6 +17,17 @@ fn text() -> String {
     let declarations = [
         <AuditEntry as TS>::decl(),
         Buckets::decl(),
+        ChartAttribute::decl(),
+        ChartBounds::decl(),
+        ChartCell::decl(),
+        ChartCorridor::decl(),
+        ChartCorridorAsk::decl(),
+        ChartDepth::decl(),
+        ChartNear::decl(),
+        ChartObject::decl(),
+        ChartPiece::decl(),
+        ChartProfilePoint::decl(),
+        ChartSet::decl(),
         Command::decl(),
         CommandStep::decl(),
         Detection::decl(),
@@ -26,6 +38,9 @@ fn text() -> String {
         Fix::decl(),
         Gap::decl(),
         GapKind::decl(),
+        Guard::decl(),
+        GuardReason::decl(),
+        GuardWarning::decl(),
         Import::decl(),
         ImportState::decl(),
         ImportedPlan::decl(),

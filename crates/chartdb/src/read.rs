@@ -56,10 +56,12 @@ pub struct Chart {
     pub imported: String,
     /// West, south, east and north (degrees); `None` if it holds no position.
     pub bounds_deg: Option<[f64; 4]>,
+    /// What its producer says of it.
+    pub comment: String,
 }
 
 const SELECT_CHART: &str = "SELECT id, name, kind, sha256, bytes, edition, update_no, scale, band, issued, \
-     sounding_datum, vertical_datum, features, vertices, skin_holds, imported, min_x, min_y, max_x, max_y \
+     sounding_datum, vertical_datum, features, vertices, skin_holds, imported, min_x, min_y, max_x, max_y, comment \
      FROM cells";
 
 /// The chart of a name.
@@ -326,6 +328,7 @@ fn chart(row: &Row<'_>) -> rusqlite::Result<Chart> {
         skin_holds: row.get(14)?,
         imported: row.get(15)?,
         bounds_deg: if let [Some(w), Some(s), Some(e), Some(n)] = sides { Some([w, s, e, n]) } else { None },
+        comment: row.get(20)?,
     })
 }
 

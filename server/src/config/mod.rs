@@ -32,6 +32,8 @@ pub struct Config {
     pub imc: Imc,
     /// The ways in for IMC that is not the vessel link.
     pub doors: Doors,
+    /// The sea chart.
+    pub charts: Charts,
     /// What the server tells about itself.
     pub log: Log,
 }
@@ -76,6 +78,20 @@ pub struct People {
     pub session_days: u32,
 }
 
+/// The sea chart, and what the guard against grounding demands by it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Charts {
+    /// The chart set; empty for `charts/chart.gpkg` in the folder of data.
+    pub set: PathBuf,
+    /// Least depth in which anybody may drive a vessel (m).
+    pub navigable_m: f64,
+    /// Least depth in which it may go by itself (m).
+    pub autonomous_m: f64,
+    /// MiB of drawn tiles that are kept in memory.
+    pub tiles_mib: u64,
+}
+
 /// What the server tells about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -105,6 +121,7 @@ impl Default for Config {
             people: People::default(),
             imc: Imc::default(),
             doors: Doors::default(),
+            charts: Charts::default(),
             log: Log::default(),
         }
     }
@@ -129,6 +146,12 @@ impl Default for People {
     }
 }
 
+impl Default for Charts {
+    fn default() -> Self {
+        Self { set: PathBuf::new(), navigable_m: 1.0, autonomous_m: 5.0, tiles_mib: 64 }
+    }
+}
+
 impl Default for Log {
     fn default() -> Self {
         Self { format: LogFormat::Human, level: "info".to_owned() }
@@ -143,6 +166,15 @@ impl Tls {
 }
 
 impl Config {
+    /// The file of the chart set.
+    pub fn chart_set(&self) -> PathBuf {
+        if self.charts.set.as_os_str().is_empty() {
+            self.data.join("charts/chart.gpkg")
+        } else {
+            self.charts.set.clone()
+        }
+    }
+
     /// Everything that is well formed but makes no sense, each with its key and remedy.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
@@ -170,6 +202,16 @@ impl Config {
         );
         check((1..=365).contains(&self.people.session_days), "people.session_days must be 1 to 365");
         check((8..=65_536).contains(&self.http.max_connections), "http.max_connections must be 8 to 65536");
+        for (key, depth_m) in
+            [("navigable_m", self.charts.navigable_m), ("autonomous_m", self.charts.autonomous_m)]
+        {
+            check((0.1..=100.0).contains(&depth_m), &format!("charts.{key} must be 0.1 to 100 m"));
+        }
+        check(
+            self.charts.navigable_m <= self.charts.autonomous_m,
+            "charts.navigable_m must not be more than charts.autonomous_m",
+        );
+        check((1..=4096).contains(&self.charts.tiles_mib), "charts.tiles_mib must be 1 to 4096 MiB");
         check(
             self.log.level.parse::<tracing_subscriber::filter::Targets>().is_ok(),
             "log.level is no level (error, warn, info, debug, trace) and no list like info,server=debug",

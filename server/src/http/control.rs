@@ -6,6 +6,7 @@
 use super::asked::InPath;
 use super::caller::Caller;
 use super::error::ApiError;
+use super::grounding;
 use super::guard::{OfVessel, Who};
 use crate::people::{Fault, People, Principal};
 use crate::relay::Relay;
@@ -30,7 +31,7 @@ const TOLD: usize = 100;
 const LOG_EVERY: Duration = Duration::from_secs(1);
 
 /// JSON in the body; a refusal says what is wrong with it.
-pub(crate) struct InBody<T>(T);
+pub(crate) struct InBody<T>(pub(crate) T);
 
 impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for InBody<T> {
     type Rejection = ApiError;
@@ -162,7 +163,7 @@ pub(crate) async fn plans(
     Ok(Json(state.relay.look(look).await.map_err(|_| ApiError::stopping())?))
 }
 
-/// Gives a vessel an order: refused without the lease, written into the audit log, sent by the door that leads there.
+/// Gives a vessel an order: refused where the chart shows danger and without the lease, written into the audit log, sent by the door that leads there.
 /// What becomes of it is told by the command's later stages.
 ///
 /// # Errors
@@ -174,6 +175,11 @@ pub(crate) async fn issue(
     order: Order,
 ) -> Result<Command, ApiError> {
     let (verb, subject) = (order.verb(), format!("{vessel} {}", order.subject()));
+    if let Some(danger) = grounding::danger(state, vessel, &order).await? {
+        let fault = Fault::Refused(danger.text.clone());
+        state.people.act(&by.who, by.from.clone(), verb, subject, |_| Err::<(), _>(fault)).await.ok();
+        return Err(danger);
+    }
     let holder = by.holder();
     let begin = move |hub: &mut Hub, now| {
         let epoch = if order.commands() {

@@ -5,6 +5,9 @@ mod assets;
 #[cfg(test)]
 mod browser_tests;
 mod caller;
+mod charts;
+#[cfg(test)]
+mod charts_tests;
 mod commands;
 #[cfg(test)]
 mod commands_tests;
@@ -19,6 +22,7 @@ mod error;
 mod export;
 #[cfg(test)]
 mod export_tests;
+mod grounding;
 pub(crate) mod guard;
 mod headers;
 mod health;

@@ -61,7 +61,7 @@ pub(crate) async fn read(
     Asked(query): Asked<PlanQuery>,
 ) -> Result<Json<StoredPlan>, ApiError> {
     let row = find(&state, &who, id, query.revision).await?;
-    stored(row).await.map(Json)
+    stored(&state, row).await.map(Json)
 }
 
 /// `GET /api/v1/plans/{id}/revisions`.
@@ -111,9 +111,9 @@ pub(crate) async fn save(
     };
     let row = find(&state, &who, id, None).await?;
     match done {
-        Ok(()) => Ok(Json(stored(row).await?).into_response()),
+        Ok(()) => Ok(Json(stored(&state, row).await?).into_response()),
         Err(Fault::Refused(text)) if row.revision != from => {
-            let newer = stored(row).await?;
+            let newer = stored(&state, row).await?;
             let body = json!({ "error": { "code": "newer_revision", "text": text }, "newer": newer });
             Ok((StatusCode::CONFLICT, Json(body)).into_response())
         }
@@ -160,14 +160,17 @@ pub(crate) async fn restore(
         plans::restore(db, id, Change { author: &author, now: clock::now(), draft: false })
     };
     state.people.act(&who, caller.address.to_string(), "plan.restore", row.plan.name, work).await?;
-    stored(find(&state, &who, id, None).await?).await.map(Json)
+    stored(&state, find(&state, &who, id, None).await?).await.map(Json)
 }
 
 /// `POST /api/v1/plans/check`.
-pub(crate) async fn check(sent: Sent<PlanDocument>) -> Result<Json<PlanCheck>, ApiError> {
+pub(crate) async fn check(
+    State(state): State<AppState>,
+    sent: Sent<PlanDocument>,
+) -> Result<Json<PlanCheck>, ApiError> {
     let plan = taken(sent)?;
     plans::limits(&plan).map_err(refused)?;
-    slow(move || plans::check(&plan, clock::now())).await.map(Json)
+    judged(&state, plan).await.map(Json)
 }
 
 /// `POST /api/v1/plans/{id}/upload`.
@@ -252,7 +255,7 @@ async fn keep_new(
         plans::create(db, plan, Change { author: &author, now: clock::now(), draft: true })
     };
     let id = state.people.act(who, caller.address.to_string(), action, subject, work).await?;
-    stored(find(state, who, id, None).await?).await
+    stored(state, find(state, who, id, None).await?).await
 }
 
 /// The name of a plan that the person may see, and whether they may change it.
@@ -305,9 +308,14 @@ async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> R
     tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))
 }
 
-async fn stored(row: Row) -> Result<StoredPlan, ApiError> {
-    let judged = row.plan.clone();
-    let check = slow(move || plans::check(&judged, clock::now())).await?;
+/// What is told of a plan, by the chart too. Where a vessel would come from is not known here.
+async fn judged(state: &AppState, plan: PlanDocument) -> Result<PlanCheck, ApiError> {
+    let charts = state.charts.clone();
+    slow(move || plans::check_with(&plan, clock::now(), |plan| charts.guard(plan, None))).await
+}
+
+async fn stored(state: &AppState, row: Row) -> Result<StoredPlan, ApiError> {
+    let check = judged(state, row.plan.clone()).await?;
     Ok(StoredPlan {
         id: row.id,
         revision: row.revision,

@@ -3,18 +3,19 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    assets, commands, control, doors, error::ApiError, export, headers, health, history, imports, live,
-    measure, openapi, people, plans,
+    assets, charts, commands, control, doors, error::ApiError, export, headers, health, history, imports,
+    live, measure, openapi, people, plans,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    AuditEntry, Buckets, BucketsQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap,
-    GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
-    LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
-    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk, PlansAboard,
-    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System,
-    Token, TokenMade, TrackPoint, TrackQuery,
+    AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet,
+    ChartTileQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import,
+    ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me,
+    NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery,
+    PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUploadAsk, PlansAboard, Recorded, Recording,
+    Role, Samples, SamplesQuery, Series, SeriesQuery, Session, StoredPlan, System, Token, TokenMade,
+    TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -83,6 +84,7 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(orders());
     table.extend(transfers());
     table.extend(plans());
+    table.extend(chart());
     table.extend(pages::routes());
     table
 }
@@ -275,6 +277,32 @@ fn plans() -> Vec<Route> {
         Route::get("/api/v1/plans/{id}/export", viewer, "A plan as a file.", plans::export)
             .query::<PlanExportQuery>()
             .media("application/octet-stream"),
+    ]
+}
+
+/// The sea chart.
+fn chart() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    vec![
+        Route::get("/api/v1/chart", viewer, "The chart set of the server.", charts::set)
+            .gives::<ChartSet>()
+            .packed(),
+        Route::get(
+            "/api/v1/chart/tiles/{z}/{x}/{y}",
+            viewer,
+            "A Mapbox vector tile of the chart, packed by gzip.",
+            charts::tile,
+        )
+        .query::<ChartTileQuery>()
+        .media("application/vnd.mapbox-vector-tile"),
+        Route::get("/api/v1/chart/at", viewer, "How deep it is at a place, and what is near.", charts::at)
+            .query::<ChartAtQuery>()
+            .gives::<ChartNear>()
+            .packed(),
+        Route::post("/api/v1/chart/corridor", viewer, "How deep it is along a way.", charts::corridor)
+            .takes::<ChartCorridorAsk>()
+            .gives::<ChartCorridor>()
+            .packed(),
     ]
 }
 

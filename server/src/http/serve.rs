@@ -2,6 +2,7 @@
 
 use super::listen::Web;
 use super::{control, routes};
+use crate::charts::Charts;
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::doors::{self, Open};
@@ -86,12 +87,17 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
     let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
     let max_connections = config.http.max_connections;
+    let charts = Charts::new(&config);
+    let (first_load, kept) = (charts.clone(), charts.clone());
+    tokio::task::spawn_blocking(move || first_load.look()).await?;
+    tasks.spawn(kept.keep(stop.clone()));
     let state = AppState {
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
         history,
         imports,
+        charts,
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),

@@ -3,6 +3,7 @@
 use super::listen::Peer;
 use super::route::{Kind, Need};
 use super::{routes, serve};
+use crate::charts::Charts;
 use crate::clock;
 use crate::config::Config;
 use crate::doors::link::Links;
@@ -78,6 +79,8 @@ impl Shore {
         let links = Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone());
         let people_too = people.clone();
         let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
+        let charts = Charts::new(&config);
+        charts.look();
         let config = Arc::new(config);
         let state = AppState {
             config,
@@ -85,6 +88,7 @@ impl Shore {
             fleet,
             history,
             imports,
+            charts,
             metrics,
             stop,
             tasks,
@@ -177,6 +181,7 @@ impl Shore {
 fn request(route: &super::Route) -> axum::http::request::Builder {
     let path =
         route.path.replace("{vessel}", &OWN.to_string()).replace("{id}", "999999").replace("{name}", "x.js");
+    let path = path.replace("{z}", "0").replace("{x}", "0").replace("{y}", "0");
     Request::builder().method(route.method.clone()).uri(path)
 }
 

@@ -1,7 +1,7 @@
 //! What a plan takes and what is wrong with it, judged as vessels judge.
 
 use super::translate::{degrees_of, place, specification, trouble};
-use api::{PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble};
+use api::{Guard, PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::{
@@ -57,6 +57,20 @@ pub(crate) fn limits(plan: &PlanDocument) -> Result<(), String> {
 
 /// Judges a plan that keeps its [`limits`].
 pub(crate) fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
+    check_with(plan, now, |_| None)
+}
+
+/// The plan as its vessel understands it, if it has no problems.
+pub(crate) fn understood(specification: &PlanSpecification) -> Option<Plan> {
+    onboard::checked_plan(specification, &Settings::otter("shore", Address(0))).ok()
+}
+
+/// Judges a plan that keeps its [`limits`], by the chart too.
+pub(crate) fn check_with(
+    plan: &PlanDocument,
+    now: UtcTime,
+    guard: impl FnOnce(&Plan) -> Option<Guard>,
+) -> PlanCheck {
     let laid_out: f64 = plan.maneuvers.iter().map(|step| row_points(&step.task)).sum();
     // Not a number where a width is nothing by nothing; the vessel's own checks tell that.
     if laid_out > PLACES as f64 {
@@ -78,6 +92,7 @@ pub(crate) fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
             PlanCheck {
                 warnings: checked.warnings().iter().filter(wanted).map(warning).collect(),
                 digest: Some(digest),
+                guard: guard(&checked),
                 ..costs(plan, &checked, now)
             }
         }

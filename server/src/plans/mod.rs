@@ -12,6 +12,7 @@ mod translate;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use check::{aboard, check, limits};
+pub(crate) use check::{aboard, check, check_with, limits, understood};
 pub(crate) use files::{Format, read, write};
 pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};
+pub(crate) use translate::specification;

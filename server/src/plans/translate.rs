@@ -28,7 +28,7 @@ pub(super) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTr
 ///
 /// # Errors
 /// Points of paths that are no places: those alone cannot be written.
-pub(super) fn specification(plan: &PlanDocument) -> Result<PlanSpecification, Vec<PlanTrouble>> {
+pub(crate) fn specification(plan: &PlanDocument) -> Result<PlanSpecification, Vec<PlanTrouble>> {
     let mut troubles = Vec::new();
     let mut maneuvers = Vec::with_capacity(plan.maneuvers.len());
     for step in &plan.maneuvers {

@@ -8,6 +8,7 @@ use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
 use std::sync::Arc;
 use tokio::sync::watch;
+use units::LatLon;
 
 /// Series handed over at once; a client that wants more gets the rest with its next frame.
 const AT_ONCE: usize = 20_000;
@@ -27,6 +28,13 @@ impl Fleet {
     /// All systems that `wanted` admits; `None` when the owner is gone.
     pub(crate) async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<api::System>> {
         self.relay.look(move |hub, now| systems(hub.fleet(), now, &wanted)).await.ok()
+    }
+
+    /// Where a vessel said last to be, however long ago.
+    pub(crate) async fn place(&self, vessel: Address) -> Option<LatLon> {
+        let look = move |hub: &mut Hub, _| hub.fleet().system(vessel).and_then(fix);
+        let fix = self.relay.look(look).await.ok()??;
+        LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
     }
 
     /// What changed after `since`, how the systems are if `described`, and of who commands and of commands after `control`; `None` when the owner is gone.

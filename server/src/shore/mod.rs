@@ -14,6 +14,7 @@ pub(crate) use fleet::Fleet;
 pub(crate) use history::History;
 pub(crate) use imports::Imports;
 
+use crate::charts::Charts;
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::people::{Grants, People};
@@ -38,6 +39,8 @@ pub(crate) struct AppState {
     pub(crate) history: History,
     /// Logs that were uploaded.
     pub(crate) imports: Imports,
+    /// The sea chart.
+    pub(crate) charts: Charts,
     /// Figures for Prometheus.
     pub(crate) metrics: PrometheusHandle,
     /// Says that the server is about to end.

@@ -72,6 +72,289 @@ first: Array<number>,
  */
 last: Array<number>, };
 
+export type ChartAttribute = { 
+/**
+ * Its acronym in S-57.
+ */
+name: string, 
+/**
+ * What it is, in words.
+ */
+words: string, 
+/**
+ * Its value as charted.
+ */
+value: string, 
+/**
+ * Its value in words, with its unit.
+ */
+text: string, };
+
+export type ChartBounds = { 
+/**
+ * Least latitude (°).
+ */
+south_deg: number, 
+/**
+ * Least longitude (°).
+ */
+west_deg: number, 
+/**
+ * Greatest latitude (°).
+ */
+north_deg: number, 
+/**
+ * Greatest longitude (°).
+ */
+east_deg: number, };
+
+export type ChartCell = { 
+/**
+ * Name of the cell, or of the file without its ending.
+ */
+name: string, 
+/**
+ * Edition.
+ */
+edition: string, 
+/**
+ * Number of the last update.
+ */
+update: string, 
+/**
+ * Compilation scale, 1 : this; 0 if unknown.
+ */
+scale: number, 
+/**
+ * Usage band, 1 overview to 6 berthing; 0 for what is no cell.
+ */
+band: number, 
+/**
+ * Date of issue (YYYYMMDD).
+ */
+issued: string, 
+/**
+ * What its producer says of it.
+ */
+comment: string, };
+
+export type ChartCorridor = { 
+/**
+ * Length of all of it (m).
+ */
+length_m: number, 
+/**
+ * From point to point.
+ */
+pieces: Array<ChartPiece>, 
+/**
+ * The charted depth right below the way, at its points and evenly between them.
+ */
+profile: Array<ChartProfilePoint>, };
+
+export type ChartCorridorAsk = { 
+/**
+ * Latitude and longitude of its points (°), 2 to 500.
+ */
+points: Array<[number, number]>, 
+/**
+ * Half the width that is looked at (m), 0 to 1000.
+ */
+half_width_m: number, };
+
+export type ChartDepth = { 
+/**
+ * `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `intertidal` or `water`.
+ */
+kind: string, 
+/**
+ * Least charted depth (m); null where it is no water of known depth.
+ */
+least_m: number | null, 
+/**
+ * Greatest charted depth of the area (m), where given.
+ */
+greatest_m: number | null, 
+/**
+ * What is left of the least depth in which a vessel may go by itself (m): negative = too shallow.
+ */
+margin_m: number | null, 
+/**
+ * Whether a vessel may go there by itself.
+ */
+autonomous: boolean, 
+/**
+ * Whether it may be driven there.
+ */
+navigable: boolean, 
+/**
+ * Where that is: latitude (°).
+ */
+lat_deg: number, 
+/**
+ * Where that is: longitude (°).
+ */
+lon_deg: number, 
+/**
+ * The object that decides, numbered as in tiles; null where nothing is charted.
+ */
+object: number | null, 
+/**
+ * Its class, an acronym of S-57.
+ */
+class: string | null, 
+/**
+ * Its class in words.
+ */
+words: string | null, 
+/**
+ * Its name, where it has one.
+ */
+name: string | null, 
+/**
+ * The chart it is from.
+ */
+cell: string | null, 
+/**
+ * Edition of that chart.
+ */
+edition: string | null, 
+/**
+ * Last update of that chart.
+ */
+update: string | null, 
+/**
+ * Compilation scale of that chart, 1 : this.
+ */
+scale: number | null, 
+/**
+ * Zone of confidence (CATZOC): 1 = A1, 2 = A2, 3 = B, 4 = C, 5 = D, 6 = unassessed.
+ */
+zone: number | null, };
+
+export type ChartNear = { 
+/**
+ * How deep it is.
+ */
+depth: ChartDepth, 
+/**
+ * What is near, the nearest first, then the areas that hold the place, the smallest first; up to 50 in all.
+ */
+objects: Array<ChartObject>, };
+
+export type ChartObject = { 
+/**
+ * Its number, as in tiles.
+ */
+id: number, 
+/**
+ * Its class, an acronym of S-57.
+ */
+class: string, 
+/**
+ * Its class in words.
+ */
+words: string, 
+/**
+ * Its name, where it has one.
+ */
+name: string | null, 
+/**
+ * `point`, `line`, `area` or `sounding`.
+ */
+geometry: string, 
+/**
+ * How far it is (m); 0 within an area.
+ */
+distance_m: number, 
+/**
+ * Depth of a sounding (m).
+ */
+depth_m: number | null, 
+/**
+ * What the chart says of it.
+ */
+attributes: Array<ChartAttribute>, 
+/**
+ * The chart it is from.
+ */
+cell: string, 
+/**
+ * Edition of that chart.
+ */
+edition: string, 
+/**
+ * Last update of that chart.
+ */
+update: string, 
+/**
+ * Compilation scale of that chart, 1 : this; 0 if unknown.
+ */
+scale: number, };
+
+export type ChartPiece = { 
+/**
+ * Where it begins along the way (m).
+ */
+from_m: number, 
+/**
+ * Its length (m).
+ */
+length_m: number, 
+/**
+ * How far along the way its worst spot is (m).
+ */
+along_m: number, 
+/**
+ * The worst spot within the width.
+ */
+worst: ChartDepth, };
+
+export type ChartProfilePoint = { 
+/**
+ * How far along the way (m).
+ */
+along_m: number, 
+/**
+ * Least charted depth (m); null where it is no water of known depth.
+ */
+depth_m: number | null, 
+/**
+ * What is there, as in ChartDepth.
+ */
+kind: string, };
+
+export type ChartSet = { 
+/**
+ * What names its contents, for the address of tiles; null where there is no chart, which
+ * `lutra-server chart import` changes.
+ */
+set: string | null, 
+/**
+ * Why there is none although there is a file; null where all is well.
+ */
+trouble: string | null, 
+/**
+ * The charts in it by name.
+ */
+cells: Array<ChartCell>, 
+/**
+ * What they cover; null where that is nothing.
+ */
+bounds: ChartBounds | null, 
+/**
+ * Whether a chart in it says of itself that it is not for navigation.
+ */
+not_for_navigation: boolean, 
+/**
+ * Least depth in which anybody may drive a vessel (m).
+ */
+navigable_m: number, 
+/**
+ * Least depth in which it may go by itself (m).
+ */
+autonomous_m: number, };
+
 export type Command = { 
 /**
  * Its number; grows.
@@ -316,6 +599,88 @@ reason: string,
 declared_us: number, };
 
 export type GapKind = "not_recorded" | "not_delivered" | "lost";
+
+export type Guard = { 
+/**
+ * `ok`, `warnings` or `refused`.
+ */
+outcome: string, 
+/**
+ * All of it in one line.
+ */
+text: string, 
+/**
+ * Why it is refused: a leg each; up to 100.
+ */
+reasons: Array<GuardReason>, 
+/**
+ * What was not checked, or not well; up to 100.
+ */
+warnings: Array<GuardWarning>, };
+
+export type GuardReason = { 
+/**
+ * Name of the maneuver.
+ */
+maneuver: string, 
+/**
+ * Which part of it: `transit`, `track`, `circle`, `station` or `drift`.
+ */
+part: string, 
+/**
+ * Number of the leg within the part, from 0.
+ */
+number: number, 
+/**
+ * `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `too-shallow` or `too-shallow-alone`.
+ */
+code: string, 
+/**
+ * In words.
+ */
+text: string, 
+/**
+ * Where it is worst: latitude (°).
+ */
+lat_deg: number, 
+/**
+ * Where it is worst: longitude (°).
+ */
+lon_deg: number, 
+/**
+ * Least charted depth there (m); null where it is no water of known depth.
+ */
+depth_m: number | null, 
+/**
+ * Class of the object that decides, an acronym of S-57.
+ */
+object: string | null, 
+/**
+ * The chart it is from.
+ */
+cell: string | null, 
+/**
+ * Compilation scale of that chart, 1 : this.
+ */
+scale: number | null, 
+/**
+ * What is left of the depth (m): negative = too shallow.
+ */
+margin_m: number | null, };
+
+export type GuardWarning = { 
+/**
+ * Name of the maneuver; null for the plan itself.
+ */
+maneuver: string | null, 
+/**
+ * `start-unknown`, `unchecked`, `drifts-on` or `poor-chart`.
+ */
+code: string, 
+/**
+ * In words.
+ */
+text: string, };
 
 export type Import = { 
 /**
@@ -813,7 +1178,12 @@ maneuvers: Array<PlanLeg>,
 /**
  * MD5 of the plan as it would be aboard, 32 hexadecimal digits; null while it has problems.
  */
-digest: string | null, };
+digest: string | null, 
+/**
+ * What the guard against grounding says of it, the way to its first place left out; null while it has problems
+ * and where there is no chart. An upload or start is judged again with the way from where the vessel is.
+ */
+guard: Guard | null, };
 
 export type PlanCost = { 
 /**

@@ -334,7 +334,7 @@ fn turns(strip: &Strip) -> impl Iterator<Item = Strip> {
 }
 
 /// Divides a leg into pieces short enough to be straight.
-fn divide(leg: Leg) -> impl Iterator<Item = (Spot, Spot)> {
+pub(super) fn divide(leg: Leg) -> impl Iterator<Item = (Spot, Spot)> {
     let from = Spot::of(leg.from);
     let mut to = Spot::of(leg.to);
     to.x = unwrap_near(to.x, from.x);

@@ -30,6 +30,7 @@ mod nearest;
 mod object;
 mod places;
 mod plane;
+mod profile;
 mod ring;
 mod sealed;
 mod seams;

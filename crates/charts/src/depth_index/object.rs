@@ -154,7 +154,7 @@ pub struct Source {
 impl Source {
     /// Less answers before more: finer band, larger scale, newer issue, then the name so that the order is
     /// the same in every run.
-    pub(super) fn rank(&self) -> impl Ord + use<> {
+    pub(crate) fn rank(&self) -> impl Ord + use<> {
         let scale = if self.scale == 0 { u32::MAX } else { self.scale };
         let newer = std::cmp::Reverse(self.issue_date.clone());
         (std::cmp::Reverse(self.band), scale, newer, self.name.clone())

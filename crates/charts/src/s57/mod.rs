@@ -20,6 +20,7 @@ mod records;
 mod skin;
 mod store;
 mod update;
+mod words;
 pub mod write;
 
 pub use catalogue::{Catalogue, CatalogueEntry};
@@ -31,3 +32,4 @@ pub use geometry::{Area, EdgeUse, GeoPoint, Geometry, Path, Sounding};
 pub use records::{DatasetId, DatasetParameters, DatasetStructure};
 pub use skin::{SKIN_CLASSES, SkinCheck};
 pub use store::Notice;
+pub use words::{attribute_words, class_words, value_words};

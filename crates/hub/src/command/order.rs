@@ -91,6 +91,15 @@ pub(super) enum Effect {
 }
 
 impl Order {
+    /// The plan that the order brings along, for those who look where it leads.
+    pub fn plan(&self) -> Option<PlanSpecification> {
+        match self {
+            Self::Upload(plan) => Some(plan.as_ref().clone()),
+            Self::Goto { place, speed_mps } => Some(goto(*place, *speed_mps)),
+            _ => None,
+        }
+    }
+
     /// A stable word for people and machines.
     pub fn verb(&self) -> &'static str {
         match self {

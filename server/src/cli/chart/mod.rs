@@ -1,6 +1,7 @@
 //! `lutra-server chart`: the chart set and questions to it.
 
 mod ask;
+mod check;
 mod export;
 mod keep;
 
@@ -11,7 +12,7 @@ use std::path::PathBuf;
 /// The chart set lies in the folder of data unless told otherwise.
 #[derive(Debug, Args)]
 pub(super) struct Set {
-    /// The chart set, a GeoPackage [default: charts/chart.gpkg in the folder of data].
+    /// The chart set, a GeoPackage [default: charts.set of the configuration].
     #[arg(long, global = true, value_name = "FILE")]
     db: Option<PathBuf>,
     /// Answer in JSON, for scripts.
@@ -39,6 +40,8 @@ enum ChartCommand {
     Depth(ask::DepthArguments),
     /// What is shallowest on the way from one place to another.
     Corridor(ask::CorridorArguments),
+    /// Whether a plan keeps to deep water.
+    Check(check::CheckArguments),
     /// Take charts out of the set.
     Remove(keep::RemoveArguments),
     /// Write depths on a grid, fixed or fine where it is shallow.
@@ -51,7 +54,7 @@ impl Set {
     fn path(&self, common: &Common) -> anyhow::Result<PathBuf> {
         match &self.db {
             Some(path) => Ok(path.clone()),
-            None => Ok(common.load(Vec::new())?.data.join("charts/chart.gpkg")),
+            None => Ok(common.load(Vec::new())?.chart_set()),
         }
     }
 }
@@ -66,6 +69,7 @@ pub(super) fn chart(common: &Common, arguments: &ChartArguments) -> anyhow::Resu
         ChartCommand::Info(arguments) => keep::info(&db, json, arguments),
         ChartCommand::Depth(arguments) => ask::depth(&db, json, arguments),
         ChartCommand::Corridor(arguments) => ask::corridor(&db, json, arguments),
+        ChartCommand::Check(arguments) => check::check(&db, &common.load(Vec::new())?, json, arguments),
         ChartCommand::Remove(arguments) => keep::remove(&db, json, arguments),
         ChartCommand::ExportGrid(arguments) => export::grid(&db, json, arguments),
         ChartCommand::ExportVertices(arguments) => export::vertices(&db, json, arguments),

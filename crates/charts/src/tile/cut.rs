@@ -1,0 +1,111 @@
+//! What finer charts cover is cut out of coarser ones.
+
+use super::sheet::{Polygon, Shape};
+use super::world::{Bounds, Point};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay::Overlay;
+use i_overlay::core::overlay_rule::OverlayRule;
+
+/// What the charts so far cover.
+#[derive(Debug, Default)]
+pub(super) struct Cover {
+    areas: Vec<(Bounds, Polygon)>,
+}
+
+impl Cover {
+    /// Adds what a chart covers.
+    pub(super) fn add(&mut self, areas: Vec<Polygon>) {
+        self.areas.extend(areas.into_iter().map(|area| (Bounds::of(area.iter().flatten()), area)));
+    }
+
+    /// What is left of a shape; `None` where that is nothing.
+    pub(super) fn cut(&self, shape: Shape) -> Option<Shape> {
+        let bounds = shape.bounds();
+        let met: Vec<&Polygon> =
+            self.areas.iter().filter(|(one, _)| one.meets(&bounds)).map(|(_, area)| area).collect();
+        if met.is_empty() {
+            return Some(shape);
+        }
+        match shape {
+            Shape::Point(at) | Shape::Sounding(at, _) => {
+                let hidden = met.iter().any(|area| contains(area, at));
+                (!hidden).then_some(shape)
+            }
+            Shape::Lines(lines) => {
+                let left: Vec<_> = lines.iter().flat_map(|line| outside(line, &met)).collect();
+                (!left.is_empty()).then_some(Shape::Lines(left))
+            }
+            Shape::Areas(areas) => {
+                let left: Vec<Polygon> = met.iter().fold(areas, |left, cover| {
+                    let mut overlay = Overlay::from_subj_and_clip(&left, *cover);
+                    overlay.overlay(OverlayRule::Difference, FillRule::EvenOdd)
+                });
+                (!left.is_empty()).then_some(Shape::Areas(left))
+            }
+        }
+    }
+}
+
+/// Whether a polygon holds a point, by the parity of crossings.
+pub(super) fn contains(polygon: &Polygon, at: Point) -> bool {
+    let mut inside = false;
+    for ring in polygon {
+        for (a, b) in edges(ring) {
+            if (a.y > at.y) != (b.y > at.y) {
+                let (ax, ay) = (f64::from(a.x), f64::from(a.y));
+                let (bx, by) = (f64::from(b.x), f64::from(b.y));
+                inside ^= f64::from(at.x) < ax + (f64::from(at.y) - ay) / (by - ay) * (bx - ax);
+            }
+        }
+    }
+    inside
+}
+
+/// The edges of a ring.
+pub(super) fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
+    (0..ring.len()).map(|at| (ring[at], ring[(at + 1) % ring.len()]))
+}
+
+/// The parts of a line that no cover holds.
+fn outside(line: &[Point], covers: &[&Polygon]) -> Vec<Vec<Point>> {
+    let hidden = |x: f64, y: f64| {
+        let at = Point::new(x.round() as i32, y.round() as i32);
+        covers.iter().any(|cover| contains(cover, at))
+    };
+    let mut parts: Vec<Vec<Point>> = Vec::new();
+    let mut open = false;
+    for pair in line.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let (ax, ay) = (f64::from(a.x), f64::from(a.y));
+        let (dx, dy) = (f64::from(b.x) - ax, f64::from(b.y) - ay);
+        let mut shares: Vec<f64> = vec![0.0, 1.0];
+        let bounds = Bounds::of([&a, &b]);
+        for (c, d) in covers.iter().flat_map(|cover| cover.iter()).flat_map(|ring| edges(ring)) {
+            if bounds.meets(&Bounds::of([&c, &d])) {
+                let (ex, ey) = (f64::from(d.x) - f64::from(c.x), f64::from(d.y) - f64::from(c.y));
+                let (fx, fy) = (f64::from(c.x) - ax, f64::from(c.y) - ay);
+                let cross = dx * ey - dy * ex;
+                let (along, across) = ((fx * ey - fy * ex) / cross, (fx * dy - fy * dx) / cross);
+                // Parallel edges give no number and cut nothing.
+                if (0.0..=1.0).contains(&along) && (0.0..=1.0).contains(&across) {
+                    shares.push(along);
+                }
+            }
+        }
+        shares.sort_by(f64::total_cmp);
+        let at = |share: f64| Point::new((ax + share * dx).round() as i32, (ay + share * dy).round() as i32);
+        for piece in shares.windows(2).filter(|piece| piece[1] > piece[0]) {
+            let middle = f64::midpoint(piece[0], piece[1]);
+            if hidden(ax + middle * dx, ay + middle * dy) {
+                open = false;
+                continue;
+            }
+            match parts.last_mut().filter(|_| open) {
+                Some(part) => part.push(at(piece[1])),
+                None => parts.push(vec![at(piece[0]), at(piece[1])]),
+            }
+            open = true;
+        }
+    }
+    parts
+}

@@ -1,0 +1,264 @@
+//! All that is drawn, in the world's square.
+
+use super::cut::{Cover, contains};
+use super::layer::{Kind, Layer};
+use super::world::{Bounds, Point, point};
+use crate::depth_index::Source;
+use crate::s57::{Attribute, AttributeCode, Feature, Geometry, ObjectClass, Path};
+use std::collections::BTreeMap;
+
+/// A chart and its features.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SheetSource {
+    /// What it is.
+    pub source: Source,
+    /// What it holds.
+    pub features: Vec<Feature>,
+}
+
+/// What is known of an object; its number in the sheet is its `id` in tiles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct About {
+    /// Class.
+    pub class: ObjectClass,
+    /// Record number in its chart.
+    pub record: u32,
+    /// Number of its chart: [`Sheet::source`].
+    pub source: u32,
+    /// Attributes in the order of the file, then the national ones.
+    pub attributes: Vec<Attribute>,
+}
+
+impl About {
+    /// The value of an attribute; `None` where it is absent or empty.
+    pub fn text(&self, code: AttributeCode) -> Option<&str> {
+        let mut values = self.attributes.iter().filter(|one| one.code == code).map(|one| one.value.trim());
+        values.find(|value| !value.is_empty())
+    }
+
+    /// Its value as a finite number.
+    pub fn number(&self, code: AttributeCode) -> Option<f64> {
+        self.text(code)?.parse().ok().filter(|value: &f64| value.is_finite())
+    }
+
+    /// Its name, the international one first.
+    pub fn name(&self) -> Option<&str> {
+        self.text(AttributeCode::OBJNAM).or_else(|| self.text(AttributeCode::NOBJNM))
+    }
+}
+
+/// Outer ring and holes; rings are not closed by a repeated point.
+pub(super) type Polygon = Vec<Vec<Point>>;
+
+/// Where something is.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Shape {
+    Point(Point),
+    /// A sounding with its depth (m).
+    Sounding(Point, f64),
+    Lines(Vec<Vec<Point>>),
+    Areas(Vec<Polygon>),
+}
+
+impl Shape {
+    pub(super) fn bounds(&self) -> Bounds {
+        match self {
+            Self::Point(at) | Self::Sounding(at, _) => Bounds { min: *at, max: *at },
+            Self::Lines(lines) => Bounds::of(lines.iter().flatten()),
+            Self::Areas(areas) => Bounds::of(areas.iter().flatten().flatten()),
+        }
+    }
+
+    /// A place for its name: the middle of its box if that is in it, else its first vertex.
+    fn inner(&self) -> Point {
+        let Bounds { min, max } = self.bounds();
+        let middle = Point::new(min.x + (max.x - min.x) / 2, min.y + (max.y - min.y) / 2);
+        match self {
+            Self::Point(at) | Self::Sounding(at, _) => *at,
+            Self::Lines(lines) => lines.iter().flatten().next().copied().unwrap_or(middle),
+            Self::Areas(areas) if areas.iter().any(|area| contains(area, middle)) => middle,
+            Self::Areas(areas) => areas.iter().flatten().flatten().next().copied().unwrap_or(middle),
+        }
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        match self {
+            Self::Point(_) | Self::Sounding(..) => Kind::Point,
+            Self::Lines(_) => Kind::Line,
+            Self::Areas(_) => Kind::Area,
+        }
+    }
+}
+
+/// Something that is drawn, or only told of where it has no layer.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Item {
+    pub(super) layer: Option<Layer>,
+    pub(super) object: u32,
+    pub(super) bounds: Bounds,
+    pub(super) shape: Shape,
+}
+
+/// Items that stand together, in one box.
+#[derive(Debug, Clone, PartialEq)]
+struct Block {
+    bounds: Bounds,
+    first: usize,
+    end: usize,
+}
+
+/// Items of a block.
+const BLOCK: usize = 32;
+
+/// A chart set as it is drawn.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sheet {
+    sources: Vec<Source>,
+    objects: Vec<About>,
+    by_record: BTreeMap<(u32, u32), u32>,
+    /// By layer, those without one last; within a layer by where they are.
+    items: Vec<Item>,
+    /// By layer, [`Layer::ALL`] and those without one last.
+    blocks: Vec<Vec<Block>>,
+}
+
+impl Sheet {
+    /// Makes the sheet of these charts.
+    pub fn new(mut charts: Vec<SheetSource>) -> Self {
+        charts.sort_by_key(|chart| chart.source.rank());
+        let mut sheet = Self::default();
+        let mut items = Vec::new();
+        let mut finer = Cover::default();
+        for chart in charts {
+            let source = sheet.sources.len() as u32;
+            let supplement = chart.source.supplement;
+            let mut own = Vec::new();
+            sheet.sources.push(chart.source);
+            for feature in chart.features {
+                let object = sheet.objects.len() as u32;
+                let shapes = shapes(&feature);
+                sheet.by_record.insert((source, feature.record), object);
+                for shape in shapes {
+                    let layer = layer(&feature, &shape);
+                    if let (Some(Layer::Cover), Shape::Areas(areas)) = (layer, &shape) {
+                        own.extend(areas.iter().cloned());
+                    }
+                    let left = if supplement { Some(shape) } else { finer.cut(shape) };
+                    let Some(shape) = left else { continue };
+                    if Layer::names(feature.class) && has_name(&feature) {
+                        let shape = Shape::Point(shape.inner());
+                        let layer = Some(Layer::Name);
+                        items.push(Item { layer, object, bounds: shape.bounds(), shape });
+                    }
+                    items.push(Item { layer, object, bounds: shape.bounds(), shape });
+                }
+                sheet.objects.push(About {
+                    class: feature.class,
+                    record: feature.record,
+                    source,
+                    attributes: feature.attributes.into_iter().chain(feature.national).collect(),
+                });
+            }
+            finer.add(own);
+        }
+        sheet.lay(items);
+        sheet
+    }
+
+    /// Sorts the items into blocks.
+    fn lay(&mut self, mut items: Vec<Item>) {
+        items.sort_by_cached_key(|item| {
+            let middle = |min: i32, max: i32| (i64::from(min) + i64::from(max)) as u64 / 2;
+            let (x, y) =
+                (middle(item.bounds.min.x, item.bounds.max.x), middle(item.bounds.min.y, item.bounds.max.y));
+            (index(item.layer), interleaved(x, y))
+        });
+        self.blocks = vec![Vec::new(); Layer::ALL.len() + 1];
+        let mut first = 0;
+        for group in items.chunk_by(|a, b| a.layer == b.layer) {
+            let blocks = &mut self.blocks[index(group[0].layer)];
+            for chunk in group.chunks(BLOCK) {
+                let bounds = chunk.iter().fold(Bounds::EMPTY, |all, item| all.with(item.bounds));
+                blocks.push(Block { bounds, first, end: first + chunk.len() });
+                first += chunk.len();
+            }
+        }
+        self.items = items;
+    }
+
+    /// The items of a layer that meet a box.
+    pub(super) fn within(&self, layer: Option<Layer>, bounds: Bounds) -> impl Iterator<Item = &Item> {
+        let blocks = self.blocks.get(index(layer)).map(Vec::as_slice).unwrap_or_default();
+        let met = blocks.iter().filter(move |block| block.bounds.meets(&bounds));
+        met.flat_map(|block| &self.items[block.first..block.end])
+            .filter(move |item| item.bounds.meets(&bounds))
+    }
+
+    /// What is known of an object.
+    pub fn about(&self, object: u32) -> Option<&About> {
+        self.objects.get(object as usize)
+    }
+
+    /// The chart of an object.
+    pub fn source(&self, about: &About) -> &Source {
+        &self.sources[about.source as usize]
+    }
+
+    /// The number of a chart's record.
+    pub fn object_of(&self, chart: &str, record: u32) -> Option<u32> {
+        let source = self.sources.iter().position(|source| source.name == chart)?;
+        self.by_record.get(&(source as u32, record)).copied()
+    }
+}
+
+fn index(layer: Option<Layer>) -> usize {
+    layer.map_or(Layer::ALL.len(), |layer| layer as usize)
+}
+
+/// The bits of both, alternating: near places get near numbers (G. M. Morton, 1966).
+fn interleaved(x: u64, y: u64) -> u64 {
+    let spread = |value: u64| (0..32).fold(0, |out, bit| out | (value >> bit & 1) << (2 * bit));
+    spread(x) | spread(y) << 1
+}
+
+fn has_name(feature: &Feature) -> bool {
+    [AttributeCode::OBJNAM, AttributeCode::NOBJNM].into_iter().any(|code| feature.text(code).is_some())
+}
+
+fn layer(feature: &Feature, shape: &Shape) -> Option<Layer> {
+    match shape {
+        Shape::Sounding(..) => Some(Layer::Sounding),
+        _ if feature.class == ObjectClass::M_COVR && feature.code(AttributeCode::CATCOV) != Some(1) => None,
+        _ => Layer::of(feature.class, shape.kind()),
+    }
+}
+
+fn shapes(feature: &Feature) -> Vec<Shape> {
+    let line = |path: &Path| path.points.iter().map(|at| point(*at)).collect::<Vec<_>>();
+    let ring = |path: &Path| {
+        let mut ring = line(path);
+        if ring.first() == ring.last() {
+            ring.pop();
+        }
+        ring
+    };
+    match &feature.geometry {
+        Geometry::None => Vec::new(),
+        Geometry::Point(at) => vec![Shape::Point(point(*at))],
+        Geometry::Soundings(list) => {
+            list.iter().map(|one| Shape::Sounding(point(one.at), one.depth_m)).collect()
+        }
+        Geometry::Lines(paths) | Geometry::Unreadable { paths, .. } => {
+            vec![Shape::Lines(paths.iter().map(line).collect())]
+        }
+        Geometry::Area(area) => {
+            let mut outer: Vec<Polygon> = area.exteriors.iter().map(|path| vec![ring(path)]).collect();
+            // Of several outer rings (land from elsewhere) a hole goes with the first: what is filled is the same,
+            // for rings are filled by parity.
+            if let Some(first) = outer.first_mut() {
+                first.extend(area.holes.iter().map(ring));
+            }
+            vec![Shape::Areas(outer)]
+        }
+    }
+}

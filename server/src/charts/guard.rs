@@ -1,0 +1,53 @@
+//! The guard's verdict in the words of the API.
+
+use api::{Guard, GuardReason, GuardWarning};
+use mission::guard::{LegCheck, Outcome, Verdict, Warning};
+
+/// Most reasons and warnings that are told.
+const MOST: usize = 100;
+
+/// A verdict as it is told.
+pub(crate) fn told(verdict: &Verdict) -> Guard {
+    Guard {
+        outcome: verdict.outcome().code().to_owned(),
+        text: verdict.summary(),
+        reasons: verdict.refused().filter_map(reason).take(MOST).collect(),
+        warnings: verdict.warnings.iter().take(MOST).map(warning).collect(),
+    }
+}
+
+/// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
+pub(super) fn without(trouble: &str) -> Guard {
+    Guard {
+        outcome: Outcome::Refused.code().to_owned(),
+        text: format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}"),
+        reasons: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+fn reason(leg: &LegCheck) -> Option<GuardReason> {
+    let spot = &leg.spot;
+    Some(GuardReason {
+        maneuver: leg.maneuver.clone(),
+        part: leg.part.code().to_owned(),
+        number: leg.number,
+        code: leg.reason?.code().to_owned(),
+        text: leg.to_string(),
+        lat_deg: spot.at.lat_deg(),
+        lon_deg: spot.at.lon_deg(),
+        depth_m: spot.least_m,
+        object: spot.class.map(str::to_owned),
+        cell: spot.cell.clone(),
+        scale: spot.scale,
+        margin_m: spot.margin_m,
+    })
+}
+
+fn warning(warning: &Warning) -> GuardWarning {
+    GuardWarning {
+        maneuver: Some(warning.maneuver().to_owned()),
+        code: warning.code().to_owned(),
+        text: warning.to_string(),
+    }
+}

@@ -1,0 +1,239 @@
+//! The sea chart as the server holds it: the set that lies on the disk, in memory, and what is asked of it.
+//!
+//! [`Charts`] looks every two seconds whether the file is another one, as after `lutra-server chart import`, and
+//! takes the new set as a whole; whoever asks meanwhile gets answers of the old one. No file is no chart; a file
+//! that cannot be read is a trouble, and the guard refuses plans until it is gone.
+
+mod answer;
+mod cache;
+mod guard;
+
+pub(crate) use answer::{at, corridor, described, way_m};
+pub(crate) use guard::told;
+
+use crate::config::Config;
+use cache::Cache;
+use chartdb::{Chart, ChartDb, hex};
+use charts::depth_index::DepthIndex;
+use charts::tile::{NoTile, Sheet, SheetSource};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use mission::Plan;
+use mission::guard::{GuardLimits, check_plan};
+use std::fs;
+use std::io::Write as _;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
+use std::time::{Duration, SystemTime};
+use tokio_util::sync::CancellationToken;
+use units::LatLon;
+
+/// How often the file is looked at.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+
+/// The sea chart; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct Charts(Arc<Shared>);
+
+struct Shared {
+    path: PathBuf,
+    limits: GuardLimits,
+    cache_bytes: usize,
+    now: RwLock<Now>,
+    /// The state of the file that `now` was made of; held while a new one is read.
+    seen: Mutex<Option<Stamp>>,
+}
+
+/// What there is.
+#[derive(Clone, Default)]
+struct Now {
+    set: Option<Arc<Set>>,
+    trouble: Option<String>,
+}
+
+/// What tells one state of a file from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Stamp {
+    inode: u64,
+    bytes: u64,
+    modified: Option<SystemTime>,
+}
+
+impl Stamp {
+    fn of(path: &Path) -> Option<Self> {
+        let about = fs::metadata(path).ok()?;
+        Some(Self { inode: about.ino(), bytes: about.len(), modified: about.modified().ok() })
+    }
+}
+
+/// A chart set in memory.
+pub(crate) struct Set {
+    /// What names its contents, in hexadecimal digits.
+    pub(crate) digest: String,
+    /// The charts by name.
+    pub(crate) charts: Vec<Chart>,
+    /// How deep it is.
+    pub(crate) index: DepthIndex,
+    path: PathBuf,
+    sheet: OnceLock<Result<Sheet, String>>,
+    tiles: Mutex<Cache>,
+}
+
+impl Charts {
+    /// Nothing yet; [`Self::look`] takes what is there.
+    pub(crate) fn new(config: &Config) -> Self {
+        let limits = GuardLimits {
+            navigable_m: config.charts.navigable_m,
+            autonomous_m: config.charts.autonomous_m,
+            ..GuardLimits::default()
+        };
+        let cache_bytes = usize::try_from(config.charts.tiles_mib << 20).unwrap_or(usize::MAX);
+        Self(Arc::new(Shared {
+            path: config.chart_set(),
+            limits,
+            cache_bytes,
+            now: RwLock::default(),
+            seen: Mutex::default(),
+        }))
+    }
+
+    /// What is demanded of the water.
+    pub(crate) fn limits(&self) -> &GuardLimits {
+        &self.0.limits
+    }
+
+    /// The set, if there is one.
+    pub(crate) fn set(&self) -> Option<Arc<Set>> {
+        self.now().set
+    }
+
+    /// Why there is none although there is a file.
+    pub(crate) fn trouble(&self) -> Option<String> {
+        self.now().trouble
+    }
+
+    fn now(&self) -> Now {
+        self.0.now.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Takes the set on the disk, if it is another one than before. Reads for as long as a large set takes.
+    pub(crate) fn look(&self) {
+        let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let stamp = Stamp::of(&self.0.path);
+        if *seen == stamp {
+            return;
+        }
+        let before = self.now();
+        let now = match (stamp, load(&self.0.path, self.0.cache_bytes)) {
+            (None, _) => Now::default(),
+            (_, Ok(set)) => match before.set {
+                Some(old) if old.digest == set.digest => Now { set: Some(old), trouble: None },
+                _ => {
+                    tracing::info!(
+                        charts = set.charts.len(),
+                        digest = set.digest,
+                        "the chart set is in force"
+                    );
+                    Now { set: Some(Arc::new(set)), trouble: None }
+                }
+            },
+            (_, Err(error)) => {
+                tracing::error!(%error, "the chart set cannot be used");
+                Now { set: None, trouble: Some(error.to_string()) }
+            }
+        };
+        *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
+        *seen = stamp;
+    }
+
+    /// Looks every two seconds until the server ends, and draws nothing for those who ask first: the sheet of a new
+    /// set is made beforehand.
+    pub(crate) async fn keep(self, stop: CancellationToken) {
+        let mut every = tokio::time::interval(LOOK_EVERY);
+        while stop.run_until_cancelled(every.tick()).await.is_some() {
+            let charts = self.clone();
+            let work = move || {
+                charts.look();
+                charts.set().map(|set| set.sheet().map(|_| ()))
+            };
+            if let Ok(Some(Err(trouble))) = tokio::task::spawn_blocking(work).await {
+                tracing::debug!(trouble, "no sheet of the charts");
+            }
+        }
+    }
+
+    /// What the guard says of a plan; `None` where there is no chart.
+    pub(crate) fn guard(&self, plan: &Plan, from: Option<LatLon>) -> Option<api::Guard> {
+        match self.now() {
+            Now { set: Some(set), .. } => Some(told(&check_plan(plan, from, &set.index, self.limits()))),
+            Now { set: None, trouble: Some(trouble) } => Some(guard::without(&trouble)),
+            Now { set: None, trouble: None } => None,
+        }
+    }
+}
+
+fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
+    let loaded = chartdb::load_index(path)?;
+    if let Some(why) = loaded.rebuilt {
+        tracing::warn!("{why}; made anew from the charts");
+    }
+    Ok(Set {
+        digest: hex(&loaded.sealed.digest),
+        charts: ChartDb::open(path)?.charts()?,
+        index: loaded.sealed.index,
+        path: path.to_owned(),
+        sheet: OnceLock::new(),
+        tiles: Mutex::new(Cache::new(cache_bytes)),
+    })
+}
+
+impl Set {
+    /// What is drawn, made at the first question.
+    ///
+    /// # Errors
+    /// The charts cannot be read, or are others by now: then the new set is about to be taken.
+    pub(crate) fn sheet(&self) -> Result<&Sheet, String> {
+        let make = || {
+            let db = ChartDb::open(&self.path).map_err(|error| error.to_string())?;
+            let digest = db.digest().map_err(|error| error.to_string())?;
+            if hex(&digest) != self.digest {
+                return Err("the chart set changed a moment ago; ask again".to_owned());
+            }
+            let read = |chart: &Chart| {
+                let features = db.features(chart).map_err(|error| error.to_string())?;
+                Ok(SheetSource { source: chart.source(), features })
+            };
+            let sources: Vec<SheetSource> = self.charts.iter().map(read).collect::<Result<_, String>>()?;
+            Ok(Sheet::new(sources))
+        };
+        self.sheet.get_or_init(make).as_ref().map_err(Clone::clone)
+    }
+
+    /// A tile, packed by gzip.
+    ///
+    /// # Errors
+    /// There is no such tile, or the charts cannot be read.
+    pub(crate) fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<bytes::Bytes, Undrawn> {
+        let key = (zoom, x, y);
+        let tiles = || self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(tile) = tiles().get(key) {
+            return Ok(tile);
+        }
+        let tile = self.sheet().map_err(Undrawn::Charts)?.tile(zoom, x, y).map_err(Undrawn::None)?;
+        let mut packer = GzEncoder::new(Vec::new(), Compression::fast());
+        let packed = packer.write_all(&tile).and_then(|()| packer.finish());
+        let packed = bytes::Bytes::from(packed.map_err(|error| Undrawn::Charts(error.to_string()))?);
+        tiles().put(key, packed.clone());
+        Ok(packed)
+    }
+}
+
+/// Why there is no tile.
+#[derive(Debug)]
+pub(crate) enum Undrawn {
+    /// It does not exist.
+    None(NoTile),
+    /// The charts cannot be read.
+    Charts(String),
+}

@@ -1,0 +1,147 @@
+//! The sea chart for maps and programs.
+
+use super::asked::{Asked, InPath};
+use super::control::InBody;
+use super::error::ApiError;
+use crate::charts::{self, Set, Undrawn};
+use crate::shore::AppState;
+use api::{ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery};
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse as _, Response};
+use bytes::Bytes;
+use flate2::read::GzDecoder;
+use std::io::Read as _;
+use std::sync::Arc;
+use units::LatLon;
+
+/// Objects within this distance are told unless asked otherwise (m), and the most that may be asked for.
+const WITHIN_M: f64 = 25.0;
+const MOST_WITHIN_M: f64 = 2_000.0;
+/// Points of a way, half its width (m) and its length (m).
+const POINTS: std::ops::RangeInclusive<usize> = 2..=500;
+const MOST_HALF_WIDTH_M: f64 = 1_000.0;
+const LONGEST_M: f64 = 1e6;
+/// What a tile is.
+const TILE: &str = "application/vnd.mapbox-vector-tile";
+
+/// `GET /api/v1/chart`.
+pub(crate) async fn set(State(state): State<AppState>) -> Json<ChartSet> {
+    Json(charts::described(&state.charts))
+}
+
+/// `GET /api/v1/chart/tiles/{z}/{x}/{y}`.
+pub(crate) async fn tile(
+    State(state): State<AppState>,
+    InPath((z, x, y)): InPath<(u8, u32, u32)>,
+    Asked(query): Asked<ChartTileQuery>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let set = there(&state)?;
+    if query.set.as_ref().is_some_and(|wanted| *wanted != set.digest) {
+        let text = "That chart set is no longer in force; GET /api/v1/chart tells which is.";
+        return Err(ApiError::new(StatusCode::GONE, "another_set", text));
+    }
+    // For good where the address names the set; else to be asked for again.
+    let kept = if query.set.is_some() { "private, max-age=31536000, immutable" } else { "private, no-cache" };
+    let tag = format!("\"{}-{z}-{x}-{y}\"", &set.digest[..16]);
+    let text = |name| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let (had, accepted) = (text(header::IF_NONE_MATCH), text(header::ACCEPT_ENCODING));
+    let common = [
+        (header::CACHE_CONTROL, kept.to_owned()),
+        (header::ETAG, tag.clone()),
+        (header::VARY, "accept-encoding".to_owned()),
+    ];
+    if had.split(',').any(|one| one.trim().trim_start_matches("W/") == tag) {
+        return Ok((StatusCode::NOT_MODIFIED, common).into_response());
+    }
+    let packed = accepted.contains("gzip");
+    let tile = slow(move || drawn(&set, (z, x, y), packed)).await??;
+    let mut response = (common, [(header::CONTENT_TYPE, TILE)], tile).into_response();
+    if packed {
+        response.headers_mut().insert(header::CONTENT_ENCODING, header::HeaderValue::from_static("gzip"));
+    }
+    Ok(response)
+}
+
+fn drawn(set: &Set, (z, x, y): (u8, u32, u32), packed: bool) -> Result<Bytes, ApiError> {
+    let tile = set.tile(z, x, y).map_err(|undrawn| match undrawn {
+        Undrawn::None(why) => ApiError::not_found(format!("There is no such tile: {why}.")),
+        Undrawn::Charts(why) => unreadable(&why),
+    })?;
+    if packed {
+        return Ok(tile);
+    }
+    let mut plain = Vec::new();
+    GzDecoder::new(tile.as_ref()).read_to_end(&mut plain).map_err(|error| ApiError::internal(&error))?;
+    Ok(plain.into())
+}
+
+/// `GET /api/v1/chart/at`.
+pub(crate) async fn at(
+    State(state): State<AppState>,
+    Asked(query): Asked<ChartAtQuery>,
+) -> Result<Json<ChartNear>, ApiError> {
+    let place = place(query.lat_deg, query.lon_deg)?;
+    let within_m = length("within_m", query.within_m.unwrap_or(WITHIN_M), MOST_WITHIN_M)?;
+    let (set, limits) = (there(&state)?, *state.charts.limits());
+    let near = slow(move || charts::at(&set, &limits, place, within_m)).await?;
+    near.map(Json).map_err(|why| unreadable(&why))
+}
+
+/// `POST /api/v1/chart/corridor`.
+pub(crate) async fn corridor(
+    State(state): State<AppState>,
+    InBody(ChartCorridorAsk { points, half_width_m }): InBody<ChartCorridorAsk>,
+) -> Result<Json<ChartCorridor>, ApiError> {
+    if !POINTS.contains(&points.len()) {
+        let (least, most) = POINTS.into_inner();
+        let text = format!("points: there are {}; give {least} to {most}", points.len());
+        return Err(ApiError::bad_request(text));
+    }
+    let points: Vec<LatLon> =
+        points.into_iter().map(|[lat, lon]| place(lat, lon)).collect::<Result<_, _>>()?;
+    let half_width_m = length("half_width_m", half_width_m, MOST_HALF_WIDTH_M)?;
+    let (set, limits) = (there(&state)?, *state.charts.limits());
+    let work = move || {
+        if charts::way_m(&points) > LONGEST_M {
+            let km = LONGEST_M / 1e3;
+            return Err(ApiError::bad_request(format!("points: the way is longer than {km} km; divide it")));
+        }
+        charts::corridor(&set, &limits, &points, half_width_m).map_err(|why| unreadable(&why))
+    };
+    slow(work).await?.map(Json)
+}
+
+fn there(state: &AppState) -> Result<Arc<Set>, ApiError> {
+    state.charts.set().ok_or_else(|| match state.charts.trouble() {
+        Some(trouble) => unreadable(&trouble),
+        None => ApiError::new(
+            StatusCode::NOT_FOUND,
+            "no_chart",
+            "There is no chart yet; `lutra-server chart import` brings one in.",
+        ),
+    })
+}
+
+fn unreadable(why: &str) -> ApiError {
+    ApiError::unavailable(format!("The chart cannot be read: {why}"))
+}
+
+fn place(lat_deg: f64, lon_deg: f64) -> Result<LatLon, ApiError> {
+    LatLon::from_deg(lat_deg, lon_deg)
+        .map_err(|error| ApiError::bad_request(format!("{lat_deg}, {lon_deg} is no place: {error}")))
+}
+
+fn length(name: &str, value_m: f64, most_m: f64) -> Result<f64, ApiError> {
+    if (0.0..=most_m).contains(&value_m) {
+        return Ok(value_m);
+    }
+    Err(ApiError::bad_request(format!("{name}: {value_m} is not within 0 to {most_m} m")))
+}
+
+/// What takes some milliseconds, which others need not wait for.
+async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> Result<R, ApiError> {
+    tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))
+}

@@ -1,0 +1,158 @@
+//! The chart through the API, by the fictitious archipelago.
+
+use super::tests::{Shore, bearer};
+use api::{ChartCorridor, ChartNear, ChartSet, Role};
+use axum::body::Body;
+use axum::http::{Request, StatusCode, header};
+use chartdb::{ImportOptions, import};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+use units::UtcTime;
+
+/// Brings the archipelago into a folder of data.
+pub(super) fn archipelago(data: &Path) {
+    let folder = data.join("cells");
+    fs::create_dir_all(&folder).unwrap();
+    fs::create_dir_all(data.join("charts")).unwrap();
+    for file in charts::demo::archipelago().unwrap() {
+        fs::write(folder.join(file.name), file.bytes).unwrap();
+    }
+    let options = ImportOptions::new(UtcTime::from_micros(1_790_000_000_000_000));
+    let report = import(&data.join("charts/chart.gpkg"), &[folder], &options, &mut |_| true).unwrap();
+    assert!(report.applied);
+}
+
+#[tokio::test]
+async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running() {
+    let shore = Shore::with(|_| ());
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let answer = shore.get("/api/v1/chart", &token).await;
+    let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
+    assert_eq!((set.set, set.trouble, set.bounds, set.cells.len()), (None, None, None, 0));
+    assert_eq!((set.navigable_m, set.autonomous_m), (1.0, 5.0));
+    for path in ["/api/v1/chart/tiles/0/0/0", "/api/v1/chart/at?lat_deg=63&lon_deg=10"] {
+        let answer = shore.get(path, &token).await;
+        assert_eq!(answer.status, StatusCode::NOT_FOUND, "{path}");
+        assert!(answer.body.contains("no_chart"), "{}", answer.body);
+    }
+    archipelago(shore.data());
+    shore.state.charts.look();
+    let answer = shore.get("/api/v1/chart", &token).await;
+    let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
+    assert!(set.set.is_some() && set.not_for_navigation);
+    let names: Vec<&str> = set.cells.iter().map(|cell| &*cell.name).collect();
+    assert_eq!(names, ["XX4LUTRA", "XX5LUTRA"]);
+    let bounds = set.bounds.unwrap();
+    assert!(bounds.south_deg < 63.446 && 63.446 < bounds.north_deg && bounds.west_deg < 10.345);
+    fs::write(shore.data().join("charts/chart.gpkg"), "no database").unwrap();
+    shore.state.charts.look();
+    let answer = shore.get("/api/v1/chart", &token).await;
+    let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
+    assert!(set.set.is_none() && set.trouble.unwrap().contains("no chart set of Lutra"));
+    let answer = shore.get("/api/v1/chart/at?lat_deg=63&lon_deg=10", &token).await;
+    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.body);
+}
+
+#[tokio::test]
+async fn depths_and_objects_are_told() {
+    let shore = Shore::with(archipelago);
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let answer = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345&within_m=500", &token).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
+    let near: ChartNear = serde_json::from_str(&answer.body).unwrap();
+    assert_eq!((near.depth.kind.as_str(), near.depth.cell.as_deref()), ("water", Some("XX5LUTRA")));
+    assert!(near.depth.autonomous && near.depth.least_m.unwrap() >= 5.0, "{:?}", near.depth);
+    let area = near.objects.iter().find(|one| Some(one.id) == near.depth.object).expect("the deciding area");
+    assert_eq!((area.class.as_str(), area.words.as_str(), area.distance_m), ("DEPARE", "depth area", 0.0));
+    let drval1 = area.attributes.iter().find(|one| one.name == "DRVAL1").unwrap();
+    assert_eq!(drval1.text, format!("{} m", drval1.value));
+    assert!(near.objects.iter().any(|one| one.geometry == "sounding" && one.depth_m.is_some()));
+    assert!(near.objects.iter().all(|one| one.cell == "XX5LUTRA"), "the finer chart hides the coarser");
+    let far: ChartNear =
+        serde_json::from_str(&shore.get("/api/v1/chart/at?lat_deg=0&lon_deg=0", &token).await.body).unwrap();
+    assert_eq!((far.depth.kind.as_str(), far.depth.object, far.objects.len()), ("no-data", None, 0));
+    for bad in
+        ["lat_deg=91&lon_deg=0", "lat_deg=0&lon_deg=0&within_m=2001", "lat_deg=NaN&lon_deg=0", "lat_deg=0"]
+    {
+        let answer = shore.get(&format!("/api/v1/chart/at?{bad}"), &token).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{bad}: {}", answer.body);
+    }
+}
+
+async fn corridor(shore: &Shore, token: &str, ask: &Value) -> (StatusCode, String) {
+    let request = Request::post("/api/v1/chart/corridor").header(header::CONTENT_TYPE, "application/json");
+    let answer = shore.send(bearer(request, token), Body::from(ask.to_string())).await;
+    (answer.status, answer.body)
+}
+
+#[tokio::test]
+async fn a_corridor_tells_its_worst_spots_and_a_profile() {
+    let shore = Shore::with(archipelago);
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let ask = json!({"points": [[63.446, 10.345], [63.447, 10.345], [63.446, 11.0]], "half_width_m": 20});
+    let (status, body) = corridor(&shore, &token, &ask).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    let told: ChartCorridor = serde_json::from_str(&body).unwrap();
+    let [near, far] = told.pieces.as_slice() else { panic!("{body}") };
+    assert!((near.length_m - 111.46).abs() < 0.1 && (far.from_m - near.length_m).abs() < 1e-9);
+    assert!(near.worst.autonomous && near.worst.navigable);
+    // Land, or what lies beyond the chart: both are nowhere to go.
+    assert!(!far.worst.autonomous && far.along_m >= far.from_m && far.along_m <= told.length_m);
+    let profile = &told.profile;
+    assert!(profile.windows(2).all(|pair| pair[0].along_m <= pair[1].along_m));
+    assert!(profile[0].along_m.abs() < 1e-9);
+    assert!((profile.last().unwrap().along_m - told.length_m).abs() < 1e-6);
+    assert_eq!((profile.last().unwrap().kind.as_str(), profile.last().unwrap().depth_m), ("no-data", None));
+    assert!(profile[0].depth_m.is_some() && (400..600).contains(&profile.len()), "{}", profile.len());
+    for (bad, why) in [
+        (json!({"points": [[63.4, 10.3]], "half_width_m": 1}), "points"),
+        (json!({"points": [[63.4, 10.3], [95, 10.3]], "half_width_m": 1}), "no place"),
+        (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "half_width_m": -1}), "half_width_m"),
+        (json!({"points": [[-80, 10.3], [63.5, 100]], "half_width_m": 1}), "longer than"),
+    ] {
+        let (status, body) = corridor(&shore, &token, &bad).await;
+        assert_eq!(status, StatusCode::BAD_REQUEST, "{bad}");
+        assert!(body.contains(why), "{body}");
+    }
+}
+
+#[tokio::test]
+async fn tiles_are_kept_by_their_set_and_hostile_ones_refused() {
+    let shore = Shore::with(archipelago);
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let set = shore.state.charts.set().unwrap().digest.clone();
+    // Zoom 13 at 63.446° N, 10.345° E.
+    let path = "/api/v1/chart/tiles/13/4331/2213";
+    let plain = shore.get(path, &token).await;
+    assert_eq!(plain.status, StatusCode::OK, "{}", plain.body);
+    assert_eq!(plain.headers[header::CONTENT_TYPE], "application/vnd.mapbox-vector-tile");
+    assert_eq!(plain.headers[header::CACHE_CONTROL], "private, no-cache");
+    assert!(plain.headers.get(header::CONTENT_ENCODING).is_none());
+    assert!(plain.bytes.windows(6).any(|bytes| bytes == b"DEPARE"));
+    let kept = format!("{path}?set={set}");
+    let request = |tag: Option<&str>| {
+        let request = bearer(Request::get(&kept), &token).header(header::ACCEPT_ENCODING, "gzip, br");
+        match tag {
+            Some(tag) => request.header(header::IF_NONE_MATCH, tag),
+            None => request,
+        }
+    };
+    let packed = shore.send(request(None), Body::empty()).await;
+    assert_eq!(packed.headers[header::CONTENT_ENCODING], "gzip");
+    assert!(packed.headers[header::CACHE_CONTROL].to_str().unwrap().ends_with("immutable"));
+    assert!(packed.bytes.len() < plain.bytes.len());
+    let tag = packed.headers[header::ETAG].to_str().unwrap();
+    let again = shore.send(request(Some(tag)), Body::empty()).await;
+    assert_eq!((again.status, again.bytes.len()), (StatusCode::NOT_MODIFIED, 0));
+    let other = shore.get(&format!("{path}?set=0"), &token).await;
+    assert_eq!(other.status, StatusCode::GONE);
+    for hostile in ["19/0/0", "3/8/0", "3/0/8", "18/4294967295/0"] {
+        let answer = shore.get(&format!("/api/v1/chart/tiles/{hostile}"), &token).await;
+        assert_eq!(answer.status, StatusCode::NOT_FOUND, "{hostile}: {}", answer.body);
+    }
+    for hostile in ["300/0/0", "-1/0/0", "1/0/0.5", "x/y/z", "5/4294967296/0"] {
+        let answer = shore.get(&format!("/api/v1/chart/tiles/{hostile}"), &token).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{hostile}: {}", answer.body);
+    }
+}
