@@ -2,7 +2,6 @@
 
 import { getJson, postJson, reason, Refusal } from "../api/http";
 import type { PlanCheck, PlanDocument, PlanPlace, PlanSpeed, SpeedUnit, StoredPlan, System } from "../api/types.gen";
-import type { Guard } from "../map/chart/api";
 import { createMap } from "../map/map";
 import { createAboard } from "../plan/aboard";
 import { createCanvas } from "../plan/canvas";
@@ -226,13 +225,13 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
     }
     const { length_m, duration_s, energy_j } = answer.total;
     const round = history.plan.repeat ? "A round: " : "";
-    const refused = guardOf(answer)?.outcome === "refused";
+    const refused = answer.guard?.outcome === "refused";
     setText(totals, answer.problems.length ? `${answer.problems.length === 1 ? "1 problem" : `${answer.problems.length} problems`}: cannot be sailed as it is` : `${round}${lengthText(length_m)} · ${durationText(duration_s)} · ${energyText(energy_j)} (estimate)${refused ? ": refused by the chart" : ""}`);
     totals.toggleAttribute("data-bad", answer.problems.length > 0 || refused);
     const own = (one: { maneuver: string | null; text: string }): string => (one.maneuver === null ? one.text : `${one.maneuver}: ${one.text}`);
     const box = (kind: string, title: string, texts: readonly string[]): HTMLElement[] =>
       texts.length ? [make("div", { class: `note ${kind}` }, make("strong", {}, title), make("ul", {}, ...texts.slice(0, 20).map((text) => make("li", {}, text))))] : [];
-    const guard = guardOf(answer);
+    const { guard } = answer;
     const told = verdict.list(guard, (at) => {
       canvas.reveal(at);
       map.overlays.cursor(at);
@@ -485,10 +484,6 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   show(first.check);
   draw();
   canvas.fit();
-}
-
-function guardOf(answer: PlanCheck): Guard | null {
-  return (answer as PlanCheck & { readonly guard?: Guard | null }).guard ?? null;
 }
 
 function vertexCount(plan: PlanDocument): number {

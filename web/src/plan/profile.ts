@@ -2,8 +2,7 @@
 
 import uPlot from "uplot";
 import { postJson, reason } from "../api/http";
-import type { PlanPlace } from "../api/types.gen";
-import type { ChartCorridor, ChartProfilePoint } from "../map/chart/api";
+import type { ChartCorridor, ChartProfilePoint, PlanPlace } from "../api/types.gen";
 import { readPalette } from "../map/palette";
 import { depthText, type DepthLimits } from "../state/chart";
 import { make, setText } from "../ui/dom";

@@ -3,9 +3,10 @@
 import type OlMap from "ol/Map";
 import { toLonLat } from "ol/proj";
 import { getJson, reason } from "../../api/http";
+import type { ChartSet } from "../../api/types.gen";
 import { isOverscale, keptSwitches, shownScale, type Switch, SWITCHES } from "../../state/chart";
 import { make, setAttribute, setText } from "../../ui/dom";
-import { chartAt, type ChartSet, depthWords } from "./api";
+import { chartAt, depthWords } from "./api";
 import { createLayers } from "./layers";
 import { createQuery } from "./query";
 import { createStyles } from "./style";

@@ -8,7 +8,7 @@ import VectorTileLayer from "ol/layer/VectorTile";
 import VectorTileSource from "ol/source/VectorTile";
 import { linearRingsContainsXY } from "ol/geom/flat/contains";
 import { transformExtent } from "ol/proj";
-import type { ChartSet } from "./api";
+import type { ChartSet } from "../../api/types.gen";
 import type { ChartStyles } from "./style";
 
 /** Finer tiles are not asked for; those of this zoom are drawn larger. A tile is some 600 m wide then. */

@@ -1,8 +1,9 @@
 // What is charted at a place, in a panel over the map.
 
+import type { ChartNear, ChartObject } from "../../api/types.gen";
 import { make } from "../../ui/dom";
 import { position } from "../../ui/format";
-import { type ChartNear, type ChartObject, depthWords, zoneText } from "./api";
+import { depthWords, zoneText } from "./api";
 
 export interface QueryPanel {
   readonly root: HTMLElement;
