@@ -258,7 +258,8 @@ fn the_chart_is_drawn_in_a_browser_and_a_plan_over_a_shoal_refused_where_it_is()
         std::fs::write(cells.join(cell.name), cell.bytes).unwrap();
     }
     let data = folder.path().join("data");
-    let import = Command::new(PROGRAM).args(["chart", "import"]).arg(&cells).arg("--data").arg(&data).output();
+    let import =
+        Command::new(PROGRAM).args(["chart", "import"]).arg(&cells).arg("--data").arg(&data).output();
     let import = import.unwrap();
     assert!(import.status.success(), "{}", String::from_utf8_lossy(&import.stderr));
     let mut server = Server::start(&data, &[]);
