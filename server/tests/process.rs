@@ -302,6 +302,27 @@ fn people_are_managed_in_a_browser() {
 }
 
 #[test]
+fn the_chart_is_drawn_in_a_browser_and_a_plan_over_a_shoal_refused_where_it_is() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let cells = folder.path().join("cells");
+    std::fs::create_dir(&cells).unwrap();
+    for cell in charts::demo::archipelago().unwrap() {
+        std::fs::write(cells.join(cell.name), cell.bytes).unwrap();
+    }
+    let data = folder.path().join("data");
+    let import =
+        Command::new(PROGRAM).args(["chart", "import"]).arg(&cells).arg("--data").arg(&data).output();
+    let import = import.unwrap();
+    assert!(import.status.success(), "{}", String::from_utf8_lossy(&import.stderr));
+    let mut server = Server::start(&data, &[]);
+    let password = server.one_time_password();
+    testkit::browser::run("chart.mjs", &[&server.url, &password], |_| {});
+}
+
+#[test]
 fn plans_are_drawn_in_a_browser_and_outlive_a_killed_server() {
     if !testkit::browser::is_there() {
         return;

@@ -1,4 +1,4 @@
-// The map: tracks, vessels with heading and course, graticule, scale and cursor position. Needs no internet.
+// The map: chart, tracks, vessels with heading and course, graticule, scale and cursor position. Needs no internet.
 
 import OlMap from "ol/Map";
 import View from "ol/View";
@@ -13,6 +13,7 @@ import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position } from "../ui/format";
+import { type ChartOnMap, createChart } from "./chart/chart";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { placeAt, pointsUntil } from "../state/track";
@@ -20,6 +21,8 @@ import { aheadStyle, courseStyle, ringStyle, trackStyle, vesselStyle } from "./s
 
 /** The course vector shows so many seconds ahead. */
 const AHEAD_S = 60;
+/** Where the map is until something is known. */
+const NOWHERE = fromLonLat([10.4, 63.44]);
 const EARTH_M = 6_371_000;
 /** No vessel here goes faster: how far it can have got since it was heard, m/s. */
 const FASTEST_MPS = 3;
@@ -38,6 +41,7 @@ interface Drawn {
 
 export interface FleetMap {
   readonly overlays: Overlays;
+  readonly chart: Pick<ChartOnMap, "onChart">;
   /** For what a page draws by itself. */
   readonly ol: OlMap;
   /** The colours in force. */
@@ -70,13 +74,22 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
         coordinateFormat: ([lon, lat] = [0, 0]) => position({ lat_deg: lat ?? 0, lon_deg: lon ?? 0 }),
       }),
     ]),
-    view: new View({ center: fromLonLat([10.4, 63.44]), zoom: 12, maxZoom: 22, minZoom: 2 }),
+    view: new View({ center: NOWHERE, zoom: 12, maxZoom: 22, minZoom: 2 }),
   });
   map.on("singleclick", (event) => {
     const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number | undefined, { hitTolerance: 8 });
     if (hit !== undefined) select(hit);
   });
   const overlays = createOverlays(map, () => palette);
+  // A click means something else while a place is picked or a tool of the plan editor is in hand.
+  const busy = (): boolean => root.hasAttribute("data-picking") || (root.dataset["tool"] ?? "") !== "";
+  const chart = createChart(map, root.parentElement ?? root, busy, (place) => overlays.cursor(place));
+  chart.onChart(({ bounds }) => {
+    // Nobody has led the map anywhere yet: the chart is a better place than none.
+    if (!bounds || String(map.getView().getCenter()) !== String(NOWHERE)) return;
+    const corners = [[bounds.west_deg, bounds.south_deg], [bounds.east_deg, bounds.north_deg]].map((corner) => fromLonLat(corner));
+    map.getView().fit(boundingExtent(corners), { padding: [20, 20, 20, 20], duration: 0 });
+  });
   const repainted: (() => void)[] = [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
@@ -138,6 +151,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     }
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
+    chart.repaint();
     for (const then of repainted) then();
   };
   const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -147,6 +161,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
 
   return {
     overlays,
+    chart,
     ol: map,
     palette: () => palette,
     onRepaint: (then) => void repainted.push(then),
@@ -166,6 +181,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
     },
     showAll,
     dispose() {
+      chart.dispose();
       dark.removeEventListener("change", repaint);
       chosen.disconnect();
       map.setTarget(undefined);
@@ -181,6 +197,7 @@ function graticuleLayer(ink: string, halo: string, grid: string): Graticule {
   return new Graticule({
     strokeStyle: new Stroke({ color: grid, width: 1 }),
     showLabels: true,
+    zIndex: -5,
     wrapX: false,
     targetSize: 140,
     intervals: [10, 5, 2, 1, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 12 / 3600, 6 / 3600, 3 / 3600, 1.2 / 3600, 0.6 / 3600],

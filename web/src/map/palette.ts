@@ -4,6 +4,7 @@ export interface Palette {
   readonly ink: string;
   readonly halo: string;
   readonly grid: string;
+  readonly danger: string;
   readonly series: readonly string[];
 }
 
@@ -15,6 +16,7 @@ export function readPalette(): Palette {
     ink: colour("--ink"),
     halo: colour("--map-halo"),
     grid: colour("--map-grid"),
+    danger: colour("--bad"),
     series: [1, 2, 3, 4].map((number) => colour(`--series-${number}`)),
   };
 }

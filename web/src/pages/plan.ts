@@ -6,9 +6,11 @@ import { createMap } from "../map/map";
 import { createAboard } from "../plan/aboard";
 import { createCanvas } from "../plan/canvas";
 import { checkField, choiceField, numberField, rebuilt, textField } from "../plan/fields";
+import { createProfile } from "../plan/profile";
+import { createVerdict } from "../plan/verdict";
 import { createKeeper, forget, type Keeper, type Keeping, type Left, leftovers } from "../plan/keeper";
 import { createSteps, durationText, energyText, lengthText, UNITS } from "../plan/steps";
-import { displaced, History, KINDS, middle, placeAt, placesOf, same, type TaskKind, type Vertex, vertices, withBetween, withName, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint, withSpeed, withTask } from "../state/plan";
+import { displaced, History, KINDS, middle, placeAt, placesOf, same, type TaskKind, type Vertex, vertices, withBetween, withName, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint, withSpeed, withTask, wayOfAll } from "../state/plan";
 import { serverNowUs } from "../state/fleet";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute, setText } from "../ui/dom";
@@ -17,6 +19,8 @@ import { utc } from "../ui/format";
 /** What is drawn is judged this long after the last change, ms. */
 const CHECK_MS = 200;
 const PATIENCE_MS = 10_000;
+/** The depth beside the plan is looked at this far, m. */
+const BESIDE_M = 5;
 /** Arrow keys move a vertex by this; with Shift by ten times as much, m. */
 const NUDGE_M = 1;
 const MINUTES_KEY = "lutra.minutes";
@@ -42,6 +46,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   let minutes = localStorage.getItem(MINUTES_KEY) === "yes";
   let dragged: PlanDocument | undefined;
   let systems: readonly System[] = [];
+  let judgedWith: string | null | undefined;
 
   const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten; without one they move the map. Delete takes it away, Escape lets go. The list of maneuvers does the same." });
   const all = make("button", { type: "button", class: "show-all" }, "Show all");
@@ -51,10 +56,11 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   const offers = make("div", { class: "offers" });
   const totals = make("p", { class: "totals num", role: "status", "aria-label": "What the plan takes" });
   const troubles = make("div", { class: "troubles", role: "status" });
+  const depths = make("section", { class: "plan-profile plot", "aria-labelledby": "profile-title", hidden: "" });
   const list = make("section", { class: "plan-list", "aria-label": "List of maneuvers" });
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
   const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
-  const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form, ...(writable ? [ship] : []));
+  const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
   root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, mapBox, all)), side);
 
   const plan = (): PlanDocument => dragged ?? history.plan;
@@ -92,6 +98,15 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
     },
   });
   all.addEventListener("click", () => canvas.fit());
+  const verdict = createVerdict(map);
+  const profile = createProfile(depths, BESIDE_M, (place) => map.overlays.cursor(place));
+  map.onRepaint(() => profile.repaint());
+  map.chart.onChart((chart) => {
+    profile.limits(chart.set === null ? undefined : chart);
+    // What was judged without a chart, or with another one, is judged anew.
+    if (judgedWith !== undefined && judgedWith !== chart.set) askCheck();
+    judgedWith = chart.set;
+  });
 
   const steps = createSteps(list, form, {
     select,
@@ -204,16 +219,26 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
       setText(totals, "Nothing is drawn yet");
       totals.removeAttribute("data-bad");
       troubles.replaceChildren();
+      verdict.update(plan(), [], null);
+      profile.update([]);
       return;
     }
     const { length_m, duration_s, energy_j } = answer.total;
     const round = history.plan.repeat ? "A round: " : "";
-    setText(totals, answer.problems.length ? `${answer.problems.length === 1 ? "1 problem" : `${answer.problems.length} problems`}: cannot be sailed as it is` : `${round}${lengthText(length_m)} · ${durationText(duration_s)} · ${energyText(energy_j)} (estimate)`);
-    totals.toggleAttribute("data-bad", answer.problems.length > 0);
+    const refused = answer.guard?.outcome === "refused";
+    setText(totals, answer.problems.length ? `${answer.problems.length === 1 ? "1 problem" : `${answer.problems.length} problems`}: cannot be sailed as it is` : `${round}${lengthText(length_m)} · ${durationText(duration_s)} · ${energyText(energy_j)} (estimate)${refused ? ": refused by the chart" : ""}`);
+    totals.toggleAttribute("data-bad", answer.problems.length > 0 || refused);
     const own = (one: { maneuver: string | null; text: string }): string => (one.maneuver === null ? one.text : `${one.maneuver}: ${one.text}`);
     const box = (kind: string, title: string, texts: readonly string[]): HTMLElement[] =>
       texts.length ? [make("div", { class: `note ${kind}` }, make("strong", {}, title), make("ul", {}, ...texts.slice(0, 20).map((text) => make("li", {}, text))))] : [];
-    rebuilt(troubles, ...box("bad", "Problems", answer.problems.map(own)), ...box("warn", "To know", answer.warnings.map(own)));
+    const { guard } = answer;
+    const told = verdict.list(guard, (at) => {
+      canvas.reveal(at);
+      map.overlays.cursor(at);
+    });
+    rebuilt(troubles, ...box("bad", "Problems", answer.problems.map(own)), ...told, ...box("warn", "To know", answer.warnings.map(own)));
+    verdict.update(plan(), answer.maneuvers, guard);
+    profile.update(wayOfAll(plan(), answer.maneuvers));
     steps.check(answer);
     canvas.update(plan(), selected, answer.maneuvers);
   }

@@ -10,9 +10,9 @@ import VectorSource from "ol/source/Vector";
 import { boundingExtent } from "ol/extent";
 import { fromLonLat, toLonLat } from "ol/proj";
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
-import type { PlanDocument, PlanLeg, PlanPlace, PlanStep } from "../api/types.gen";
+import type { PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
 import type { FleetMap } from "../map/map";
-import { middle, placesOf, type Vertex, vertices } from "../state/plan";
+import { middle, type Vertex, vertices, wayOf } from "../state/plan";
 
 /** A finger or pointer is on a vertex within this, px. */
 const NEAR_PX = 14;
@@ -40,13 +40,15 @@ export interface PlanCanvas {
 
 /** Draws on `map`. */
 export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanvas {
+  const lines = new VectorSource();
   const source = new VectorSource();
   const route = new Feature(new LineString([]));
   let drawn: PlanDocument | undefined;
   let selected: Vertex | undefined;
-  const layer = new VectorLayer({ source, style: (feature) => styleOf(feature as Feature), updateWhileInteracting: true, zIndex: 5 });
-  map.ol.addLayer(layer);
-  map.onRepaint(() => layer.changed());
+  // What is told of legs lies between the lines and what one takes hold of.
+  const layers = [lines, source].map((of, at) => new VectorLayer({ source: of, style: (feature) => styleOf(feature as Feature), updateWhileInteracting: true, zIndex: 5 + 2 * at }));
+  for (const layer of layers) map.ol.addLayer(layer);
+  map.onRepaint(() => layers.forEach((layer) => layer.changed()));
 
   const styleOf = (feature: Feature): Style[] => {
     const { ink, halo, series } = map.palette();
@@ -139,12 +141,13 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       const [first] = line;
       if (plan.repeat && first) line.push(first);
       route.getGeometry()?.setCoordinates(line.map(xy));
-      const features: Feature[] = [route];
+      const drawnLines: Feature[] = [route];
+      const features: Feature[] = [];
       for (const { task } of plan.maneuvers) {
         if (task.kind !== "station_keeping" && task.kind !== "loiter") continue;
         // A metre on the ground is more on this projection, the farther from the equator.
         const radius = task.radius_m / Math.max(0.01, Math.cos((task.at.lat_deg * Math.PI) / 180));
-        features.push(new Feature(new CircleGeometry(xy(task.at), radius)));
+        drawnLines.push(new Feature(new CircleGeometry(xy(task.at), radius)));
       }
       const all = vertices(plan);
       all.forEach(({ vertex: one, place }, index) => {
@@ -157,6 +160,8 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
         const from = next.vertex.step === one.step ? place : (ways[one.step]?.at(-1) ?? place);
         features.push(new Feature({ geometry: new Point(xy(middle(from, next.place))), after: one }));
       });
+      lines.clear(true);
+      lines.addFeatures(drawnLines);
       source.clear(true);
       source.addFeatures(features);
     },
@@ -180,11 +185,4 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
 
 function xy(place: PlanPlace): number[] {
   return fromLonLat([place.lon_deg, place.lat_deg]);
-}
-
-/** Where a maneuver leads: of rows as the server laid them out, as soon as it has. */
-function wayOf(step: PlanStep, legs: readonly PlanLeg[]): PlanPlace[] {
-  if (step.task.kind !== "rows") return [...placesOf(step.task)];
-  const leg = legs.find((one) => one.id === step.id);
-  return leg?.places.length ? [...leg.places] : [step.task.at];
 }

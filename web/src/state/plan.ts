@@ -1,6 +1,6 @@
 // A plan under the hands of its author: pure steps from one document to the next, with undo.
 
-import type { PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask } from "../api/types.gen";
+import type { PlanDocument, PlanLeg, PlanPlace, PlanSpeed, PlanStep, PlanTask } from "../api/types.gen";
 
 export type TaskKind = PlanTask["kind"];
 export type Task<K extends TaskKind> = Extract<PlanTask, { kind: K }>;
@@ -242,4 +242,18 @@ export class History {
     this.last = { what: "", at: -Infinity };
     return true;
   }
+}
+
+/** Where a maneuver leads: of rows as the server laid them out, as soon as it has. */
+export function wayOf(step: PlanStep, legs: readonly PlanLeg[]): PlanPlace[] {
+  if (step.task.kind !== "rows") return [...placesOf(step.task)];
+  const leg = legs.find((one) => one.id === step.id);
+  return leg?.places.length ? [...leg.places] : [step.task.at];
+}
+
+/** Where all of a plan leads; one that repeats, back to its beginning. */
+export function wayOfAll(plan: PlanDocument, legs: readonly PlanLeg[]): PlanPlace[] {
+  const way = plan.maneuvers.flatMap((step) => wayOf(step, legs));
+  const [first] = way;
+  return plan.repeat && first ? [...way, first] : way;
 }

@@ -1,0 +1,73 @@
+// What a chart shows, decided without drawing.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { build } from "esbuild";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { mkdtemp } from "node:fs/promises";
+
+const folder = await mkdtemp(join(tmpdir(), "lutra-chart-"));
+const outfile = join(folder, "chart.mjs");
+await build({ entryPoints: ["src/state/chart.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
+const chart = await import(outfile);
+
+const LIMITS = { navigable_m: 1, autonomous_m: 5 };
+
+test("shades are parted by the limits, and what is not known is the worst of waters", () => {
+  for (const [depth, shade] of [[-0.1, "drying"], [0, "very-shallow"], [0.9, "very-shallow"], [1, "shallow"], [4.9, "shallow"], [5, "safe"], [19.9, "safe"], [20, "deep"], [undefined, "unknown"]]) {
+    assert.equal(chart.shadeOf(depth, LIMITS), shade, String(depth));
+  }
+  assert.equal(chart.shadeOf(25, { navigable_m: 1, autonomous_m: 15 }), "safe");
+});
+
+test("the safety contour is the shallowest charted one that is deep enough", () => {
+  assert.equal(chart.safetyContour([0, 2, 5, 10], LIMITS), 5);
+  assert.equal(chart.safetyContour([0, 2, 10, 20], LIMITS), 10);
+  assert.equal(chart.safetyContour([0, 2], LIMITS), undefined);
+});
+
+test("soundings are whole metres with decimals set low, never deeper than charted", () => {
+  for (const [depth, text] of [[4.5, "4₅"], [0, "0"], [0.4, "0₄"], [30.9, "30₉"], [31.9, "31"], [4.99, "4₉"], [12, "12"], [2.3, "2₃"], [-1.5, "1\u0332₅"], [-12, "1\u03322\u0332"]]) {
+    assert.equal(chart.soundingText(depth), text, String(depth));
+  }
+});
+
+test("a chart is overscale from twice its scale on", () => {
+  const at = (scale) => (scale * 0.00028) / Math.cos((60 * Math.PI) / 180);
+  const shown = chart.shownScale(at(12_000), 60);
+  assert.ok(Math.abs(shown - 12_000) < 1e-6);
+  assert.equal(chart.isOverscale(12_000, shown), false);
+  assert.equal(chart.isOverscale(23_999, shown), false);
+  assert.equal(chart.isOverscale(24_001, shown), true);
+  assert.equal(chart.isOverscale(0, shown), false);
+  assert.equal(chart.isOverscale(undefined, shown), false);
+});
+
+test("colours come as codes or as words", () => {
+  assert.deepEqual(chart.colourWords("3,1,3"), ["red", "white", "red"]);
+  assert.deepEqual(chart.colourWords("Black, yellow"), ["black", "yellow"]);
+  assert.deepEqual(chart.colourWords(4), ["green"]);
+  assert.deepEqual(chart.colourWords("99,,x"), []);
+  assert.deepEqual(chart.colourWords(undefined), []);
+});
+
+test("shapes of buoys come as numbers or as words", () => {
+  for (const [shape, number] of [[1, 1], ["2", 2], ["conical (nun, ogival)", 1], ["can (cylindrical)", 2], ["spar (spindle)", 5], ["super-buoy", 7], ["post", 0], [undefined, 0]]) {
+    assert.equal(chart.buoyShape(shape), number, String(shape));
+  }
+});
+
+test("a reason belongs to the nearest stretch", () => {
+  const place = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
+  const line = [place(63, 10), place(63, 10.1), place(63.1, 10.1)];
+  assert.equal(chart.nearestStretch(line, place(63.001, 10.05)), 0);
+  assert.equal(chart.nearestStretch(line, place(63.05, 10.101)), 1);
+  assert.equal(chart.nearestStretch([place(63, 10)], place(63, 10)), undefined);
+  assert.equal(chart.nearestStretch([place(63, 10), place(63, 10)], place(64, 10)), 0);
+});
+
+test("only what may be left out is", () => {
+  assert.deepEqual([...chart.keptSwitches("names,base,aids,")], ["names", "aids"]);
+  assert.deepEqual([...chart.keptSwitches(null)], []);
+});
