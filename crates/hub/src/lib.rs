@@ -8,6 +8,7 @@
 //! - [`Fleet`] holds the last packet of every series with its age and period, the names of entities and the
 //!   latest events.
 //! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
+//! - [`Teleop`] turns what a person's hands do into thrust, and into none.
 //! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
 //!   nobody else anything.
 
@@ -19,6 +20,7 @@ mod lease;
 mod node;
 mod peer;
 mod queue;
+mod teleop;
 
 pub use command::{
     Answer, Command, CommandId, Commands, GOTO_PLAN, Order, Outgoing, PlanAboard, PlansAboard, Receipt,
@@ -32,6 +34,10 @@ pub use lease::{
 };
 pub use peer::{Door, Peer, PeerId, PeerState, Role, Sources};
 pub use queue::{PeerQueue, Pushed};
+pub use teleop::{
+    BUDGET, CAP_OVER, CAPPED, LIFE, MOST_AGE, NEUTRAL, REFUSE_OVER, Sample, State as TeleopState, Sticks,
+    Teleop, WARN_OVER, Why,
+};
 
 use units::{MonoTime, UtcTime};
 
