@@ -14,6 +14,7 @@ mod live;
 mod people;
 mod plans;
 mod samples;
+mod teleop;
 mod transfer;
 
 pub use commands::{
@@ -36,6 +37,7 @@ pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
+pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopTold};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 
 #[cfg(test)]

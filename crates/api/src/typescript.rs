@@ -7,8 +7,8 @@ use crate::{
     NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange,
     PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep,
     PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, SampleRow,
-    Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, Token, TokenMade,
-    TrackPoint, Update, ValueKind, Vessel,
+    Samples, Series, SeriesField, Session, SpeedUnit, StoredPlan, Subscription, System, TeleopPhase,
+    TeleopSample, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -79,6 +79,10 @@ fn text() -> String {
         StoredPlan::decl(),
         Subscription::decl(),
         System::decl(),
+        TeleopPhase::decl(),
+        TeleopSample::decl(),
+        TeleopSay::decl(),
+        TeleopTold::decl(),
         Token::decl(),
         TokenMade::decl(),
         TrackPoint::decl(),
