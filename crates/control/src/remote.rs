@@ -5,6 +5,8 @@
 //! the next message, with the throttle at zero. Only messages of the source in control count: whether a
 //! message is from that source the caller tells, and others neither steer nor keep the watchdog quiet.
 //!
+//! A message may say how long it is good for; it is not good for longer, whatever the connection timeout.
+//!
 //! Differences from the originals: holding Accelerate or Decelerate changes the throttle by time rather than
 //! by message, so the sender's rate does not matter (at 10 messages a second both give 0.05 each); Left and
 //! Right step once per press.
@@ -259,7 +261,8 @@ impl Remote {
 
 impl Session {
     fn silent_at(&self, config: &RemoteConfig) -> MonoTime {
-        self.heard + Duration::from_secs_f64(config.connection_timeout_s)
+        let timeout = Duration::from_secs_f64(config.connection_timeout_s);
+        self.heard + self.actions.life.map_or(timeout, |life| life.min(timeout))
     }
 
     /// The session after a message.

@@ -9,6 +9,7 @@
 //!   latest events.
 //! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
 //! - [`alarm::Alarms`] says what is wrong, and who knows of it.
+//! - [`Teleop`] turns what a person's hands do into thrust, and into none.
 //! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
 //!   nobody else anything.
 
@@ -21,10 +22,11 @@ mod lease;
 mod node;
 mod peer;
 mod queue;
+mod teleop;
 
 pub use command::{
     Answer, Command, CommandId, Commands, GOTO_PLAN, Order, Outgoing, PlanAboard, PlansAboard, Receipt,
-    Stage, Step, TIME_TO_LIVE,
+    Stage, Step, TELEOPERATION_PLAN, TIME_TO_LIVE,
 };
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
 pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};
@@ -34,6 +36,10 @@ pub use lease::{
 };
 pub use peer::{Door, Peer, PeerId, PeerState, Role, Sources};
 pub use queue::{PeerQueue, Pushed};
+pub use teleop::{
+    BUDGET, CAP_OVER, CAPPED, LIFE, MOST_AGE, NEUTRAL, REFUSE_OVER, Sample, State as TeleopState, Sticks,
+    Teleop, WARN_OVER, Why,
+};
 
 use units::{MonoTime, UtcTime};
 

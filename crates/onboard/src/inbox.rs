@@ -120,18 +120,27 @@ impl Brain {
         }
         let host = self.bus.node.host_of(system);
         let keys = Keys { system, from, sent_s, operator };
-        let admitted = self.operators.admit(self.bus.mono(), self.settings.longest_key_age, &keys, host);
-        match admitted {
-            Ok(()) => self.pilot.keys(&mut self.bus, system.0, text),
+        let (actions, ignored) = RemoteActions::parse(text);
+        if !ignored.is_empty() {
+            self.bus.console(Level::Debug, format!("remote actions without effect: {}", ignored.join(", ")));
+        }
+        // What has used up its life on the way is not worth anything any more.
+        let bound = self.settings.longest_key_age;
+        let bound = actions.life.map_or(bound, |life| life.min(bound));
+        match self.operators.admit(self.bus.mono(), bound, &keys, host) {
+            Ok(late) => {
+                let life = actions.life.map(|life| life.saturating_sub(late));
+                self.pilot.keys(&mut self.bus, system.0, &RemoteActions { life, ..actions });
+            }
             Err(unfit) => {
                 if self.operators.is_news() {
                     self.bus.entry(Entity::Remote, Level::Warning, unfit.to_string());
                 }
-                let (actions, _) = RemoteActions::parse(text);
                 // Stopping is never too late.
-                if matches!(unfit, Unfit::Late(_)) && (actions.exit || actions.stop) {
-                    let stop = if actions.exit { "Exit=1" } else { "Stop=1" };
-                    self.pilot.keys(&mut self.bus, system.0, stop);
+                let RemoteActions { exit, stop, .. } = actions;
+                if matches!(unfit, Unfit::Late(_)) && (exit || stop) {
+                    let stop = RemoteActions { exit, stop, ..RemoteActions::default() };
+                    self.pilot.keys(&mut self.bus, system.0, &stop);
                 }
             }
         }

@@ -85,7 +85,8 @@ impl Operators {
         (self.bound, self.newest_s, self.told) = (None, None, false);
     }
 
-    /// Whether keys of a system may act. `host` is where the system is in contact by UDP.
+    /// Whether keys of a system may act, and how much longer than usual they took. `host` is where the system is in
+    /// contact by UDP.
     ///
     /// # Errors
     /// Why not.
@@ -95,7 +96,7 @@ impl Operators {
         longest_age: Duration,
         keys: &Keys,
         host: Option<Ipv4Addr>,
-    ) -> Result<(), Unfit> {
+    ) -> Result<Duration, Unfit> {
         let home = self.bound.or_else(|| {
             // An operator who is named but did not start the session brings a peer of its own.
             let (system, from) = self.starter?;
@@ -115,7 +116,7 @@ impl Operators {
             return Err(Unfit::Older);
         }
         (self.bound, self.newest_s, self.told) = (Some(home.unwrap_or(keys.from)), Some(keys.sent_s), false);
-        Ok(())
+        Ok(Duration::try_from_secs_f64(late_s.unwrap_or_default().max(0.0)).unwrap_or_default())
     }
 
     /// Whether a refusal is worth telling: the first since keys have acted.
@@ -172,7 +173,7 @@ mod tests {
     }
 
     /// A packet of keys made at `sent_s` that arrives at `now_s`.
-    fn arrive(operators: &mut Operators, now_s: f64, sent_s: f64) -> Result<(), Unfit> {
+    fn arrive(operators: &mut Operators, now_s: f64, sent_s: f64) -> Result<Duration, Unfit> {
         operators.heard(at(now_s), CONSOLE, sent_s);
         operators.admit(at(now_s), BOUND, &keys(Peer::Tcp(1), sent_s), None)
     }
@@ -184,7 +185,7 @@ mod tests {
             operators.started(CONSOLE, Peer::Tcp(1));
             for n in 0..20 {
                 let now_s = 10.0 + 0.1 * f64::from(n);
-                assert_eq!(arrive(&mut operators, now_s, 5000.0 + now_s), Ok(()));
+                assert_eq!(arrive(&mut operators, now_s, 5000.0 + now_s), Ok(Duration::ZERO));
             }
             let end_s = 12.0 + stall_s;
             for n in 0..(stall_s as u32 - 2) {
@@ -194,22 +195,22 @@ mod tests {
                     "{stall_s} {n}"
                 );
             }
-            assert_eq!(arrive(&mut operators, end_s + 0.1, 5000.0 + end_s + 0.1), Ok(()));
+            assert_eq!(arrive(&mut operators, end_s + 0.1, 5000.0 + end_s + 0.1), Ok(Duration::ZERO));
         }
     }
 
     #[test]
     fn a_first_message_that_was_late_is_mended_by_the_next() {
         let mut operators = Operators::default();
-        assert_eq!(arrive(&mut operators, 10.0, 5005.0), Ok(()));
-        assert_eq!(arrive(&mut operators, 10.1, 5010.1), Ok(()));
+        assert_eq!(arrive(&mut operators, 10.0, 5005.0), Ok(Duration::ZERO));
+        assert_eq!(arrive(&mut operators, 10.1, 5010.1), Ok(Duration::ZERO));
         assert!(matches!(arrive(&mut operators, 10.2, 5005.3), Err(Unfit::Late(_))));
     }
 
     #[test]
     fn a_clock_set_back_is_followed_within_a_minute() {
         let mut operators = Operators::default();
-        assert_eq!(arrive(&mut operators, 0.0, 5000.0), Ok(()));
+        assert_eq!(arrive(&mut operators, 0.0, 5000.0), Ok(Duration::ZERO));
         let accepted = (1..100)
             .find(|second| arrive(&mut operators, f64::from(*second), 1000.0 + f64::from(*second)).is_ok());
         assert_eq!(accepted, Some(60));
@@ -220,7 +221,7 @@ mod tests {
         let mut operators = Operators::default();
         operators.started(CONSOLE, Peer::Tcp(1));
         operators.heard(at(0.0), CONSOLE, 5000.0);
-        assert_eq!(operators.admit(at(0.0), BOUND, &keys(Peer::Tcp(1), 5000.0), None), Ok(()));
+        assert_eq!(operators.admit(at(0.0), BOUND, &keys(Peer::Tcp(1), 5000.0), None), Ok(Duration::ZERO));
         assert_eq!(operators.admit(at(0.1), BOUND, &keys(Peer::Tcp(1), 4999.9), None), Err(Unfit::Older));
         let udp = |last: u8, port| Peer::Udp(SocketAddrV4::new([10, 0, 0, last].into(), port));
         for (from, host) in
@@ -230,7 +231,7 @@ mod tests {
             assert_eq!(found, Err(Unfit::Elsewhere), "{from:?}");
         }
         let known = Some([10, 0, 0, 9].into());
-        assert_eq!(operators.admit(at(0.1), BOUND, &keys(udp(9, 6001), 5000.1), known), Ok(()));
+        assert_eq!(operators.admit(at(0.1), BOUND, &keys(udp(9, 6001), 5000.1), known), Ok(Duration::ZERO));
         assert!(operators.admit(at(0.1), BOUND, &keys(Peer::Tcp(1), f64::NAN), None).is_err());
     }
 
@@ -239,7 +240,7 @@ mod tests {
         let mut operators = Operators::default();
         operators.started(Address(0x4002), Peer::Tcp(2));
         operators.heard(at(0.0), CONSOLE, 5000.0);
-        assert_eq!(operators.admit(at(0.0), BOUND, &keys(Peer::Tcp(1), 5000.0), None), Ok(()));
+        assert_eq!(operators.admit(at(0.0), BOUND, &keys(Peer::Tcp(1), 5000.0), None), Ok(Duration::ZERO));
         let other = operators.admit(at(0.0), BOUND, &keys(Peer::Tcp(2), 5000.0), None);
         assert_eq!(other, Err(Unfit::Elsewhere));
     }

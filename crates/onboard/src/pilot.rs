@@ -425,16 +425,12 @@ impl Pilot {
     }
 
     /// A message of an operator's keys.
-    pub(crate) fn keys(&mut self, bus: &mut Bus, from: u16, keys: &str) {
+    pub(crate) fn keys(&mut self, bus: &mut Bus, from: u16, actions: &RemoteActions) {
         let Drive::Remote(operator) = self.drive else { return };
-        let (actions, ignored) = RemoteActions::parse(keys);
-        if !ignored.is_empty() {
-            bus.console(Level::Debug, format!("remote actions without effect: {}", ignored.join(", ")));
-        }
         let heading_rad = self.estimate.map_or(0.0, |estimate| estimate.motion.heading_rad);
         let in_control = operator.is_none_or(|operator| operator == from);
         let was_connected = self.remote.is_connected();
-        match self.remote.handle(bus.mono(), &actions, heading_rad, in_control) {
+        match self.remote.handle(bus.mono(), actions, heading_rad, in_control) {
             RemoteReply::Taken if !was_connected => {
                 bus.entry(Entity::Remote, Level::Info, format!("the operator at {from:#06x} steers"));
             }

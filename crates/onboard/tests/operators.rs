@@ -57,6 +57,21 @@ fn an_operator_steers_and_the_motors_stop_two_seconds_after_the_last_key() {
 }
 
 #[test]
+fn keys_that_say_how_long_they_are_good_for_stop_the_motors_then() {
+    let mut sea = teleoperated();
+    drive(&mut sea, CONSOLE, "Port Motor=127;Starboard Motor=127;Life=450", 12);
+    assert!(sea.motors.last().unwrap().1.port > 0.9);
+    // The last key is 0.1 s old here.
+    let since = sea.world.vessel.now();
+    assert!(sea.run_until(3.0, |sea| sea.motors.last().unwrap().1 == MotorPair::STOPPED));
+    let silence_s = 0.1 + sea.world.vessel.now().since(since).as_secs_f64();
+    assert!((0.4..=0.5).contains(&silence_s), "{silence_s}");
+    // A life that is over when it comes moves nothing.
+    drive(&mut sea, CONSOLE, "Port Motor=127;Life=0", 3);
+    assert_eq!(sea.motors.last().unwrap().1, MotorPair::STOPPED);
+}
+
+#[test]
 fn nobody_else_steers_nor_keeps_the_watchdog_quiet() {
     let mut sea = teleoperated();
     drive(&mut sea, OTHER, "Port Motor=127", 5);

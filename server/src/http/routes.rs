@@ -3,12 +3,12 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    alarms, assets, charts, commands, control, doors, error::ApiError, export, headers, health, history, imports, live, measure, openapi, pace, people, plans,
+    alarms, assets, charts, commands, control, doors, error::ApiError, export, headers, health, history, imports, live, measure, openapi, pace, people, plans, teleop,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportedPlan, ImportQuery, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlansAboard, PlanSummary, PlanUploadAsk, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, ShelveAsk, StoredPlan, System, Token, TokenMade, TrackPoint, TrackQuery,
+    Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportedPlan, ImportQuery, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlansAboard, PlanSummary, PlanUploadAsk, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, ShelveAsk, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -177,6 +177,14 @@ fn orders() -> Vec<Route> {
         )
         .takes::<OrderAsk>()
         .gives::<Command>(),
+        Route::socket(
+            "/api/v1/vessels/{vessel}/teleop",
+            Need::OnVessel(Role::Operator),
+            "Steer a vessel by hand, with control of it: a WebSocket.",
+            teleop::socket,
+        )
+        .takes::<TeleopSay>()
+        .gives::<TeleopTold>(),
         Route::get(
             "/api/v1/vessels/{vessel}/plans",
             viewer,

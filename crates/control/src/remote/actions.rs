@@ -1,9 +1,14 @@
 //! The keys of a remote operator: `Name=integer` pairs separated by semicolons, as IMC's RemoteActions carries
 //! them.
 
+use std::time::Duration;
+
 /// Names and kinds as told to a console that asks (RemoteActionsRequest).
 pub const REMOTE_ACTIONS: &str = "Exit=Button;Port Motor=Axis;Starboard Motor=Axis;Accelerate=Button;\
     Decelerate=Button;Heading=Axis;Throttle=Axis;Left=Button;Right=Button;Stop=Button;Ranges=Range127";
+
+/// Longest life that a message can ask for (ms): any silence is longer.
+const LONGEST_LIFE_MS: i32 = 10_000;
 
 /// Full deflection of an axis.
 const AXIS_RANGE: f64 = 127.0;
@@ -32,6 +37,10 @@ pub struct RemoteActions {
     pub heading: f64,
     /// Throttle; holds as long as no other is given. Absent = the held one.
     pub throttle: Option<f64>,
+    /// How long the message is good for, from the time it was sent, "Life" in ms: then the motors stop if none came
+    /// since, although the connection timeout be longer. Lutra's shore says it with every message; it is no key, so
+    /// consoles are not told of it.
+    pub life: Option<Duration>,
 }
 
 impl RemoteActions {
@@ -60,6 +69,10 @@ impl RemoteActions {
             "Starboard Motor" => self.starboard_motor = axis,
             "Heading" => self.heading = axis,
             "Throttle" => self.throttle = Some(axis),
+            "Life" => {
+                let life_ms = value.clamp(0, LONGEST_LIFE_MS).unsigned_abs();
+                self.life = Some(Duration::from_millis(life_ms.into()));
+            }
             _ => return None,
         }
         Some(())
@@ -92,6 +105,13 @@ mod tests {
         assert!((actions.starboard_motor - 1.0).abs() < 1e-12);
         assert!(actions.accelerate && !actions.stop && actions.throttle.is_none());
         assert_eq!(ignored, ["Thrust=90", "Throttle=0.5", "rubbish"]);
+    }
+
+    #[test]
+    fn a_life_is_read() {
+        let life = |text| RemoteActions::parse(text).0.life.map(|life| life.as_millis());
+        assert_eq!(life("Port Motor=5;Life=450"), Some(450));
+        assert_eq!((life("Life=-1"), life("Life=2000000000"), life("Stop=1")), (Some(0), Some(10_000), None));
     }
 
     #[test]
