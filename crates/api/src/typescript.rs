@@ -1,7 +1,17 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth, ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix, Gap, GapKind, Guard, GuardReason, GuardWarning, Import, ImportedPlan, ImportState, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, Liveness, LiveRequest, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlansAboard, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets, ChartAttribute, ChartBounds,
+    ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth, ChartNear, ChartObject, ChartPiece,
+    ChartProfilePoint, ChartSet, Command, CommandStep, Detection, Detections, DoorPeer, Entity, Field, Fix,
+    Gap, GapKind, Guard, GuardReason, GuardWarning, Import, ImportState, ImportedPlan, Label, Lease,
+    LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus, LiveFrame, LiveRequest,
+    Liveness, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, Permission,
+    Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace,
+    PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard,
+    Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit,
+    StoredPlan, Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopTold, Token, TokenMade,
+    TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 

@@ -3,12 +3,19 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    alarms, assets, charts, commands, control, doors, error::ApiError, export, headers, health, history, imports, live, measure, openapi, pace, people, plans, teleop,
+    alarms, assets, charts, commands, control, doors, error::ApiError, export, headers, health, history,
+    imports, live, measure, openapi, pace, people, plans, teleop,
 };
 use crate::pages;
 use crate::shore::AppState;
 use api::{
-    Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DoorPeer, Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportedPlan, ImportQuery, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlansAboard, PlanSummary, PlanUploadAsk, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, ShelveAsk, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery,
+    Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor,
+    ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DoorPeer, Entity,
+    EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
+    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
+    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
+    PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery,
+    Session, ShelveAsk, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
