@@ -1,5 +1,87 @@
 // Made from crates/api by `make types`. Do not edit.
 
+export type Alarm = { 
+/**
+ * Its number; grows, and is never used again.
+ */
+id: number, 
+/**
+ * IMC address of the vessel; null for the server itself.
+ */
+vessel: number | null, 
+/**
+ * What the vessel calls itself, or its address; null for the server itself.
+ */
+vessel_name: string | null, 
+/**
+ * What, for machines: `not_heard`, `position`, `battery`, …
+ */
+kind: string, 
+/**
+ * Which part of the vessel; empty where there is only one.
+ */
+part: string, 
+/**
+ * `unacknowledged`, `acknowledged`, `returned`, or `normal` for one that is over.
+ */
+state: string, 
+/**
+ * `emergency`, `alarm`, `warning` or `caution`.
+ */
+priority: string, 
+/**
+ * What, in words with figures.
+ */
+text: string, 
+/**
+ * Why such an alarm comes.
+ */
+cause: string, 
+/**
+ * What follows if nobody does anything.
+ */
+consequence: string, 
+/**
+ * What to do.
+ */
+action: string, 
+/**
+ * Since when it is wrong, or was, µs since 1970 UTC.
+ */
+since_us: number, 
+/**
+ * How often it came since it was normal.
+ */
+count: number, 
+/**
+ * Who said they know; null for nobody.
+ */
+acknowledged: AlarmWord | null, 
+/**
+ * Whether it became more urgent because nobody acknowledged it.
+ */
+escalated: boolean, 
+/**
+ * Whether it comes and goes so fast that it is held.
+ */
+chatters: boolean, 
+/**
+ * Put aside for a time; null for not.
+ */
+shelved: AlarmShelf | null, 
+/**
+ * Of which other alarm it is part at present, and is not told besides; null for none.
+ */
+collapsed: string | null, 
+/**
+ * How often it sounded: a client sounds when this grows.
+ */
+sounded: number, 
+/**
+ * Whether somebody has to say that they know.
+ */
+wants_acknowledgement: boolean, };
+
 export type At = { 
 /**
  * The time asked for, µs since 1970 UTC.
@@ -14,6 +96,79 @@ values: Array<Update>,
  * Whether there were more series than fit.
  */
 cut: boolean, };
+
+export type AlarmList = { 
+/**
+ * What is not normal, and what is put aside; the most urgent first.
+ */
+standing: Array<Alarm>, 
+/**
+ * The latest changes since the server started, the newest first.
+ */
+history: Array<AlarmNote>, };
+
+export type AlarmNote = { 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * The alarm's number.
+ */
+id: number, 
+/**
+ * IMC address of the vessel; null for the server itself.
+ */
+vessel: number | null, 
+/**
+ * What, for machines.
+ */
+kind: string, 
+/**
+ * How urgent it was then.
+ */
+priority: string, 
+/**
+ * `raised`, `again`, `more urgent`, `escalated`, `acknowledged`, `returned`, `over`, `shelved` or
+ * `off the shelf`.
+ */
+what: string, 
+/**
+ * Who did it; empty for nobody.
+ */
+by: string, 
+/**
+ * The alarm's words, or the person's.
+ */
+text: string, };
+
+export type AlarmShelf = { 
+/**
+ * By whom.
+ */
+by: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * Until when, µs since 1970 UTC.
+ */
+until_us: number, 
+/**
+ * Why.
+ */
+reason: string, };
+
+export type AlarmWord = { 
+/**
+ * The person.
+ */
+by: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, };
 
 export type AuditEntry = { 
 /**
@@ -946,6 +1101,10 @@ leases: Array<Lease>,
  */
 commands: Array<Command>, 
 /**
+ * Alarms that changed; those that are over come once more, as `normal`.
+ */
+alarms: Array<Alarm>, 
+/**
  * Why nothing is recorded, or why the history lags behind, and what to do; null while all is well.
  */
 recording: string | null, };
@@ -1653,6 +1812,16 @@ address: string,
  * What the browser calls itself.
  */
 agent: string, };
+
+export type ShelveAsk = { 
+/**
+ * For how many minutes, 1 to 720.
+ */
+minutes: number, 
+/**
+ * Why, in 1 to 300 characters.
+ */
+reason: string, };
 
 export type SpeedUnit = "mps" | "rpm" | "percent";
 
