@@ -88,7 +88,7 @@ await inBrowser(async (open) => {
 
   // Too near is overscale; the switches are remembered; the base cannot be switched off.
   await map.focus();
-  for (let n = 0; n < 3; n++) await page.getByRole("button", { name: "Zoom in" }).click();
+  for (let n = 0; n < 3; n++) await page.getByTitle("Zoom in").click();
   await page.getByText(/^Overscale: the chart is 1 : \d/).waitFor();
   await page.getByRole("button", { name: "Chart", exact: true }).click();
   check(await page.getByLabel(/Depths, land and dangers/).isDisabled(), "the base stays");
