@@ -208,7 +208,7 @@ fn one_address_cannot_keep_everybody_else_out() {
     };
     assert!(hung_up(held.last_mut().unwrap()), "it has its share");
     let mut other = from([127, 0, 0, 2]);
-    other.write_all(&[b'n'; 59_999]).unwrap();
+    other.write_all(&vec![b'n'; 59_999]).unwrap();
     let mut status = [0; 12];
     other.read_exact(&mut status).unwrap();
     assert!(status.starts_with(b"HTTP/1.1 "), "{}", String::from_utf8_lossy(&status));

@@ -43,7 +43,7 @@ fn thrust(aboard: &Path) -> Vec<(f64, u8, f32)> {
 fn still_s(thrust: &[(f64, u8, f32)], from_s: f64, until_s: f64) -> Option<f64> {
     let moved = |one: &&(f64, u8, f32)| one.2 != 0.0;
     thrust.iter().filter(|one| (from_s - 1.0..from_s).contains(&one.0)).find(moved)?;
-    let last = thrust.iter().filter(|one| one.0 < until_s).filter(moved).next_back()?;
+    let last = thrust.iter().filter(|one| one.0 < until_s).rfind(moved)?;
     let zero = |motor| thrust.iter().find(|one| one.0 >= last.0 && one.1 == motor && one.2 == 0.0);
     Some(zero(0)?.0.max(zero(1)?.0))
 }

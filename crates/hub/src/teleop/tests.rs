@@ -55,7 +55,7 @@ impl Hands {
     fn resume(&mut self) {
         assert!(self.say(false, 0.0, 0.0).is_none());
         assert!(self.say(true, 0.0, 0.0).is_some_and(|sticks| sticks.port == 0.0 && sticks.starboard == 0.0));
-        assert!(self.say(true, 1.0, 0.0).is_some_and(|sticks| sticks.port == 1.0));
+        assert!(self.say(true, 1.0, 0.0).is_some_and(|sticks| sticks.port >= 1.0));
     }
 
     /// It stopped, and neither held sticks nor a dead-man that is still held move anything.
@@ -167,7 +167,7 @@ fn a_long_round_trip_limits_and_then_refuses() {
     let capped = hands.say(true, 1.0, 0.3).unwrap();
     assert!(capped.port <= CAPPED && capped.starboard < CAPPED, "{capped:?}");
     assert_eq!(capped.life, Duration::from_millis(700 - 40 - 50 - 240));
-    hands.teleop.vessel_trip(Duration::from_millis(1_000));
+    hands.teleop.vessel_trip(Duration::from_secs(1));
     assert!(!hands.teleop.may_begin());
     assert!(hands.say(true, 1.0, 0.0).is_none());
     hands.teleop.vessel_trip(Duration::ZERO);
