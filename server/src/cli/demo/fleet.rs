@@ -18,6 +18,8 @@ const PLACE_DEG: (f64, f64) = (63.446, 10.345);
 /// Otters in a row, and how far they are apart (m).
 const IN_A_ROW: u16 = 3;
 const APART_M: f64 = 250.0;
+/// As many have room so; more lie closer, in as much deep water.
+const WITH_ROOM: u16 = 12;
 /// Tagged fish, within so far from the middle of the first row (m).
 const FISH: u32 = 3;
 const FISH_RADIUS_M: f64 = 250.0;
@@ -35,8 +37,10 @@ pub(super) struct Otter {
 pub(super) fn otters(count: u16) -> Vec<Otter> {
     let frame = frame();
     let otter = |index: u16| {
-        let (row, column) = (index / IN_A_ROW, index % IN_A_ROW);
-        let (north_m, east_m) = (f64::from(row) * APART_M, f64::from(column) * APART_M);
+        let (in_a_row, apart_m) =
+            if count > WITH_ROOM { (2 * IN_A_ROW - 1, APART_M / 2.0) } else { (IN_A_ROW, APART_M) };
+        let (row, column) = (index / in_a_row, index % in_a_row);
+        let (north_m, east_m) = (f64::from(row) * apart_m, f64::from(column) * apart_m);
         Otter {
             name: format!("otter-{}", index + 1),
             address: Address(FIRST + index),
@@ -61,6 +65,7 @@ pub(super) fn write(
     server: SocketAddr,
     otters: &[Otter],
     tokens: &[String],
+    chart: &Path,
     now: UtcTime,
 ) -> anyhow::Result<()> {
     let put = |path: PathBuf, text: &str| {
@@ -69,7 +74,7 @@ pub(super) fn write(
     put(folder.join("otter.ini"), OTTER_INI)?;
     for (otter, token) in otters.iter().zip(tokens) {
         put(folder.join(format!("{}.token", otter.name)), token)?;
-        put(otter.ini(folder), &otter.configuration(server, now))?;
+        put(otter.ini(folder), &otter.configuration(server, chart, now))?;
     }
     Ok(())
 }
@@ -91,7 +96,7 @@ impl Otter {
     }
 
     /// What differs from the configuration that all have in common.
-    fn configuration(&self, server: SocketAddr, now: UtcTime) -> String {
+    fn configuration(&self, server: SocketAddr, chart: &Path, now: UtcTime) -> String {
         let Self { name, address, start, .. } = self;
         let mut text = format!(
             "# Written by `lutra-server demo`.\n[Require otter.ini]\n\n\
@@ -104,9 +109,11 @@ impl Otter {
              [Transports.UDP]\nEnabled = Never\n\n\
              [Transports.TCP.Server]\nEnabled = Never\n\n\
              [Transports.Lutra]\nEnabled = Always\nURL = ws://{server}/link\nToken File = {name}.token\n\n\
+             [Supervisors.Grounding]\nChart = {}\n\n\
              [Simulators.GPS]\nInitial Position = {:.7}, {:.7}\n\n\
              [Simulators.StreamVelocity]\nDefault Speed North = 0.05\nDefault Speed East = 0.1\n",
             address.0,
+            chart.display(),
             start.lat_deg(),
             start.lon_deg(),
         );
@@ -150,7 +157,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (otters, tokens) = (otters(3), vec!["lutra_link_x".to_owned(); 3]);
         let now = UtcTime::from_micros(1_790_000_000_000_000);
-        write(folder.path(), "127.0.0.1:8081".parse().unwrap(), &otters, &tokens, now).unwrap();
+        let chart = folder.path().join("chart.lutra-index");
+        write(folder.path(), "127.0.0.1:8081".parse().unwrap(), &otters, &tokens, &chart, now).unwrap();
         for otter in &otters {
             let config = Config::load(&Disk, &otter.ini(folder.path()), &["Simulation"]);
             assert_eq!(config.report().counts(), ::config::Counts::default(), "{}", config.report());

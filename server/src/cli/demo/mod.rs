@@ -5,6 +5,7 @@
 //! simulated. It listens on loopback only, for its password is printed and need not be changed.
 
 mod agent;
+mod chart;
 mod fleet;
 mod plans;
 mod sail;
@@ -78,6 +79,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
     say!("A shore server and {} simulated Otter{plural}, with everything in {scratch}", arguments.otters);
     let otters = fleet::otters(arguments.otters);
     let access = admit(&config.data, &otters)?;
+    let chart = chart::bring_in(scratch.path(), &config.chart_set())?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
@@ -95,7 +97,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
         let ended = ended(enough)?;
         let serving = crate::serve(config).await?;
         say!("server    http://{}  log in as {ADMIN} with the password {}", serving.address, access.password);
-        fleet::write(scratch.path(), serving.address, &otters, &access.tokens, clock::now())?;
+        fleet::write(scratch.path(), serving.address, &otters, &access.tokens, &chart, clock::now())?;
         let missing = run(serving, &program, scratch.path(), otters, under_way, ended).await?;
         if missing.is_empty() { Ok(()) } else { bail!("{}", missing.join("; ")) }
     })
