@@ -226,7 +226,8 @@ impl Alarms {
                 self.note(now, id, key, "returned", "", &text);
             }
             State::Acknowledged => {
-                (alarm.state, alarm.chatters) = (State::Normal, false);
+                // Kept for as long as readers need to learn of it.
+                (alarm.state, alarm.chatters, alarm.turned) = (State::Normal, false, now.mono);
                 self.note(now, id, key, "over", "", &text);
             }
             State::Normal | State::Returned => {}
