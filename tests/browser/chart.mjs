@@ -77,7 +77,7 @@ await inBrowser(async (open) => {
   await page.mouse.click(box.x + box.width * 0.4, box.y + box.height * 0.6);
   const panel = page.locator(".chart-query");
   await panel.getByText(/XX[45]LUTRA edition 1 update 0, 1 : [15]/).first().waitFor();
-  await panel.getByText(/zone of confidence/).waitFor();
+  await panel.getByText(/zone of confidence [A-D]/).first().waitFor();
   await page.getByRole("button", { name: "Close what is here" }).click();
   await page.getByRole("button", { name: "What is here" }).focus();
   await page.keyboard.press("Enter");

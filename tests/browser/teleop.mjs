@@ -41,7 +41,16 @@ await inBrowser(async (open) => {
   const button = (page, name) => page.getByRole("button", { name, exact: true });
   const state = (text) => page.locator(".helm-state").getByText(text).waitFor();
   const enter = async (of) => {
-    await of.goto(`${url}/vessels/${OTTER}`);
+    // A server that was killed is back soon, and its old connections are told to be broken one by one.
+    for (let tries = 0; ; tries += 1) {
+      try {
+        await of.goto(`${url}/vessels/${OTTER}`);
+        break;
+      } catch (error) {
+        if (tries === 50) throw error;
+        await of.waitForTimeout(200);
+      }
+    }
     await of.getByText("Live", { exact: true }).waitFor();
     await of.getByRole("tab", { name: "Control" }).click();
   };

@@ -1,6 +1,6 @@
 //! How the grounding supervisor is set up, and its chart.
 
-use charts::depth_index::DepthIndex;
+use charts::depth_index::{DepthIndex, SealedIndex};
 use mission::guard::GuardLimits;
 use std::fmt;
 use std::sync::Arc;
@@ -95,9 +95,14 @@ pub struct ChartFile {
 }
 
 impl Chart {
-    /// The chart in the bytes of a file; `name` is what it is called.
+    /// The chart in the bytes of a file, a depth index as it lies beside a chart set or one by itself; `name` is what
+    /// it is called.
     pub fn read(name: &str, bytes: &[u8]) -> Self {
-        match DepthIndex::from_bytes(bytes) {
+        let index = match SealedIndex::digest_of(bytes) {
+            Some(_) => SealedIndex::from_bytes(bytes).map(|sealed| sealed.index),
+            None => DepthIndex::from_bytes(bytes),
+        };
+        match index {
             Ok(index) => Self::of(name, index),
             Err(error) => Self::Unreadable { reason: format!("{name}: {error}") },
         }

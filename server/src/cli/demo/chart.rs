@@ -1,7 +1,7 @@
 //! The demo's chart: the fictitious archipelago, brought in as people bring in theirs.
 
-use crate::clock;
 use crate::cli::say::say;
+use crate::clock;
 use anyhow::{Context as _, bail};
 use chartdb::{ImportOptions, index_path};
 use std::fs;
