@@ -16,7 +16,6 @@ mod live;
 mod people;
 mod plans;
 mod samples;
-mod teleop;
 mod transfer;
 
 pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
@@ -45,7 +44,6 @@ pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
-pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopTold};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 
 #[cfg(test)]

@@ -50,7 +50,6 @@ mod plans_tests;
 mod route;
 mod routes;
 pub(crate) mod serve;
-mod teleop;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
