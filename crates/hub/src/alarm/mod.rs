@@ -1,6 +1,6 @@
 //! Alarms: what is wrong, since when, who knows of it, and when it is told again.
 //!
-//! Once a second [`Alarms::watch`] derives what holds from the fleet's live state ([`look`]) and gives it to this
+//! Once a second [`Alarms::watch`] derives what holds from the fleet's live state (`look`) and gives it to this
 //! machine, which has one entry for each vessel, kind and part:
 //!
 //! | state | meaning | leaves it by |
