@@ -97,6 +97,7 @@ bench: setup
 	cargo bench --locked --package hub --bench hub
 	cargo bench --locked --package server --bench relay
 	@sh scripts/bench-agent
+	@sh scripts/bench-live
 
 fuzz: setup
 	@cargo fuzz --version >/dev/null 2>&1 || { \
