@@ -1,8 +1,8 @@
 //! Where a simulated vessel truly was while its plan ran, measured against the plan.
 //!
 //! A leg begins where the maneuver before it was to end; the first one where the vessel was when the plan
-//! began. Cross-track errors are positive to starboard of the leg. What counts as settled is as in issue 3's
-//! test: 40 m after the beginning of a leg up to 15 m before its end.
+//! began. Cross-track errors are positive to starboard of the leg. A vessel counts as settled
+//! from 40 m after the beginning of a leg up to 15 m before its end.
 
 use crate::chart::{Chart, Curve, Point};
 use imc::messages::{Goto, Message, PlanManeuver, PlanSpecification, SpeedUnits, StationKeeping};

@@ -1,4 +1,4 @@
-//! How well the whole chain sails: compass, navigation, guidance, control, motors, hull (issue 3's figures).
+//! How well the whole chain sails: compass, navigation, guidance, control, motors, hull.
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 

@@ -1,4 +1,4 @@
-//! `chart export-grid` and `export-vertices`: CSV, or a table of SQLite in the layout of the thesis.
+//! `chart export-grid` and `export-vertices`: CSV, or a table of SQLite with the place in radians as its key.
 
 use super::ask::{index, place};
 use crate::cli::say::say;
