@@ -1,67 +1,85 @@
-// How late the fleet's values are in browsers: node bench-live.mjs URL PASSWORD SECONDS.
-// Vessels, server and browsers share one clock, so that a value's age on arrival is the way's latency.
+// How late the fleet's values are at browsers: node --experimental-websocket bench-live.mjs URL PASSWORD SECONDS.
+// Vessels, server and browsers share one clock, so that a value's age on arrival is the way's latency. Measured
+// twice: where a browser's socket hands a frame over, before anybody reads it, and in the scripts of real pages.
 
 import { inBrowser, logIn } from "./browser.mjs";
 
 const BROWSERS = 5;
-const [url, password, seconds] = process.argv.slice(2);
+/** As often as the server tells anybody what is new, in milliseconds. */
+const EVERY_MS = Number(process.env.BENCH_EVERY_MS ?? 2);
+const [url, password, duration_s] = process.argv.slice(2);
+const seconds = Number(duration_s);
+
+/** Listens for a while; runs here and in pages, so that it can use nothing from outside. */
+async function listen({ url, seconds, every_ms, headers }) {
+  const target = `${url.replace("http", "ws")}/api/live`;
+  const socket = headers ? new WebSocket(target, { headers }) : new WebSocket(target);
+  const told = { late_ms: [], ashore_ms: [], skipped: 0, missed: 0, frames: 0 };
+  await new Promise((done, fail) => {
+    socket.onopen = () => socket.send(JSON.stringify({ subscribe: { every_ms } }));
+    socket.onerror = () => fail(new Error("the socket failed"));
+    socket.onmessage = (message) => {
+      const now_ms = performance.timeOrigin + performance.now();
+      const frame = JSON.parse(message.data);
+      if (frame.snapshot) return;
+      told.frames += 1;
+      told.skipped += frame.skipped;
+      told.missed += frame.events_missed;
+      for (const { time_us, received_us } of [...frame.values, ...frame.events]) {
+        told.late_ms.push(now_ms - time_us / 1e3);
+        told.ashore_ms.push((received_us - time_us) / 1e3);
+      }
+    };
+    setTimeout(done, seconds * 1e3);
+  });
+  socket.close();
+  return told;
+}
+
+function report(where, heard) {
+  const all = (name) => heard.flatMap((one) => one[name]).sort((a, b) => a - b);
+  const sum = (name) => heard.reduce((sum, one) => sum + one[name], 0);
+  const told = (list) => {
+    const [p50, p99, most] = [0.5, 0.99, 1].map((share) => list[Math.floor((list.length - 1) * share)]?.toFixed(1));
+    return `p50 ${p50} ms, p99 ${p99} ms, most ${most} ms`;
+  };
+  const each = (count) => (count / BROWSERS / seconds).toFixed(0);
+  const late = all("late_ms");
+  console.log(`${where}: ${told(late)}; of that to the server: ${told(all("ashore_ms"))}`);
+  console.log(
+    `  ${each(late.length)} values/s and ${each(sum("frames"))} frames/s for each; ` +
+      `replaced by newer ones: ${sum("skipped")}, events missed: ${sum("missed")}`,
+  );
+}
 
 await inBrowser(async (open) => {
-  const pages = [];
-  for (let n = 0; n < BROWSERS; n += 1) {
+  const first = await open();
+  await logIn(first, url, "admin", password);
+  const counted = async () => {
+    const text = await (await first.request.get(`${url}/metrics`)).text();
+    return Number(/^lutra_relay_packets_total\{what="received"\} (\d+)/m.exec(text)?.[1] ?? NaN);
+  };
+  const rate = async (work) => {
+    const [before, begun] = [await counted(), performance.now()];
+    const done = await work();
+    const packets = (await counted()) - before;
+    console.log(`packets at the server: ${(packets / ((performance.now() - begun) / 1e3)).toFixed(0)}/s`);
+    return done;
+  };
+  const five = (each) => Promise.all(Array.from({ length: BROWSERS }, each));
+  // A page without scripts of its own, so that what is measured is the way there and not what a page draws.
+  await first.goto(`${url}/api/v1/me`);
+  const cookies = await first.context().cookies();
+  const headers = { cookie: cookies.map(({ name, value }) => `${name}=${value}`).join("; "), origin: url };
+  const asked = { url, seconds, every_ms: EVERY_MS };
+  report("a vessel's time to five sockets", await rate(() => five(() => listen({ ...asked, headers }))));
+
+  const pages = [first];
+  while (pages.length < BROWSERS) {
     const page = await open();
     await logIn(page, url, "admin", password);
-    // A page without scripts of its own, so that what is measured is the way there and not what a page draws.
     await page.goto(`${url}/api/v1/me`);
     pages.push(page);
   }
-  const counted = async () => {
-    const text = await (await pages[0].request.get(`${url}/metrics`)).text();
-    return Number(/^lutra_relay_packets_total\{what="received"\} (\d+)/m.exec(text)?.[1] ?? NaN);
-  };
-  const before = await counted();
-  const begun = performance.now();
-  const heard = await Promise.all(
-    pages.map((page) =>
-      page.evaluate(
-        ([url, seconds]) =>
-          new Promise((done, fail) => {
-            const socket = new WebSocket(`${url.replace("http", "ws")}/api/live`);
-            const late_ms = [];
-            const ashore_ms = [];
-            let skipped = 0;
-            let missed = 0;
-            socket.onopen = () => socket.send(JSON.stringify({ subscribe: { every_ms: 2 } }));
-            socket.onerror = () => fail(new Error("the socket failed"));
-            socket.onmessage = (message) => {
-              const now_ms = performance.timeOrigin + performance.now();
-              const frame = JSON.parse(message.data);
-              if (frame.snapshot) return;
-              skipped += frame.skipped;
-              missed += frame.events_missed;
-              for (const { time_us, received_us } of [...frame.values, ...frame.events]) {
-                late_ms.push(now_ms - time_us / 1e3);
-                ashore_ms.push((received_us - time_us) / 1e3);
-              }
-            };
-            setTimeout(() => {
-              socket.close();
-              done({ late_ms, ashore_ms, skipped, missed });
-            }, seconds * 1e3);
-          }),
-        [url, Number(seconds)],
-      ),
-    ),
-  );
-  const rate = ((await counted()) - before) / ((performance.now() - begun) / 1e3);
-  console.log(`packets at the server: ${rate.toFixed(0)}/s`);
-  const sorted = (list) => list.sort((a, b) => a - b);
-  const late = sorted(heard.flatMap(({ late_ms }) => late_ms));
-  const shares = (list) => [0.5, 0.99, 1].map((share) => list[Math.floor((list.length - 1) * share)].toFixed(1));
-  const told = ([p50, p99, most]) => `p50 ${p50} ms, p99 ${p99} ms, most ${most} ms`;
-  const skipped = heard.reduce((sum, one) => sum + one.skipped, 0);
-  const missed = heard.reduce((sum, one) => sum + one.missed, 0);
-  console.log(`a vessel's time to the server: ${told(shares(sorted(heard.flatMap(({ ashore_ms }) => ashore_ms))))}`);
-  console.log(`a vessel's time to a browser's script: ${told(shares(late))}`);
-  console.log(`values that came: ${(late.length / BROWSERS / seconds).toFixed(0)}/s a browser; replaced by newer ones: ${skipped}, events missed: ${missed}`);
+  report("a vessel's time to scripts in five pages", await rate(() => five((_, n) => pages[n].evaluate(listen, asked))));
 });

@@ -304,6 +304,9 @@ impl Agent {
                 self.do_one(now, output);
             }
         }
+        if let Some(uplink) = &self.uplink {
+            uplink.flush();
+        }
     }
 
     fn do_one(&mut self, now: Now, output: Output) {

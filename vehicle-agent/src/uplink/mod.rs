@@ -88,9 +88,14 @@ impl Uplink {
         Ok(Self { queue, thread: Some(thread), clock })
     }
 
-    /// A packet that the vessel said. Never waits.
+    /// A packet that the vessel said. Never waits; it goes with the next [`Uplink::flush`].
     pub(crate) fn record(&self, packet: &[u8]) {
         self.queue.put(self.clock.utc(), packet);
+    }
+
+    /// Lets the thread take what was recorded: packets of one moment go to the disk and ashore together.
+    pub(crate) fn flush(&self) {
+        self.queue.flush();
     }
 
     /// Puts what is queued on disk and says farewell; answers whether that was done in time.

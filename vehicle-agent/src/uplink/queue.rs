@@ -47,7 +47,7 @@ impl Queue {
     }
 
     /// Takes a packet, or counts it where there is no room. Once one was lost the following are too until the
-    /// thread has looked, so that the gap stands in its place.
+    /// thread has looked, so that the gap stands in its place. [`Queue::flush`] is to follow.
     pub(super) fn put(&self, recorded: UtcTime, packet: &[u8]) {
         let mut waiting = self.lock();
         let cost = packet.len() + PACKET_COST_BYTES;
@@ -58,8 +58,17 @@ impl Queue {
             waiting.bytes += cost;
             waiting.packets.push_back((recorded, packet.to_vec()));
         }
-        drop(waiting);
-        self.ring();
+    }
+
+    /// Wakes the thread for what was put.
+    pub(super) fn flush(&self) {
+        let is_empty = {
+            let waiting = self.lock();
+            waiting.packets.is_empty() && waiting.missed.is_none()
+        };
+        if !is_empty {
+            self.ring();
+        }
     }
 
     /// No more will be put.

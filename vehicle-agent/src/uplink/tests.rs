@@ -151,6 +151,7 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
         for _ in 0..3 {
             for _ in 0..400 {
                 uplink.record(&packet(said));
+                uplink.flush();
                 said += 1;
             }
             connection += 1;
@@ -196,6 +197,7 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
     });
     let uplink = Uplink::start(settings(folder.path(), port), deliver).unwrap();
     (0..100).for_each(|number| uplink.record(&packet(number)));
+    uplink.flush();
     let (stream, _) = listener.accept().unwrap();
     small.serve(1, stream, |small| small.kept.len() == 100);
     let command = || ShoreInput::Command {
@@ -209,6 +211,7 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
     let (stream, _) = listener.accept().unwrap();
     assert!(small.serve_while(2, stream, |_| false).is_err());
     (100..200).for_each(|number| uplink.record(&packet(number)));
+    uplink.flush();
     let (stream, _) = listener.accept().unwrap();
     small.serve(3, stream, |small| small.kept.len() == 201 && !small.outcomes.is_empty());
     assert_eq!(small.gaps, [link::GapReason::Killed]);
@@ -323,6 +326,7 @@ fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
     std::fs::write(&settings.spool, "in the way").unwrap();
     let uplink = Uplink::start(settings.clone(), deliver).unwrap();
     uplink.record(&packet(1));
+    uplink.flush();
     std::fs::remove_file(&settings.spool).unwrap();
     let until = Instant::now() + DEADLINE;
     while !settings.spool.join("identity").exists() {

@@ -14,8 +14,7 @@ use units::{MonoTime, UtcTime};
 
 /// So many records are sent without waiting for more.
 const ENOUGH_RECORDS: u64 = 64;
-/// Fresh records wait for others for a quarter of a round trip, within these bounds.
-const LEAST_WAIT: Duration = Duration::from_millis(2);
+/// Fresh records wait for others for a quarter of a round trip, but not longer than this.
 const GREATEST_WAIT: Duration = Duration::from_millis(50);
 /// A spool that could not be read is asked again after this.
 const SPOOL_RETRY: Duration = Duration::from_secs(1);
@@ -148,7 +147,7 @@ impl Up {
         let since = *self.waits_since.get_or_insert(now);
         let enough = step.spool.next - self.cursor >= ENOUGH_RECORDS;
         let wait = step.clocks.shortest_round_trip().unwrap_or_default() / 4;
-        let together = if enough { now } else { since + wait.clamp(LEAST_WAIT, GREATEST_WAIT) };
+        let together = if enough { now } else { since + wait.min(GREATEST_WAIT) };
         Some(together.max(self.not_before).max(step.pace.affordable(now)))
     }
 
