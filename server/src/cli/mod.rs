@@ -5,6 +5,7 @@ mod data;
 mod demo;
 mod doctor;
 mod files;
+mod names;
 mod people;
 mod say;
 mod serve;
