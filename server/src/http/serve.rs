@@ -82,6 +82,8 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     }
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+    let scheme = if tls.is_some() { "wss" } else { "ws" };
+    relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
     let (folder, settings) = (config.data.clone(), config.people.clone());
@@ -93,7 +95,9 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let (first_load, kept) = (charts.clone(), charts.clone());
     tokio::task::spawn_blocking(move || first_load.look()).await?;
     tasks.spawn(kept.keep(stop.clone()));
+    let sink = Sink::new(&config.sinks.influx, &config.data, recorder.clone())?;
     let state = AppState {
+        influx: sink.as_ref().map(Sink::state),
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
@@ -107,7 +111,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         relay: relay.clone(),
         recorder: recorder.clone(),
     };
-    if let Some(sink) = Sink::new(&state.config.sinks.influx, &state.config.data, recorder.clone())? {
+    if let Some(sink) = sink {
         tasks.spawn(sink.run(stop.clone()));
     }
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
