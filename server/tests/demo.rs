@@ -256,6 +256,20 @@ fn the_past_is_replayed_in_a_browser() {
     testkit::browser::run("replay.mjs", &arguments, |_| {});
 }
 
+/// Two Otters on one page: their tracks and the same field of both over one time.
+#[test]
+fn two_vessels_are_watched_over_one_time_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "2"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    demo.sails(&["otter-1", "otter-2"]);
+    testkit::browser::run("beside.mjs", &[&url, &password], |_| {});
+}
+
 #[test]
 fn killed_it_takes_its_agents_along_and_by_the_clock_it_ends_well() {
     if !agent_is_there() {
