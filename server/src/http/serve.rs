@@ -35,6 +35,8 @@ pub struct Serving {
     pub(crate) relay: Relay,
     /// The archive and history.
     pub(crate) recorder: Recorder,
+    /// What handlers reach.
+    pub(crate) state: AppState,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
@@ -116,9 +118,9 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     }
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
     tasks.spawn(alarms::watch(state.clone()));
-    let web = Web { listener, tls, router: routes::router(state), max_connections, proxies };
+    let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })
+    Ok(Serving { address, doors: open, relay, recorder, state, recording, stop, first, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.
