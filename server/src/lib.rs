@@ -7,6 +7,7 @@ mod charts;
 pub mod cli;
 mod clock;
 pub mod config;
+mod doctor;
 mod doors;
 mod http;
 mod log;

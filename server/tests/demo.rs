@@ -44,7 +44,12 @@ struct Demo {
 }
 
 impl Demo {
+    /// Otters that sail, and nothing else to disturb what is looked at.
     fn start(arguments: &[&str]) -> Self {
+        Self::whole(&[&["--no-cut", "--no-past"], arguments].concat())
+    }
+
+    fn whole(arguments: &[&str]) -> Self {
         let mut command = Command::new(PROGRAM);
         command.args(["demo", "--listen", "127.0.0.1:0"]).args(arguments);
         let mut child = command.env_remove("LUTRA_DEMO_SECONDS").stdout(Stdio::piped()).spawn().unwrap();
@@ -65,6 +70,12 @@ impl Demo {
                 return line;
             }
         }
+    }
+
+    /// A line with all these words, said already or still to come.
+    fn hears(&mut self, words: &[&str]) -> String {
+        let said = self.said.iter().find(|line| words.iter().all(|word| line.contains(word)));
+        said.cloned().unwrap_or_else(|| self.wait_for(words))
     }
 
     /// Waits until all these Otters sail; their agents' processes.
@@ -256,6 +267,44 @@ fn the_past_is_replayed_in_a_browser() {
     testkit::browser::run("replay.mjs", &arguments, |_| {});
 }
 
+/// Two Otters on one page: their tracks and the same field of both over one time.
+#[test]
+fn two_vessels_are_watched_over_one_time_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "2"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    demo.sails(&["otter-1", "otter-2"]);
+    testkit::browser::run("beside.mjs", &[&url, &password], |_| {});
+}
+
+/// What there is to watch beside Otters that sail: plans ashore, a mission of yesterday, a link that is cut and comes
+/// back with what was missed.
+#[test]
+fn a_cut_link_and_yesterday_are_watched_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo =
+        Demo::whole(&["--otters", "2", "--cut-after", "5", "--cut-for", "30", "--cut-every", "3600"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let past = demo.hears(&["/vessels/10448?"]).trim().to_owned();
+    testkit::browser::run("demo.mjs", &[&url, &password, &past], |line| {
+        if line == "until yesterday is in" {
+            demo.hears(&["otter-0", "its log of", &past]);
+        }
+    });
+    let filled = demo.hears(&["otter-2", "gap filled"]);
+    let positions = filled.split("later: ").nth(1).unwrap().split(' ').next().unwrap();
+    // At least one each second of the thirty; the rate aboard is higher.
+    assert!(positions.parse::<u32>().unwrap() >= 30, "{filled}");
+}
+
 #[test]
 fn killed_it_takes_its_agents_along_and_by_the_clock_it_ends_well() {
     if !agent_is_there() {
@@ -272,7 +321,7 @@ fn killed_it_takes_its_agents_along_and_by_the_clock_it_ends_well() {
     let again = Command::new(PROGRAM).args(["demo", "--keep"]).arg(&keep).output().unwrap();
     assert!(!again.status.success() && String::from_utf8_lossy(&again.stderr).contains("not empty"));
 
-    let mut demo = Demo::start(&["--otters", "1", "--seconds", "1"]);
+    let mut demo = Demo::whole(&["--otters", "1", "--seconds", "1"]);
     demo.wait_for(&["packets recorded"]);
     assert!(demo.child.wait().unwrap().success(), "{:#?}", demo.said);
 }
@@ -296,5 +345,6 @@ fn mistakes_are_told_with_their_remedy() {
         wrong(here, &["--listen", "0.0.0.0:8080"], "beyond loopback");
         wrong(here, &["--listen", "192.0.2.7:8080"], "beyond loopback");
         wrong(here, &["--set", "http.listn=1"], "nearest is http.listen");
+        wrong(here, &["--no-cut", "--cut-for", "5"], "cannot be used with");
     }
 }

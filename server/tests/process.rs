@@ -340,3 +340,61 @@ fn plans_are_drawn_in_a_browser_and_outlive_a_killed_server() {
         _ => {}
     });
 }
+
+/// The program as somebody who may read the folder and not write it; a superuser may write everything.
+fn as_reader(data: &Path, arguments: &[&str]) -> Output {
+    let mut command = if rustix::process::geteuid().is_root() {
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups", PROGRAM]);
+        command
+    } else {
+        Command::new(PROGRAM)
+    };
+    command.args(arguments).arg("--data").arg(data).output().unwrap()
+}
+
+#[test]
+fn what_nobody_may_write_can_be_exported_from() {
+    let parent = tempfile::tempdir().unwrap();
+    let data = parent.path().join("data");
+    let mut store = store::Store::open(&data).unwrap();
+    let header = imc::Header { timestamp: 1.8e9, src: imc::Address(0x2810), ..imc::Header::default() };
+    let mut packet = Vec::new();
+    imc::encode_into(&mut packet, &header, &imc::messages::Temperature { value: 8.5 }).unwrap();
+    let received = units::UtcTime::from_micros(1_800_000_000_500_000);
+    let accepted = store::Accepted { packet: &packet, received, door: store::Door::Tcp, link: None };
+    store.accept(&accepted).unwrap();
+    store.close().unwrap();
+    let chmod = |mode: &str, path: &Path| {
+        assert!(Command::new("chmod").args(["-R", mode]).arg(path).status().unwrap().success());
+    };
+    chmod("a+rX,a-w", parent.path());
+    let export = ["export", "--message", "Temperature"];
+    let output = as_reader(&data, &export);
+    assert!(printed(&output).lines().nth(1).unwrap().ends_with(",8.5"), "{output:?}");
+    let slip = as_reader(&data, &["export", "--message", "Temprature"]);
+    let told = String::from_utf8_lossy(&slip.stderr).into_owned();
+    assert!(!slip.status.success() && told.contains("did you mean `Temperature`?"), "{told}");
+
+    // What is missing in it, or cannot be read, is told.
+    let refused = |words: &str| {
+        let output = as_reader(&data, &export);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && told.contains(words), "{words}: {told}");
+    };
+    let month = data.join("history/2027-01.sqlite");
+    let log = data.join("history/2027-01.sqlite-wal");
+    chmod("u+w", parent.path());
+    std::fs::write(&log, "not yet written into it").unwrap();
+    chmod("a-w", parent.path());
+    refused("copy the data folder to where it can");
+    chmod("u+w", parent.path());
+    std::fs::remove_file(&log).unwrap();
+    chmod("000", &month);
+    chmod("a-w", parent.path());
+    refused("let the user who runs this read it");
+    chmod("u+w", parent.path());
+    chmod("000", &data);
+    refused("let the user who runs this read the folder");
+    chmod("u+rwX", parent.path());
+}

@@ -52,7 +52,9 @@ await inBrowser(async (open) => {
   const other = await open();
   await logIn(other, url, "nils", password, "seven small boats");
   check((await other.getByRole("link", { name: "Admin", exact: true }).count()) === 0, "a researcher sees no Admin");
-  check((await other.goto(`${url}/admin`)).status() === 403, "and is refused there");
+  for (const path of ["/admin", "/admin/doors", "/admin/storage"]) {
+    check((await other.goto(url + path)).status() === 403, `and is refused at ${path}`);
+  }
   await other.goto(`${url}/account`);
   await other.getByLabel("What for").fill("R on my desk");
   await other.getByRole("button", { name: "Make token" }).click();
@@ -78,6 +80,33 @@ await inBrowser(async (open) => {
     await page.getByRole("cell", { name: action }).first().waitFor();
   }
   await look(page, "admin-audit");
+
+  // The doors: the link is open, the others say what opens them; whoever comes without a token is counted.
+  await page.getByRole("link", { name: "Doors" }).click();
+  const doors = page.getByRole("region", { name: "Doors" });
+  await doors.getByRole("row", { name: /Vessel link ws:\/\/127\.0\.0\.1:\d+\/link 0 0 0 none none/ }).waitFor();
+  await doors.getByRole("row", { name: /IMCProxy closed set doors\.imcproxy\.listen/ }).waitFor();
+  await page.getByText("No vessel has come in by its link").waitFor();
+  const stranger = await page.request.get(`${url}/link`, { headers: { authorization: "Bearer lutra_link_guess" } });
+  check(stranger.status() === 401, `a guessed token: ${stranger.status()}`);
+  await page.getByRole("link", { name: "Look again" }).click();
+  await doors.getByRole("row", { name: /\/link 0 0 1 20.*Z: 127\.0\.0\.1: no token of a vessel's link/ }).waitFor();
+  await look(page, "admin-doors");
+
+  // Storage: an empty one says what to do; what would go is told by dates, with the command.
+  await page.getByRole("link", { name: "Storage" }).click();
+  // No vessel was here; the server's own words may be.
+  await page.getByText(/^(Nothing is recorded yet|this server)/).first().waitFor();
+  await page.getByRole("row", { name: /Free on its disk .* of .*, \d+ % full/ }).waitFor();
+  await page.getByRole("row", { name: /people ● well 2 accounts/ }).waitFor();
+  await page.getByText(/lutra-server --data .* backup/).waitFor();
+  await page.getByLabel(/^Months of the history/).fill("tomorrow");
+  await page.getByRole("button", { name: "Tell what would go" }).click();
+  await page.getByRole("alert").getByText("tomorrow: no time in ISO 8601").waitFor();
+  await page.getByLabel(/^Months of the history/).fill("2026-01-01");
+  await page.getByRole("button", { name: "Tell what would go" }).click();
+  await page.getByText("Nothing is as old as that.").waitFor();
+  await look(page, "admin-storage");
 
   // Palette and logout are remembered by the server.
   await page.getByRole("button", { name: "Night" }).click();

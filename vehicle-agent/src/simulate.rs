@@ -40,6 +40,9 @@ pub(crate) struct SimulateArguments {
     /// When to end: DONE (the plan is over) or a number of seconds.
     #[arg(long, default_value = "DONE")]
     until: String,
+    /// When it begins, ISO 8601 UTC; the same at every run unless given, so that runs can be compared.
+    #[arg(long, value_name = "TIME", default_value = "2026-09-21T14:13:20Z")]
+    start: UtcTime,
     /// Simulated seconds per second: `max`, or a number.
     #[arg(long, default_value = "max")]
     speed: String,
@@ -121,8 +124,7 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
         text => Some(text.parse::<f64>().ok().filter(|factor| *factor > 0.0).context("--speed")?),
     };
     let config = configuration(arguments)?;
-    // A start that is the same at every run, so that runs can be compared.
-    let utc = UtcTime::from_micros(1_790_000_000_000_000);
+    let utc = arguments.start;
     let mut run = Run::begin(arguments, &config, utc)?;
     let plan = match &arguments.plan {
         Some(path) => plan::read(path)?,

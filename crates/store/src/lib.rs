@@ -66,6 +66,7 @@ mod reindex;
 mod retention;
 mod store;
 mod tail;
+mod usage;
 
 pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use backup::{BackedUp, backup};
@@ -85,3 +86,4 @@ pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};
 pub use store::Store;
 pub use tail::{Marks, Place, Tail};
+pub use usage::{Archives, Usage, usage};

@@ -1,7 +1,7 @@
 //! Work on a data folder without a running server: import, export, reindex, backup, prune.
 
-use super::Common;
 use super::say::{complain, say};
+use super::{Common, names};
 use crate::clock;
 use anyhow::{Context as _, bail, ensure};
 use clap::{Args, ValueEnum};
@@ -132,6 +132,13 @@ impl Drop for Progress {
 /// The data folder, which must be one: a slip of the finger is no empty history.
 fn folder(common: &Common) -> anyhow::Result<PathBuf> {
     let data = common.load(Vec::new())?.data;
+    match fs::read_dir(&data) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            let remedy = "let the user who runs this read the folder and all in it";
+            return Err(error).with_context(|| format!("cannot read {} ({remedy})", data.display()));
+        }
+        _ => {}
+    }
     ensure!(
         data.join("archive").is_dir() || data.join("history").is_dir(),
         "{} is no data folder: name the one that the server writes to by --data DIR",
@@ -172,6 +179,7 @@ pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Re
 /// `lutra-server export`.
 pub(super) fn export(common: &Common, arguments: &ExportArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
+    names::known(&Reader::open(&data)?, &arguments.messages, &arguments.fields)?;
     let selection = Selection {
         messages: arguments.messages.clone(),
         systems: vessels(&data, &arguments.vessels)?,

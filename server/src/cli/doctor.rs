@@ -3,16 +3,10 @@
 use super::say::say;
 use super::{Common, files};
 use crate::config::Config;
-use crate::people::{self, persons};
-use crate::{clock, tls};
+use crate::doctor::{check, look};
 use anyhow::bail;
-use api::Role;
 use clap::Args;
 use store::{Check, Health};
-use units::UtcTime;
-
-/// Before this the clock cannot be right: 2024-01-01.
-const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
 
 #[derive(Debug, Args)]
 pub(super) struct DoctorArguments {
@@ -26,38 +20,26 @@ pub(super) struct DoctorArguments {
 /// # Errors
 /// Something is not well.
 pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Result<()> {
+    let checks = match common.load(Vec::new()) {
+        Ok(config) => {
+            let mut checks = vec![check("configuration", Ok("understood".to_owned()))];
+            checks.push(check("address", address(&config)));
+            checks.push(check("open files", files::raise(&config)));
+            checks.extend(look(&config, arguments.thorough));
+            checks
+        }
+        Err(error) => vec![check("configuration", Err(format!("{error:#}")))],
+    };
     let mut bad = 0;
-    let mut tell = |name: &str, outcome: Result<String, String>| match outcome {
-        Ok(text) => say!("ok    {name}: {text}"),
-        Err(text) => {
-            bad += 1;
-            say!("BAD   {name}: {text}");
-        }
-    };
-    let config = match common.load(Vec::new()) {
-        Ok(config) => config,
-        Err(error) => {
-            tell("configuration", Err(format!("{error:#}")));
-            bail!("1 thing is not well");
-        }
-    };
-    tell("configuration", Ok("understood".to_owned()));
-    tell("clock", clock_is_right());
-    tell("people", people_are_well(&config));
-    tell("encryption", encryption(&config));
-    tell("address", address(&config));
-    tell("pages", pages());
-    tell("open files", files::raise(&config));
-    if !config.data.exists() {
-        tell("data folder", Ok(no_folder(&config)));
-    }
-    for check in recordings(&config, arguments.thorough) {
-        let found =
-            if check.remedy.is_empty() { check.found } else { format!("{}: {}", check.found, check.remedy) };
-        match check.health {
-            Health::Good => tell(check.name, Ok(found)),
-            Health::Warning => say!("WARN  {}: {found}", check.name),
-            Health::Problem => tell(check.name, Err(found)),
+    for Check { name, health, found, remedy } in checks {
+        let found = if remedy.is_empty() { found } else { format!("{found}: {remedy}") };
+        match health {
+            Health::Good => say!("ok    {name}: {found}"),
+            Health::Warning => say!("WARN  {name}: {found}"),
+            Health::Problem => {
+                bad += 1;
+                say!("BAD   {name}: {found}");
+            }
         }
     }
     match bad {
@@ -65,64 +47,6 @@ pub(super) fn doctor(common: &Common, arguments: &DoctorArguments) -> anyhow::Re
         1 => bail!("1 thing is not well"),
         more => bail!("{more} things are not well"),
     }
-}
-
-/// The archive and the history.
-fn recordings(config: &Config, thorough: bool) -> Vec<Check> {
-    if !config.data.exists() {
-        return Vec::new();
-    }
-    store::doctor(&config.data, clock::now(), thorough, &mut |_| true).unwrap_or_else(|error| {
-        let remedy = "look whether the folder can be read".to_owned();
-        vec![Check { name: "recordings", health: Health::Problem, found: error.to_string(), remedy }]
-    })
-}
-
-/// Not bad before the first start, and a slip of the finger after it.
-fn no_folder(config: &Config) -> String {
-    let folder = config.data.display();
-    format!(
-        "there is no {folder} yet: the first start makes it; if there should be one, look at --data or `data`"
-    )
-}
-
-fn clock_is_right() -> Result<String, String> {
-    let now = clock::now();
-    if now < EARLIEST {
-        return Err(format!(
-            "{} cannot be: set it, or let chrony or systemd-timesyncd do so",
-            clock::written(now)
-        ));
-    }
-    Ok(clock::written(now))
-}
-
-fn people_are_well(config: &Config) -> Result<String, String> {
-    if !config.data.join("app.db").exists() {
-        return Ok(format!("none yet; the first start makes an admin in {}", config.data.display()));
-    }
-    let db = people::open(&config.data).map_err(|error| error.to_string())?;
-    let verdict: String = db
-        .query_row("PRAGMA quick_check", [], |row| row.get(0))
-        .map_err(|error| format!("app.db: {error}"))?;
-    if verdict != "ok" {
-        return Err(format!("app.db is damaged ({verdict}): stop the server and put a backup in its place"));
-    }
-    let people = persons::list(&db).map_err(|error| error.to_string())?;
-    let waiting = people.iter().filter(|person| person.must_change_password).count();
-    let admin = |person: &&api::Person| {
-        person.permissions.iter().any(|given| given.vessel.is_none() && given.role == Role::Admin)
-    };
-    let admins = people.iter().filter(admin).count();
-    Ok(format!("{} accounts, {admins} of them admins, {waiting} with a one-time password", people.len()))
-}
-
-fn encryption(config: &Config) -> Result<String, String> {
-    if !config.tls.is_given() {
-        return Ok("none; the server serves loopback or a VPN".to_owned());
-    }
-    tls::acceptor(&config.tls).map_err(|error| format!("{error:#}"))?;
-    Ok(format!("{} and its key fit", config.tls.certificate.display()))
 }
 
 fn address(config: &Config) -> Result<String, String> {
@@ -134,13 +58,4 @@ fn address(config: &Config) -> Result<String, String> {
         }
         Err(error) => Err(format!("{listen}: {error}; choose another by http.listen")),
     }
-}
-
-fn pages() -> Result<String, String> {
-    if crate::http::asset_path("main.css").is_empty() {
-        return Err(
-            "this program was built without scripts and styles: run `make web` and build it again".to_owned()
-        );
-    }
-    Ok("scripts and styles are there".to_owned())
 }

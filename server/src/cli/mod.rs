@@ -5,6 +5,7 @@ mod data;
 mod demo;
 mod doctor;
 mod files;
+mod names;
 mod people;
 mod say;
 mod serve;
@@ -45,6 +46,13 @@ enum Command {
     /// Run the server until SIGTERM or Ctrl-C.
     Serve(serve::ServeArguments),
     /// Show everything at once: a scratch server and simulated Otters that sail, until Ctrl-C.
+    ///
+    /// The Otters are lutra-agent processes with plans, which the server also shows to be changed and brought aboard.
+    /// Tagged fish swim around them (--no-fish). A log of a mission that another Otter sailed yesterday is made and
+    /// brought in, to be replayed (--no-past). About a minute after the last Otter began to sail its link is cut for
+    /// a while, and again every few minutes (--no-cut): its terminal says when, the pages show the alarm, what the
+    /// vessel will do, and how the gap is filled when the link is back. What there is to look at is printed with its
+    /// addresses.
     Demo(demo::DemoArguments),
     /// People: add, list, roles, passwords.
     #[command(subcommand)]

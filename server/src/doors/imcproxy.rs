@@ -57,22 +57,26 @@ pub(super) async fn serve(
             Err(error) => {
                 // Out of file handles, usually: that passes, the listener stays.
                 tracing::warn!(%error, "the IMCProxy door cannot accept a connection");
+                relay.ledger().failed(Door::Proxy, &format!("cannot accept a connection: {error}"));
                 tokio::time::sleep(Duration::from_millis(200)).await;
                 continue;
             }
         };
         if !access.admits(from.ip()) {
             tracing::warn!(peer = %from, "refused at the IMCProxy door: not in doors.imcproxy.allow");
+            relay.ledger().refused(Door::Proxy, from.ip(), "not in doors.imcproxy.allow");
             continue;
         }
         let Some(permit) = access.permit() else {
             tracing::warn!(peer = %from, "refused at the IMCProxy door: doors.imcproxy.max_peers are connected");
+            relay.ledger().refused(Door::Proxy, from.ip(), "doors.imcproxy.max_peers are connected");
             continue;
         };
         let (relay, stop) = (relay.clone(), stop.clone());
         tasks.spawn(async move {
-            if let Err(reason) = peer(stream, from, relay, stop).await {
+            if let Err(reason) = peer(stream, from, relay.clone(), stop).await {
                 tracing::info!(peer = %from, %reason, "an IMCProxy peer is gone");
+                relay.ledger().failed(Door::Proxy, &format!("{from}: {reason}"));
             }
             drop(permit);
         });

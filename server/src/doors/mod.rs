@@ -11,6 +11,7 @@ mod udp;
 use crate::config::{Doors as DoorsConfig, parse_network};
 use crate::relay::Relay;
 use anyhow::Context as _;
+use hub::Door;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use tokio::net::TcpListener;
@@ -45,7 +46,9 @@ pub(crate) async fn open(
         let listener = TcpListener::bind(address).await.with_context(|| {
             format!("cannot listen on {address}: choose another by doors.imcproxy.listen")
         })?;
-        open.imcproxy = Some(listener.local_addr()?);
+        let address = listener.local_addr()?;
+        relay.ledger().opened(Door::Proxy, address.to_string());
+        open.imcproxy = Some(address);
         let access = Access::new(&config.imcproxy.allow, config.imcproxy.max_peers);
         tasks.spawn(imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone()));
     }
@@ -53,6 +56,9 @@ pub(crate) async fn open(
         let access = Access::new(&config.udp.allow, config.udp.max_peers);
         let node = udp::Node::open(address, &config.udp, access)?;
         (open.udp, open.announce) = (Some(node.address()), node.announce_address());
+        let discovery =
+            open.announce.map_or_else(|| "no discovery port".to_owned(), |at| format!("discovery {at}"));
+        relay.ledger().opened(Door::Udp, format!("{}, {discovery}", node.address()));
         tasks.spawn(node.run(relay.clone(), tasks.clone(), stop.clone()));
     }
     for peer in &config.tcp.connect {

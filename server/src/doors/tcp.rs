@@ -49,6 +49,7 @@ pub(super) async fn keep_connected(node: String, relay: Relay, stop: Cancellatio
         let outcome = stop.run_until_cancelled(attempt).await;
         let Some(outcome) = outcome else { return };
         if let Err(reason) = outcome {
+            relay.ledger().failed(Door::Tcp, &format!("{node}: {reason}"));
             // Said once, not at each attempt of a night in harbour.
             if !told {
                 tracing::warn!(%node, %reason, "not connected; trying again");

@@ -202,6 +202,11 @@ impl Party {
                     batches.entry(view.src()).or_default().push(packet.into());
                 } else {
                     metrics::counter!("lutra_refused_total", "door" => "udp").increment(1);
+                    // An announcement that was refused is told already.
+                    if view.id() != Announce::ID {
+                        let why = "a datagram of a node that has not announced itself from there";
+                        self.relay.ledger().refused(Door::Udp, from.ip(), why);
+                    }
                 }
             }
             match self.node.data.try_recv_from(buffer) {
@@ -229,7 +234,11 @@ impl Party {
     /// Takes an announcement in. Whether its node is one to talk with.
     fn announced(&mut self, view: &PacketView<'_>, from: SocketAddr) -> bool {
         let ours = self.relay.address() == view.src();
-        if ours || view.src().is_everyone() || !self.node.access.admits(from.ip()) {
+        if ours || view.src().is_everyone() {
+            return false;
+        }
+        if !self.node.access.admits(from.ip()) {
+            self.relay.ledger().refused(Door::Udp, from.ip(), "not in doors.udp.allow");
             return false;
         }
         let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return false };
@@ -242,6 +251,7 @@ impl Party {
             return false;
         }
         if !self.known.contains_key(&view.src()) && self.known.len() >= NODES_KEPT {
+            self.relay.ledger().refused(Door::Udp, from.ip(), "too many nodes have announced themselves");
             return false;
         }
         let name = announce.sys_name.to_str_lossy().chars().take(100).collect();
@@ -277,6 +287,8 @@ impl Party {
             let Some(place) = self.node.access.permit() else {
                 if !std::mem::replace(&mut known.refused, true) {
                     tracing::warn!(name = %known.name, "refused at the UDP door: doors.udp.max_peers are connected");
+                    let ip = known.sockets.first().map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip());
+                    self.relay.ledger().refused(Door::Udp, ip.into(), "doors.udp.max_peers are connected");
                 }
                 return;
             };

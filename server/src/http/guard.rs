@@ -12,7 +12,7 @@ use api::Role;
 use axum::RequestExt as _;
 use axum::extract::{FromRequestParts, RawPathParams, Request, State};
 use axum::http::request::Parts;
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::Response;
 use imc::Address;
@@ -84,7 +84,13 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
                 request.extensions_mut().insert(link);
                 next.run(request).await
             }
-            Err(error) => refuse(&post, &request, error),
+            Err(error) => {
+                if error.status == StatusCode::UNAUTHORIZED {
+                    let why = "no token of a vessel's link, or one that does not hold any more";
+                    post.state.relay.ledger().refused(hub::Door::Link, caller.address, why);
+                }
+                refuse(&post, &request, error)
+            }
         };
     }
     let who = match identify(&post.state, request.headers(), caller).await {

@@ -21,9 +21,12 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::Instant;
+use tokio_tungstenite::tungstenite;
 
-/// Bytes that a client may send at once.
+/// Bytes of a request at most.
 const REQUEST_BYTES: usize = 64 * 1024;
+/// Bytes that are read of one that is longer, so that its client also reads why the socket is closed.
+const READ_BYTES: usize = 1 << 20;
 /// A frame is sent at least so often.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 /// How systems are is told again not more often than this: each of their packets changes it a little.
@@ -43,7 +46,7 @@ pub(crate) async fn socket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    upgrade.max_message_size(REQUEST_BYTES).max_frame_size(REQUEST_BYTES).on_upgrade(move |socket| {
+    upgrade.max_message_size(READ_BYTES).max_frame_size(READ_BYTES).on_upgrade(move |socket| {
         let tasks = state.tasks.clone();
         let client = Client::new(state, who, caller, headers);
         tasks.track_future(client.run(socket))
@@ -74,6 +77,15 @@ struct Client {
 
 /// Why a socket is closed: code and words of the protocol.
 type End = (u16, &'static str);
+
+const TOO_LARGE: End =
+    (close_code::SIZE, "a request has 65536 bytes at most; list fewer systems and messages");
+
+/// Whether a message was too long to be read at all.
+fn is_too_large(error: &axum::Error) -> bool {
+    let cause = std::error::Error::source(error).and_then(|cause| cause.downcast_ref());
+    matches!(cause, Some(tungstenite::Error::Capacity(_)))
+}
 
 impl Client {
     fn new(state: AppState, who: Principal, caller: Caller, headers: HeaderMap) -> Self {
@@ -126,6 +138,9 @@ impl Client {
     /// Takes what the client sent.
     fn heed(&mut self, request: Option<Result<Message, axum::Error>>) -> Result<(), End> {
         let text = match request {
+            Some(Ok(Message::Text(text))) if text.len() > REQUEST_BYTES => return Err(TOO_LARGE),
+            Some(Ok(Message::Binary(bytes))) if bytes.len() > REQUEST_BYTES => return Err(TOO_LARGE),
+            Some(Err(error)) if is_too_large(&error) => return Err(TOO_LARGE),
             Some(Ok(Message::Text(text))) => text,
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
             Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),

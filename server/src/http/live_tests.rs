@@ -182,6 +182,22 @@ async fn what_is_not_understood_is_answered_with_the_reason() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_request_that_is_too_large_is_told_so_by_code_and_words() {
+    let shore = Shore::start().await;
+    let token = shore.token(None, Role::Viewer);
+    for message in [Message::Text(" ".repeat(64 * 1024 + 1).into()), Message::Binary(vec![0; 100_000].into())]
+    {
+        let mut socket =
+            shore.connect("authorization", &format!("Bearer {token}"), "http://a").await.unwrap();
+        socket.send(message).await.unwrap();
+        let answer = tokio::time::timeout(DEADLINE, socket.next()).await.unwrap();
+        let Some(Ok(Message::Close(Some(close)))) = answer else { panic!("{answer:?}") };
+        assert_eq!(u16::from(close.code), 1009);
+        assert!(close.reason.contains("65536 bytes at most"), "{}", close.reason);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn sockets_are_closed_when_the_server_stops() {
     let shore = Shore::start().await;
     let token = shore.token(None, Role::Viewer);

@@ -51,7 +51,7 @@ mod route;
 mod routes;
 pub(crate) mod serve;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 

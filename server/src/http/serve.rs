@@ -35,6 +35,8 @@ pub struct Serving {
     pub(crate) relay: Relay,
     /// The archive and history.
     pub(crate) recorder: Recorder,
+    /// What handlers reach.
+    pub(crate) state: AppState,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
@@ -82,6 +84,8 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     }
     let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+    let scheme = if tls.is_some() { "wss" } else { "ws" };
+    relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
     let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
     let (folder, settings) = (config.data.clone(), config.people.clone());
@@ -93,7 +97,9 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let (first_load, kept) = (charts.clone(), charts.clone());
     tokio::task::spawn_blocking(move || first_load.look()).await?;
     tasks.spawn(kept.keep(stop.clone()));
+    let sink = Sink::new(&config.sinks.influx, &config.data, recorder.clone())?;
     let state = AppState {
+        influx: sink.as_ref().map(Sink::state),
         config: Arc::new(config),
         people,
         fleet: Fleet::new(relay.clone()),
@@ -107,14 +113,14 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         relay: relay.clone(),
         recorder: recorder.clone(),
     };
-    if let Some(sink) = Sink::new(&state.config.sinks.influx, &state.config.data, recorder.clone())? {
+    if let Some(sink) = sink {
         tasks.spawn(sink.run(stop.clone()));
     }
     tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
     tasks.spawn(alarms::watch(state.clone()));
-    let web = Web { listener, tls, router: routes::router(state), max_connections, proxies };
+    let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, doors: open, relay, recorder, recording, stop, first, web, tasks })
+    Ok(Serving { address, doors: open, relay, recorder, state, recording, stop, first, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.

@@ -95,6 +95,7 @@ impl Shore {
             relay,
             recorder,
             links,
+            influx: None,
         };
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state.clone()), people, first_password, state, folder }

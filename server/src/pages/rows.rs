@@ -38,6 +38,22 @@ pub(super) struct AuditRow {
     pub(super) bad: bool,
 }
 
+/// A size as people read it.
+pub(super) fn bytes(count: u64) -> String {
+    const UNITS: [&str; 5] = ["KiB", "MiB", "GiB", "TiB", "PiB"];
+    let mut size = count as f64 / 1_024.0;
+    if count < 1_024 {
+        return format!("{count} B");
+    }
+    for unit in UNITS {
+        if size < 1_000.0 {
+            return format!("{size:.1} {unit}");
+        }
+        size /= 1_024.0;
+    }
+    format!("{size:.1} EiB")
+}
+
 fn at(us: i64) -> String {
     written(UtcTime::from_micros(us))
 }
@@ -88,4 +104,15 @@ pub(super) fn token(token: Token, vessels: &[Vessel]) -> TokenRow {
 
 pub(super) fn audit(entry: AuditEntry) -> AuditRow {
     AuditRow { time: at(entry.time_us), bad: entry.outcome != "done", entry }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_units_that_people_know() {
+        let told = [0, 1_023, 1_024, 1_536 << 10, 2_000 << 30, u64::MAX].map(bytes);
+        assert_eq!(told, ["0 B", "1023 B", "1.0 KiB", "1.5 MiB", "2.0 TiB", "16.0 EiB"]);
+    }
 }

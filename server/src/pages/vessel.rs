@@ -8,6 +8,7 @@ use api::Role;
 use askama::Template;
 use axum::extract::State;
 use axum::response::Response;
+use std::collections::BTreeMap;
 
 #[derive(Template)]
 #[template(path = "vessel.html")]
@@ -18,6 +19,8 @@ struct VesselPage {
     address: u16,
     /// The name that people gave it; empty for none.
     given: String,
+    /// Names that people gave to all vessels, as JSON by address, for the script.
+    names: String,
     /// Whether the person may stop it.
     operator: bool,
     /// Whether the person may export its data.
@@ -33,13 +36,16 @@ pub(super) async fn page(
 ) -> Result<Response, PageError> {
     let address = vessel.0;
     let known = state.people.ask(vessels::list).await?;
-    let given = known.into_iter().find(|vessel| vessel.address == address).map(|vessel| vessel.name);
+    let names: BTreeMap<u16, String> =
+        known.into_iter().map(|vessel| (vessel.address, vessel.name)).collect();
+    let given = names.get(&address).cloned();
     let role = who.grants.on(address);
     Ok(html(&VesselPage {
         frame,
         name: given.clone().unwrap_or_else(|| format!("0x{address:04X}")),
         address,
         given: given.unwrap_or_default(),
+        names: serde_json::to_string(&names).unwrap_or_default(),
         operator: role >= Some(Role::Operator),
         researcher: role >= Some(Role::Researcher),
     }))

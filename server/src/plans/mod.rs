@@ -15,4 +15,4 @@ mod tests;
 pub(crate) use check::{aboard, check, check_with, limits, understood};
 pub(crate) use files::{Format, read, write};
 pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};
-pub(crate) use translate::specification;
+pub(crate) use translate::{document, specification};

@@ -155,7 +155,7 @@ fn rows(step: &PlanStep, speed: f32, speed_units: SpeedUnits) -> Message {
 ///
 /// # Errors
 /// What would make it another plan if it were left out.
-pub(super) fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>), Vec<PlanTrouble>> {
+pub(crate) fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>), Vec<PlanTrouble>> {
     let mut troubles = Vec::new();
     if !plan.start_actions.is_empty() || !plan.end_actions.is_empty() {
         troubles.push(trouble(None, "it has actions, which are not edited here: take them out of the file"));

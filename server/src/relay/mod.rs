@@ -4,9 +4,11 @@
 //! that sends faster than the hub takes waits, and so its peer's socket does. The hub itself waits for nobody:
 //! what it says to a peer goes into that peer's [`Outbox`], what it records into the [`Recorder`]'s queue.
 
+mod ledger;
 mod outbox;
 mod recorder;
 
+pub(crate) use ledger::{DoorRecord, Happened, Ledger};
 pub(crate) use outbox::{AT_ONCE_BYTES, Outbox};
 pub(crate) use recorder::{Recorder, RecorderState, WAITING_BYTES};
 
@@ -64,6 +66,7 @@ pub(crate) struct Relay {
     control: watch::Receiver<Control>,
     clock: Clock,
     address: Address,
+    ledger: Ledger,
 }
 
 /// A peer's connection to the hub. [`Connection::leave`] ends it.
@@ -108,7 +111,7 @@ impl Relay {
         let task =
             Task { hub: Hub::new(settings), outboxes: BTreeMap::new(), recorder, changed, told, clock };
         tasks.spawn(task.run(waiting, stop));
-        Self { asks, revision, control, clock, address }
+        Self { asks, revision, control, clock, address, ledger: Ledger::default() }
     }
 
     /// The server's clocks.
@@ -119,6 +122,11 @@ impl Relay {
     /// The server's own IMC address.
     pub(crate) fn address(&self) -> Address {
         self.address
+    }
+
+    /// What happened at the doors.
+    pub(crate) fn ledger(&self) -> &Ledger {
+        &self.ledger
     }
 
     /// Connects a peer whose queue holds `bound_bytes`.

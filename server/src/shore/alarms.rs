@@ -10,7 +10,7 @@ use hub::alarm::{Alarm, AlarmId, Key, Kind, LinkClock, Note, Outside, Priority, 
 use hub::{Fleet, Hub};
 use imc::Address;
 use rusqlite::{Connection, params};
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
 use units::UtcTime;
 
@@ -147,7 +147,7 @@ pub(crate) async fn watch(state: AppState) {
     while state.stop.run_until_cancelled(every.tick()).await.is_some() {
         if looks.is_multiple_of(DISK_EVERY) {
             let folder = state.config.data.clone();
-            disk = tokio::task::spawn_blocking(move || room(folder)).await.ok().flatten();
+            disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
         }
         looks = looks.wrapping_add(1);
         let outside = outside(&state, disk);
@@ -204,7 +204,7 @@ fn outside(state: &AppState, disk: Option<(u64, u64)>) -> Outside {
 }
 
 /// Free and all bytes of the disk on which a folder lies.
-fn room(folder: PathBuf) -> Option<(u64, u64)> {
+pub(crate) fn room(folder: &Path) -> Option<(u64, u64)> {
     let disk = rustix::fs::statvfs(folder).ok()?;
     Some((disk.f_bavail.saturating_mul(disk.f_frsize), disk.f_blocks.saturating_mul(disk.f_frsize)))
 }

@@ -118,6 +118,13 @@ impl Imports {
         Ok(Some(Upload { path, file, bytes: 0, _place: place }))
     }
 
+    /// A file of this computer as an upload; `None` while there is another or one is being read.
+    pub(crate) fn take(&self, file: &Path) -> io::Result<Option<Upload>> {
+        let Some(mut upload) = self.upload()? else { return Ok(None) };
+        upload.bytes = io::copy(&mut File::open(file)?, &mut upload.file)?;
+        Ok(Some(upload))
+    }
+
     /// Begins to read an upload.
     pub(crate) fn begin(
         &self,

@@ -21,10 +21,12 @@ use crate::config::Config;
 use crate::doors::link::Links;
 use crate::people::{Grants, People};
 use crate::relay::{Recorder, Relay};
+use crate::sinks::SinkState;
 use api::{System, Update};
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
@@ -55,6 +57,8 @@ pub(crate) struct AppState {
     pub(crate) relay: Relay,
     /// The archive and history.
     pub(crate) recorder: Recorder,
+    /// How the InfluxDB that gets everything too gets on; `None` without one.
+    pub(crate) influx: Option<watch::Receiver<SinkState>>,
 }
 
 /// What somebody wants to see and may see.

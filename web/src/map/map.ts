@@ -56,9 +56,9 @@ export interface FleetMap {
   dispose(): void;
 }
 
-/** Draws into `root`; `select` is called with the address of a vessel that is clicked. */
-export function createMap(root: HTMLElement, select: (address: number) => void): FleetMap {
-  let palette = readPalette();
+/** Draws into `root`; `select` is called with the address of a vessel that is clicked. `first`: those with the first colours. */
+export function createMap(root: HTMLElement, select: (address: number) => void, first: readonly number[] = []): FleetMap {
+  let palette = readPalette(first);
   const drawn = new Map<number, Drawn>();
   const source = new VectorSource();
   let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
@@ -141,7 +141,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void):
   };
 
   const repaint = (): void => {
-    palette = readPalette();
+    palette = readPalette(first);
     map.removeLayer(graticule);
     graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
     map.getLayers().insertAt(0, graticule);

@@ -6,10 +6,12 @@ export interface Palette {
   readonly grid: string;
   readonly danger: string;
   readonly series: readonly string[];
+  /** Systems that have the first colours, in this order; others have those of their addresses. */
+  readonly first: readonly number[];
 }
 
 /** Reads the colours in force. */
-export function readPalette(): Palette {
+export function readPalette(first: readonly number[] = []): Palette {
   const style = getComputedStyle(document.documentElement);
   const colour = (name: string): string => style.getPropertyValue(name).trim();
   return {
@@ -18,10 +20,12 @@ export function readPalette(): Palette {
     grid: colour("--map-grid"),
     danger: colour("--bad"),
     series: [1, 2, 3, 4].map((number) => colour(`--series-${number}`)),
+    first,
   };
 }
 
 /** A colour that stays with a system. */
 export function seriesColour(palette: Palette, address: number): string {
-  return palette.series[address % palette.series.length] ?? palette.ink;
+  const place = palette.first.indexOf(address);
+  return palette.series[(place < 0 ? address : place) % palette.series.length] ?? palette.ink;
 }

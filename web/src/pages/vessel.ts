@@ -10,6 +10,7 @@ import { createPlots } from "../plot/panel";
 import { createTimeBar } from "../plot/timebar";
 import { createAsker } from "../replay/asker";
 import { createBar } from "../replay/bar";
+import { createBeside } from "../replay/beside";
 import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
@@ -58,7 +59,17 @@ export function startVessel(root: HTMLElement): void {
   const mapFrame = make("div", { class: "map-box" }, mapBox, all, here);
   const nothing = make("p", { class: "empty", hidden: "" }, "Nothing is recorded of this vessel yet. A log of it is brought in under Admin, Import; then it is watched here as it was.");
   tileBox.append(replayBox);
-  root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, nothing, side));
+  const besideBox = make("section", { class: "beside", "aria-label": "Vessels" });
+  root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, besideBox, nothing, side));
+  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
+  // What is looked at stays; the page begins anew with those who are in its address.
+  const beside = createBeside(besideBox, address, names, query, (addresses) => {
+    remember();
+    const next = new URLSearchParams(location.search);
+    if (addresses.length) next.set("with", addresses.join(","));
+    else next.delete("with");
+    location.assign(`${location.pathname}?${next}`);
+  });
   const panel = (): HTMLElement => make("div", { class: "tabpanel" });
   const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel(), "Link loss": panel() };
 
@@ -85,7 +96,7 @@ export function startVessel(root: HTMLElement): void {
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
   const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
-  const map = createMap(mapBox, () => undefined);
+  const map = createMap(mapBox, () => undefined, beside.colours);
   all.addEventListener("click", () => map.showAll());
   const tiles = createTiles(tileBox);
   createMeasure(map, mapFrame);
@@ -269,6 +280,7 @@ export function startVessel(root: HTMLElement): void {
     if (chosen.length) next.set("plots", chosen.map(written).join(","));
     else if (!begun && query.get("plots")) next.set("plots", query.get("plots") ?? "");
     if (tab !== "Plots") next.set("tab", tab);
+    if (beside.addresses.length) next.set("with", beside.addresses.join(","));
     history.replaceState(null, "", `${location.pathname}?${next}`);
   };
 
@@ -292,6 +304,7 @@ export function startVessel(root: HTMLElement): void {
       }
     };
     await Promise.all([
+      beside.ask(range, nowUs(), signal),
       get<TrackPoint[]>(`track?points=${POINTS}&`, (points) => {
         ahead.recorded(points);
         track = isLive(range) ? ahead.all() : points;
@@ -303,6 +316,10 @@ export function startVessel(root: HTMLElement): void {
       get<LogBook>("logbook?limit=2000&", ({ entries, next }) => logBook.update(entries, next !== null), logBook.failed),
       get<Detections>("detections?limit=5000&", ({ detections, next }) => showTags(detections, next !== null), tags.failed),
     ]);
+    if (beside.addresses.length && !isLive(range) && fit && !signal.aborted) {
+      drawPlace();
+      map.showAll();
+    }
     window.clearTimeout(settle);
     if (isLive(range) && !signal.aborted) settle = window.setTimeout(() => void past(), AGAIN_MS);
   };
@@ -329,6 +346,7 @@ export function startVessel(root: HTMLElement): void {
       const old = isLive(range) && !query.has("span") && !query.has("t") && last > 0 && now - last > 3.6e9 && system?.liveness !== "live";
       if (old) choose({ fromUs: Math.max(0, last - 3.6e9), toUs: last + 1_000_000 });
       plots.catalogue(series, gaps);
+      if (beside.addresses.length) plots.beside(await beside.learn());
     } catch {
       plots.catalogue([], []);
     }
@@ -356,11 +374,12 @@ export function startVessel(root: HTMLElement): void {
   };
   /** The vessel on the map: where it was then, or where it is. */
   const drawPlace = (): void => {
+    const others = beside.draw(map, play, state.systems);
     if (play) {
       const known: Values = asItWas()?.values ?? new Map();
       map.track(address, track, play.atUs);
-      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs)], address, play.atUs);
-    } else if (system) map.update([system], address, nowUs());
+      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs), ...others], address, play.atUs);
+    } else if (system) map.update([system, ...others], address, nowUs());
   };
   const draw = (): void => {
     const now = nowUs();
@@ -391,10 +410,11 @@ export function startVessel(root: HTMLElement): void {
     drawPlace();
     const title = root.querySelector("h1");
     if (title && system) setText(title, systemName(system));
+    if (system) beside.name(systemName(system));
   };
 
   let begun = false;
-  const chrome = createChrome({ systems: [address], events: true, every_ms: 100 }, {
+  const chrome = createChrome({ systems: [address, ...beside.addresses], events: true, every_ms: 100 }, {
     frame(now, frame) {
       linked = true;
       state = now;

@@ -21,6 +21,15 @@ export interface ChartLine {
   readonly table: Table;
 }
 
+/** How a line is drawn; lines that another brings along go with it. */
+export interface LineLook {
+  readonly label: string;
+  /** Numbers of the colour and of the dashes. */
+  readonly colour: number;
+  readonly dashes: number;
+  readonly removable: boolean;
+}
+
 export interface ChartHandlers {
   /** The pointer or the keys are at this time; null when they have left. */
   cursor(us: number | null): void;
@@ -40,19 +49,25 @@ export interface Chart {
   dispose(): void;
 }
 
-/** A plot of lines in `unit`. `labels` are its lines; a change of them takes a new plot. */
-export function createChart(title: string, unit: string, labels: readonly string[], handlers: ChartHandlers, ...buttons: readonly HTMLElement[]): Chart {
+/** A plot of lines in `unit`. `looks` are its lines; a change of them takes a new plot. */
+export function createChart(title: string, unit: string, looks: readonly LineLook[], handlers: ChartHandlers, ...buttons: readonly HTMLElement[]): Chart {
   const palette = readPalette();
   const summary = make("p", { class: "hidden" });
   const legend = make("ul", { class: "legend" });
-  const values = labels.map((label, index) => {
+  const stroke = ({ colour }: LineLook): string => palette.series[colour % palette.series.length] ?? palette.ink;
+  const dash = ({ dashes }: LineLook): readonly number[] => DASHES[dashes % DASHES.length] ?? [];
+  const values = looks.map((look, index) => {
     const value = make("span", { class: "num" });
-    const remove = make("button", { type: "button", class: "small", "aria-label": `Remove ${label}` }, "✕");
-    remove.addEventListener("click", () => handlers.remove(index));
     const swatch = make("i", { class: "swatch" });
-    swatch.style.borderTopColor = palette.series[index % palette.series.length] ?? palette.ink;
-    swatch.style.borderTopStyle = DASHES[Math.floor(index / palette.series.length)]?.length ? "dashed" : "solid";
-    legend.append(make("li", {}, swatch, make("span", {}, label), value, remove));
+    swatch.style.borderTopColor = stroke(look);
+    swatch.style.borderTopStyle = dash(look).length ? "dashed" : "solid";
+    const item = make("li", {}, swatch, make("span", {}, look.label), value);
+    if (look.removable) {
+      const remove = make("button", { type: "button", class: "small", "aria-label": `Remove ${look.label}` }, "✕");
+      remove.addEventListener("click", () => handlers.remove(index));
+      item.append(remove);
+    }
+    legend.append(item);
     return value;
   });
   const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": `${title}. Left and right move the cursor, with Shift by more, Enter goes there; plus and minus zoom, Page Up and Page Down move in time.` });
@@ -61,19 +76,19 @@ export function createChart(title: string, unit: string, labels: readonly string
   let silent = false;
   let gaps: readonly Gap[] = [];
   let data: uPlot.AlignedData = [[]];
-  const stroke = (index: number): string => palette.series[index % palette.series.length] ?? palette.ink;
   const series: uPlot.Series[] = [{}];
   const bands: uPlot.Band[] = [];
-  labels.forEach((label, index) => {
+  looks.forEach((look, index) => {
+    const { label } = look;
     const band = { stroke: "transparent", points: { show: false } };
     series.push({ ...band, label: `${label} greatest` }, { ...band, label: `${label} least` }, {
       label,
-      stroke: stroke(index),
+      stroke: stroke(look),
       width: 1.75,
-      dash: [...(DASHES[Math.floor(index / palette.series.length)] ?? [])],
-      points: { size: 4, fill: stroke(index) },
+      dash: [...dash(look)],
+      points: { size: 4, fill: stroke(look) },
     });
-    bands.push({ series: [3 * index + 1, 3 * index + 2], fill: faint(stroke(index)) });
+    bands.push({ series: [3 * index + 1, 3 * index + 2], fill: faint(stroke(look)) });
   });
   const axis: uPlot.Axis = { stroke: palette.ink, grid: { stroke: palette.grid, width: 1 }, ticks: { stroke: palette.grid, width: 1 }, font: "13px system-ui, sans-serif" };
   const plot = new uPlot(
@@ -106,7 +121,7 @@ export function createChart(title: string, unit: string, labels: readonly string
 
   const moved = (self: uPlot): void => {
     const left = self.cursor.left ?? -1;
-    labels.forEach((_, index) => {
+    looks.forEach((_, index) => {
       // Without a cursor the last value is told.
       const at = left < 0 ? lastKnown(data, 3 * index + 3) : (self.cursor.idxs?.[3 * index + 3] ?? null);
       const mean = value(data, 3 * index + 3, at);

@@ -1,13 +1,21 @@
 // What plots are made of: sources, the stretch of time, and lines joined from history and what is live. Pure.
 
-import type { Buckets, Update } from "../api/types.gen";
-
+import type { Buckets, Series, Update } from "../api/types.gen";
 
 /** A field of a message of an entity. */
 export interface Source {
   readonly message: string;
   readonly entity: number;
   readonly field: string;
+}
+
+/** Another vessel whose fields are drawn beside the page's own. */
+export interface Companion {
+  readonly address: number;
+  readonly name: string;
+  readonly series: readonly Series[];
+  /** What its entities are called. */
+  readonly labels: ReadonlyMap<number, string>;
 }
 
 /** The stretch of time that the page looks at, µs since 1970 UTC; without an end it follows the present. */
@@ -58,6 +66,15 @@ export function parsed(text: string): Source | undefined {
   return { message, entity: Number(entity), field };
 }
 
+/** The same field of another vessel: of the part that is called the same, has the same number, or said it most often. */
+export function likewise(source: Source, label: string, series: readonly Series[], labels: ReadonlyMap<number, string>): Source | undefined {
+  const { message, field } = source;
+  const said = series.filter((one) => one.message === message && one.fields.some(({ name }) => name === field));
+  const often = [...said].sort((one, other) => other.count - one.count);
+  const found = said.find((one) => label !== "" && labels.get(one.entity) === label) ?? said.find((one) => one.entity === source.entity) ?? often[0];
+  return found && { message, entity: found.entity, field };
+}
+
 /** The unit that is shown, and by what to multiply. */
 export function shownUnit(unit: string): { unit: string; factor: number } {
   if (unit === "rad") return { unit: "°", factor: DEG };
@@ -74,7 +91,11 @@ export class Line {
   private toUs = 0;
   private tail: { us: number; value: number }[] = [];
 
-  constructor(readonly source: Source) {}
+  constructor(
+    readonly source: Source,
+    /** Whose. */
+    readonly vessel: number,
+  ) {}
 
   /** What the history answered for the time before `toUs`. */
   recorded(buckets: Buckets, toUs: number): void {

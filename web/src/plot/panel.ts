@@ -2,10 +2,11 @@
 
 import { getJson, reason } from "../api/http";
 import type { Buckets, Gap, Series, Update } from "../api/types.gen";
+import { readPalette } from "../map/palette";
 import { make, setAttribute, setText } from "../ui/dom";
-import { type Chart, createChart } from "./chart";
+import { type Chart, createChart, type LineLook } from "./chart";
 import { type Choice, createChooser } from "./chooser";
-import { ends, exports, isLive, Line, parsed, type Range, shownUnit, type Source, written } from "./model";
+import { type Companion, ends, exports, isLive, likewise, Line, parsed, type Range, shownUnit, type Source, written } from "./model";
 
 /** Most lines at once. */
 const LINES = 16;
@@ -34,11 +35,15 @@ export interface PlotPanel {
   cursor(us: number | null): void;
   add(source: Source): void;
   catalogue(series: readonly Series[], gaps: readonly Gap[]): void;
+  /** Draws the same fields of these vessels beside the page's own, each vessel in a colour of its own. */
+  beside(companions: readonly Companion[]): void;
 }
 
 interface Plot {
   readonly key: string;
   readonly lines: Line[];
+  /** The same of other vessels, with the lines that they go with. */
+  beside: { readonly line: Line; readonly like: Line; readonly companion: Companion }[];
   chart: Chart | undefined;
   csv: HTMLElement;
 }
@@ -50,6 +55,7 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
   let gaps: readonly Gap[] = [];
   const heard = new Map<string, { unit: string; period_s: number | null }>();
   let plots: Plot[] = [];
+  let companions: readonly Companion[] = [];
   let asked: AbortController | undefined;
   let timer: number | undefined;
   const problem = make("p", { class: "note bad", role: "alert", hidden: "" });
@@ -60,6 +66,7 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
     series.get(`${source.message}.${source.entity}`)?.fields.find((field) => field.name === source.field)?.unit ?? heard.get(written(source))?.unit ?? "";
   const periodUs = (source: Source): number =>
     (heard.get(written(source))?.period_s ?? series.get(`${source.message}.${source.entity}`)?.period_s ?? 10) * 1e6;
+  const drawn = ({ lines, beside }: Plot): Line[] => [...lines, ...beside.map(({ line }) => line)];
   const all = (): Source[] => plots.flatMap(({ lines }) => lines.map(({ source }) => source));
   const choices = (): Choice[] => {
     const found = new Map<string, Choice>();
@@ -90,11 +97,11 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
     const pixels = Math.max(100, Math.min(2_000, Math.round(list.clientWidth || 800)));
     let told = "";
     await Promise.all(
-      plots.flatMap(({ lines }) => lines).map(async (line) => {
+      plots.flatMap(drawn).map(async (line) => {
         const { message, entity, field } = line.source;
         const query = new URLSearchParams({ message, entity: String(entity), field, from_us: String(Math.round(fromUs)), to_us: String(Math.round(toUs) + 1), pixels: String(pixels) });
         try {
-          line.recorded(await getJson<Buckets>(`/api/v1/vessels/${vessel}/buckets?${query}`, mine.signal), toUs);
+          line.recorded(await getJson<Buckets>(`/api/v1/vessels/${line.vessel}/buckets?${query}`, mine.signal), toUs);
         } catch (error) {
           if (!mine.signal.aborted) told = `${message} ${field}: ${reason(error)}`;
         }
@@ -109,7 +116,24 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
   };
 
   const label = (source: Source): string => `${entity(source.entity)} ${source.field}`.trim();
+  /** Alone, a vessel's lines have a colour each; of several, each vessel has one. */
+  const looks = ({ lines, beside }: Plot): LineLook[] => {
+    const colours = readPalette().series.length;
+    if (!companions.length) return lines.map(({ source }, index) => ({ label: label(source), colour: index, dashes: Math.floor(index / colours), removable: true }));
+    return [
+      ...lines.map(({ source }, index) => ({ label: label(source), colour: 0, dashes: index, removable: true })),
+      ...beside.map(({ line, like, companion }) => ({ label: `${companion.name} ${companion.labels.get(line.source.entity) ?? line.source.entity} ${line.source.field}`, colour: companions.indexOf(companion) + 1, dashes: lines.indexOf(like), removable: false })),
+    ];
+  };
   const rebuild = (plot: Plot): void => {
+    const before = new Map(plot.beside.map(({ line }) => [`${line.vessel} ${written(line.source)}`, line]));
+    plot.beside = plot.lines.flatMap((like) =>
+      companions.flatMap((companion) => {
+        const source = likewise(like.source, entity(like.source.entity), companion.series, companion.labels);
+        const line = source && (before.get(`${companion.address} ${written(source)}`) ?? new Line(source, companion.address));
+        return line ? [{ line, like, companion }] : [];
+      }),
+    );
     plot.chart?.dispose();
     plot.chart = undefined;
     if (!plot.lines.length) return;
@@ -117,7 +141,7 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
     if (!source) return;
     const { unit } = shownUnit(unitOf(source));
     plot.csv = make("span", { class: "buttons" });
-    plot.chart = createChart(`${source.message}${unit ? `, ${unit}` : ""}`, unit, plot.lines.map((line) => label(line.source)), {
+    plot.chart = createChart(`${source.message}${unit ? `, ${unit}` : ""}`, unit, looks(plot), {
       ...handlers,
       cursor(us) {
         for (const { chart } of plots) if (chart !== plot.chart) chart?.cursor(us);
@@ -148,10 +172,10 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
     const key = `${source.message}/${unitOf(source)}`;
     let plot = plots.find((one) => one.key === key);
     if (!plot) {
-      plot = { key, lines: [], chart: undefined, csv: make("span") };
+      plot = { key, lines: [], beside: [], chart: undefined, csv: make("span") };
       plots.push(plot);
     }
-    plot.lines.push(new Line(source));
+    plot.lines.push(new Line(source, vessel));
     rebuild(plot);
     changed();
   };
@@ -159,22 +183,34 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
   const draw = (now: number): void => {
     nowUs = now;
     const { fromUs, toUs } = ends(range, nowUs);
-    for (const { chart, lines, csv } of plots) {
+    for (const plot of plots) {
+      const { chart, lines, beside, csv } = plot;
       if (!chart) continue;
+      const told = looks(plot);
+      const like = [...lines, ...beside.map(({ like }) => like)].map(({ source }) => source);
       chart.update(
-        lines.map((line) => ({ label: label(line.source), table: line.table(shownUnit(unitOf(line.source)).factor, GAP_PERIODS * periodUs(line.source)) })),
+        drawn(plot).map((line, index) => {
+          const source = like[index] ?? line.source;
+          return { label: told[index]?.label ?? "", table: line.table(shownUnit(unitOf(source)).factor, GAP_PERIODS * periodUs(source)) };
+        }),
         fromUs,
         toUs,
         gaps,
       );
       if (!researcher) continue;
       const links = exports(vessel, lines.map(({ source }) => source), fromUs, toUs);
+      for (const companion of companions) {
+        const theirs = beside.filter((one) => one.companion === companion).map(({ line }) => line.source);
+        links.push(...exports(companion.address, theirs, fromUs, toUs).map(({ name, href }) => ({ name: `${companion.name} ${name}`, href })));
+      }
       while (csv.children.length > links.length) csv.lastElementChild?.remove();
       links.forEach(({ name, href }, index) => {
         const link = csv.children[index] ?? csv.appendChild(make("a", { class: "button", download: "" }));
-        setText(link, links.length > 1 ? `CSV ${index + 1}` : "CSV");
+        const text = links.length > 1 ? `CSV ${index + 1}` : "CSV";
+        setText(link, text);
         setAttribute(link, "href", href);
-        setAttribute(link, "aria-label", `Download CSV of ${name} as shown`);
+        // What is read aloud begins with what is seen.
+        setAttribute(link, "aria-label", `${links.length > 1 ? `${text}: ` : ""}Download CSV of ${name} as shown`);
       });
     }
   };
@@ -194,9 +230,9 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
       for (const update of values) {
         for (const field of update.fields) {
           if (typeof field.value !== "number") continue;
-          heard.set(written({ message: update.abbrev, entity: update.entity, field: field.name }), { unit: field.unit, period_s: update.period_s });
+          if (update.system === vessel) heard.set(written({ message: update.abbrev, entity: update.entity, field: field.name }), { unit: field.unit, period_s: update.period_s });
         }
-        for (const { lines } of plots) for (const line of lines) if (line.source.message === update.abbrev && line.source.entity === update.entity) line.add(update);
+        for (const line of plots.flatMap(drawn)) if (line.vessel === update.system && line.source.message === update.abbrev && line.source.entity === update.entity) line.add(update);
       }
     },
     draw,
@@ -209,6 +245,11 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
       gaps = declared;
       for (const source of waiting) add(source);
       waiting = [];
+    },
+    beside(others) {
+      companions = others;
+      plots.forEach(rebuild);
+      ask();
     },
   };
 }

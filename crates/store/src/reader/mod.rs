@@ -27,8 +27,9 @@ use crate::history::{self, CATALOGUE, GroupKey, MonthKey, Names, Table};
 use crate::range::TimeRange;
 use crate::reindex::HISTORY;
 use imc::Address;
-use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension as _};
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The samples of one message of one entity of one system.
@@ -164,16 +165,53 @@ impl Reader {
     }
 }
 
-/// Opens a database for reading beside its writer.
+/// Opens a database for reading, beside its writer or where nobody may write.
 pub(crate) fn open(path: &Path, memory: Memory) -> rusqlite::Result<Connection> {
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let connection = Connection::open_with_flags(path, flags)?;
+    let connection = connect(path)?;
     connection.execute_batch(&format!(
         "PRAGMA cache_size = -{}; PRAGMA mmap_size = {}; PRAGMA busy_timeout = 5000; PRAGMA query_only = 1",
         memory.cache_kib, memory.map_bytes
     ))?;
     connection.set_prepared_statement_cache_capacity(64);
     Ok(connection)
+}
+
+/// Reading beside a writer takes files beside the database. In a folder that cannot be written they cannot be made, nor
+/// by a writer: there the database is read as it stands.
+fn connect(path: &Path) -> rusqlite::Result<Connection> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let probe = |connection: Connection| {
+        connection.query_row("PRAGMA schema_version", (), |_| Ok(()))?;
+        Ok(connection)
+    };
+    let failed = match Connection::open_with_flags(path, flags).and_then(probe) {
+        Err(rusqlite::Error::SqliteFailure(failed, _))
+            if matches!(failed.code, ErrorCode::CannotOpen | ErrorCode::ReadOnly) =>
+        {
+            failed
+        }
+        other => return other,
+    };
+    let told = |text: String| Err(rusqlite::Error::SqliteFailure(failed, Some(text)));
+    if let Err(error) = fs::File::open(path) {
+        return told(format!("{error}; let the user who runs this read it"));
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    if rustix::fs::access(folder, rustix::fs::Access::WRITE_OK).is_ok() {
+        return told(failed.to_string());
+    }
+    let mut beside = path.to_owned().into_os_string();
+    beside.push("-wal");
+    if fs::metadata(&beside).is_ok_and(|file| file.len() > 0) {
+        return told(format!(
+            "{} holds more, and its folder cannot be written: copy the data folder to where it can",
+            Path::new(&beside).display()
+        ));
+    }
+    let Some(text) = path.to_str() else { return told("its path is no UTF-8".to_owned()) };
+    let quoted = text.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+    let uri = format!("file:{quoted}?immutable=1");
+    Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_URI).and_then(probe)
 }
 
 /// Whether a month has samples of a group.

@@ -15,13 +15,15 @@ const OTTER_INI: &str = include_str!("../../../../vehicle-agent/etc/otter.ini");
 const FIRST: u16 = 0x28D1;
 /// Where the first Otter starts, north and east (degrees): in the fjord off Trondheim.
 const PLACE_DEG: (f64, f64) = (63.446, 10.345);
+/// The Otter of which only a log is left; before the first's address, which nobody has either.
+const YESTERDAY: u16 = FIRST - 1;
 /// Otters in a row, and how far they are apart (m).
 const IN_A_ROW: u16 = 3;
 const APART_M: f64 = 250.0;
 /// As many have room so; more lie closer, in as much deep water.
 const WITH_ROOM: u16 = 12;
 /// Tagged fish, within so far from the middle of the first row (m).
-const FISH: u32 = 3;
+pub(super) const FISH: u32 = 3;
 const FISH_RADIUS_M: f64 = 250.0;
 
 /// One Otter.
@@ -51,32 +53,65 @@ pub(super) fn otters(count: u16) -> Vec<Otter> {
     (0..count).map(otter).collect()
 }
 
+/// The Otter that sailed yesterday, where the others sail today.
+pub(super) fn of_yesterday() -> Otter {
+    Otter {
+        name: "otter-0".to_owned(),
+        address: Address(YESTERDAY),
+        start: frame().to_place(LocalPoint { north_m: 0.0, east_m: APART_M }),
+        pattern: Pattern::Rows,
+    }
+}
+
+/// Where an Otter's link leads, and what opens it.
+#[derive(Debug, Clone)]
+pub(super) struct Link {
+    pub(super) server: SocketAddr,
+    pub(super) token: String,
+}
+
+/// What all Otters have around them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct World<'a> {
+    /// The chart's depth index.
+    pub(super) chart: &'a Path,
+    /// When the fish begin to swim.
+    pub(super) since: UtcTime,
+    /// Whether there are any.
+    pub(super) fish: bool,
+}
+
 fn frame() -> LocalFrame {
     let (north, east) = PLACE_DEG;
     LocalFrame::new(LatLon::from_deg(north, east).expect("invariant: the place is on Earth"))
 }
 
-/// Writes the files of all agents: what they have in common, and each one's own configuration and token.
+/// Writes what the configurations of all agents have in common, before any of them reads it.
+///
+/// # Errors
+/// The folder does not take it.
+pub(super) fn prepare(folder: &Path) -> anyhow::Result<()> {
+    put(&folder.join("otter.ini"), OTTER_INI)
+}
+
+fn put(path: &Path, text: &str) -> anyhow::Result<()> {
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Writes the files of an agent: its own configuration, and its link's token.
 ///
 /// # Errors
 /// The folder does not take them.
 pub(super) fn write(
     folder: &Path,
-    server: SocketAddr,
-    otters: &[Otter],
-    tokens: &[String],
-    chart: &Path,
-    now: UtcTime,
+    world: World<'_>,
+    otter: &Otter,
+    link: Option<&Link>,
 ) -> anyhow::Result<()> {
-    let put = |path: PathBuf, text: &str| {
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
-    };
-    put(folder.join("otter.ini"), OTTER_INI)?;
-    for (otter, token) in otters.iter().zip(tokens) {
-        put(folder.join(format!("{}.token", otter.name)), token)?;
-        put(otter.ini(folder), &otter.configuration(server, chart, now))?;
+    if let Some(link) = link {
+        put(&folder.join(format!("{}.token", otter.name)), &link.token)?;
     }
-    Ok(())
+    put(&otter.ini(folder), &otter.configuration(world, link))
 }
 
 impl Otter {
@@ -96,9 +131,13 @@ impl Otter {
     }
 
     /// What differs from the configuration that all have in common.
-    fn configuration(&self, server: SocketAddr, chart: &Path, now: UtcTime) -> String {
+    fn configuration(&self, world: World<'_>, link: Option<&Link>) -> String {
         let Self { name, address, start, .. } = self;
-        let mut text = format!(
+        let link = link.map_or_else(
+            || "Enabled = Never".to_owned(),
+            |link| format!("Enabled = Always\nURL = ws://{}/link\nToken File = {name}.token", link.server),
+        );
+        let text = format!(
             "# Written by `lutra-server demo`.\n[Require otter.ini]\n\n\
              [General]\nVehicle = {name}\n\
              # Whatever else keeps this computer busy is no reason to stop a simulated vessel.\n\
@@ -108,29 +147,35 @@ impl Otter {
              [Transports.Announce]\nEnabled = Never\n\n\
              [Transports.UDP]\nEnabled = Never\n\n\
              [Transports.TCP.Server]\nEnabled = Never\n\n\
-             [Transports.Lutra]\nEnabled = Always\nURL = ws://{server}/link\nToken File = {name}.token\n\n\
+             [Transports.Lutra]\n{link}\n\n\
              [Supervisors.Grounding]\nChart = {}\n\n\
              [Simulators.GPS]\nInitial Position = {:.7}, {:.7}\n\n\
              [Simulators.StreamVelocity]\nDefault Speed North = 0.05\nDefault Speed East = 0.1\n",
             address.0,
-            chart.display(),
+            world.chart.display(),
             start.lat_deg(),
             start.lon_deg(),
         );
-        let middle = frame().to_place(LocalPoint { north_m: 60.0, east_m: APART_M });
-        let (lat_deg, lon_deg, since_s) = (middle.lat_deg(), middle.lon_deg(), now.micros() / 1_000_000);
-        for fish in 1..=FISH {
-            // Writing to a text cannot fail.
-            let _ = write!(
-                text,
-                "\n[Simulators.Fish/{fish}]\nEnabled = Simulation\nEntity Label = Tagged Fish {fish}\n\
-                 Tag Number = {}\nBeginning = {since_s}\nArea -- Centre = {lat_deg:.7}, {lon_deg:.7}\n\
-                 Area -- Radius = {FISH_RADIUS_M}\nTag Interval = 10, 25\n",
-                100 + fish,
-            );
-        }
-        text
+        if world.fish { text + &fish(world.since) } else { text }
     }
+}
+
+/// The sections of all fish.
+fn fish(since: UtcTime) -> String {
+    let middle = frame().to_place(LocalPoint { north_m: 60.0, east_m: APART_M });
+    let (lat_deg, lon_deg, since_s) = (middle.lat_deg(), middle.lon_deg(), since.micros() / 1_000_000);
+    let mut text = String::new();
+    for fish in 1..=FISH {
+        // Writing to a text cannot fail.
+        let _ = write!(
+            text,
+            "\n[Simulators.Fish/{fish}]\nEnabled = Simulation\nEntity Label = Tagged Fish {fish}\n\
+             Tag Number = {}\nBeginning = {since_s}\nArea -- Centre = {lat_deg:.7}, {lon_deg:.7}\n\
+             Area -- Radius = {FISH_RADIUS_M}\nTag Interval = 10, 25\n",
+            100 + fish,
+        );
+    }
+    text
 }
 
 #[cfg(test)]
@@ -143,7 +188,8 @@ mod tests {
 
     #[test]
     fn addresses_are_of_surface_vehicles_that_nobody_has() {
-        let otters = otters(12);
+        let mut otters = otters(11);
+        otters.push(of_yesterday());
         for otter in &otters {
             assert_eq!(otter.address.kind(), AddressKind::Asv, "{}", otter.address);
             assert_eq!((otter.address.name(), otter.address.is_lsts()), (None, Some(false)));
@@ -155,19 +201,27 @@ mod tests {
     #[test]
     fn every_agent_gets_a_configuration_free_of_problems() {
         let folder = tempfile::tempdir().unwrap();
-        let (otters, tokens) = (otters(3), vec!["lutra_link_x".to_owned(); 3]);
-        let now = UtcTime::from_micros(1_790_000_000_000_000);
+        let link = Link { server: "127.0.0.1:8081".parse().unwrap(), token: "lutra_link_x".to_owned() };
+        let since = UtcTime::from_micros(1_790_000_000_000_000);
         let chart = folder.path().join("chart.lutra-index");
-        write(folder.path(), "127.0.0.1:8081".parse().unwrap(), &otters, &tokens, &chart, now).unwrap();
-        for otter in &otters {
+        prepare(folder.path()).unwrap();
+        let load = |otter: &Otter, link: Option<&Link>, fish: bool| {
+            write(folder.path(), World { chart: &chart, since, fish }, otter, link).unwrap();
             let config = Config::load(&Disk, &otter.ini(folder.path()), &["Simulation"]);
             assert_eq!(config.report().counts(), ::config::Counts::default(), "{}", config.report());
             assert_eq!((config.vehicle(), config.address()), (&*otter.name, Some(otter.address.0)));
-            let only = config.running(&transport::lutra::LUTRA).next().unwrap();
-            assert_eq!(only.get(&transport::lutra::URL), "ws://127.0.0.1:8081/link");
             let open = [&transport::udp::UDP, &transport::tcp::SERVER, &transport::announce::ANNOUNCE];
             assert!(open.into_iter().all(|door| config.running(door).next().is_none()));
+            config
+        };
+        for otter in &otters(3) {
+            let config = load(otter, Some(&link), true);
+            let only = config.running(&transport::lutra::LUTRA).next().unwrap();
+            assert_eq!(only.get(&transport::lutra::URL), "ws://127.0.0.1:8081/link");
             assert_eq!(config.running(&simulate::fish::FISH).count(), 3);
         }
+        let config = load(&of_yesterday(), None, false);
+        assert!(config.running(&transport::lutra::LUTRA).next().is_none());
+        assert!(config.running(&simulate::fish::FISH).next().is_none());
     }
 }

@@ -6,7 +6,10 @@
 
 mod agent;
 mod chart;
+mod cut;
 mod fleet;
+mod guide;
+mod past;
 mod plans;
 mod sail;
 mod scratch;
@@ -18,12 +21,22 @@ use crate::clock;
 use crate::config::{self, Config, Overrides};
 use crate::log;
 use crate::people::{self, Fault, db, one_time_password, password, persons, tokens, vessels};
+use crate::plans as kept;
+use crate::shore::AppState;
 use anyhow::{Context as _, bail};
+use api::PlanDocument;
 use api::Role;
 use clap::Args;
-use fleet::Otter;
+use cut::{Times, Wire};
+use fleet::{Link, Otter, World};
+use guide::Guide;
+use imc::Address;
+use imc::messages::PlanSpecification;
+use past::Past;
+use plans::Pattern;
 use sail::{Report, Shore};
 use scratch::Scratch;
+use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -57,6 +70,24 @@ pub(super) struct DemoArguments {
     /// End so many seconds after all Otters have begun to sail; one that has not after a minute is an error.
     #[arg(long, value_name = "S", env = "LUTRA_DEMO_SECONDS")]
     seconds: Option<u64>,
+    /// No tagged fish around the Otters.
+    #[arg(long)]
+    no_fish: bool,
+    /// No log of another Otter's mission of yesterday.
+    #[arg(long)]
+    no_past: bool,
+    /// No link is cut.
+    #[arg(long, conflicts_with_all = ["cut_after", "cut_for", "cut_every"])]
+    no_cut: bool,
+    /// The link of the last Otter is cut for the first time so many seconds after it began to sail.
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    cut_after: u64,
+    /// The link stays cut for so many seconds.
+    #[arg(long, value_name = "S", default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..=3600))]
+    cut_for: u64,
+    /// From one cut to the next, seconds.
+    #[arg(long, value_name = "S", default_value_t = 240, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    cut_every: u64,
 }
 
 /// Runs the demo until a signal, or as long as told.
@@ -77,58 +108,141 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
     log::start(&config.log);
     let plural = if arguments.otters == 1 { "" } else { "s" };
     say!("A shore server and {} simulated Otter{plural}, with everything in {scratch}", arguments.otters);
-    let otters = fleet::otters(arguments.otters);
-    let access = admit(&config.data, &otters)?;
+    let mut crew = Vec::new();
+    for otter in fleet::otters(arguments.otters) {
+        let (document, plan) = plans::drawn(&otter)?;
+        crew.push(Member { otter, document, plan });
+    }
+    let past = (!arguments.no_past).then(|| Past::before(clock::now()));
+    let access = admit(&config.data, &crew, past.as_ref())?;
     let chart = chart::bring_in(scratch.path(), &config.chart_set())?;
+    let stage = Stage { program, folder: scratch.path().to_owned(), chart, fish: !arguments.no_fish, past };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
         .context("cannot start the runtime")?;
     runtime.block_on(async {
-        let (under_way, sailing) = watch::channel(0);
-        let enough = async move {
+        let (under_way, sailing) = watch::channel(BTreeSet::new());
+        let enough = async {
             let Some(seconds) = arguments.seconds else { return std::future::pending().await };
-            let mut sailing = sailing;
-            // The task that counts ends only with the demo.
-            let all = sailing.wait_for(|count| *count >= arguments.otters);
-            tokio::time::timeout(LONGEST_START, all).await.ok();
+            all_sail(sailing, usize::from(arguments.otters)).await;
             tokio::time::sleep(Duration::from_secs(seconds)).await;
         };
         let ended = ended(enough)?;
         let serving = crate::serve(config).await?;
         say!("server    http://{}  log in as {ADMIN} with the password {}", serving.address, access.password);
-        fleet::write(scratch.path(), serving.address, &otters, &access.tokens, &chart, clock::now())?;
-        let missing = run(serving, &program, scratch.path(), otters, under_way, ended).await?;
+        let missing = run(serving, &stage, crew, &access.tokens, arguments.times(), under_way, ended).await?;
         if missing.is_empty() { Ok(()) } else { bail!("{}", missing.join("; ")) }
     })
+}
+
+impl DemoArguments {
+    /// When links are cut, if at all.
+    fn times(&self) -> Option<Times> {
+        let [first, lasts, every] = [self.cut_after, self.cut_for, self.cut_every].map(Duration::from_secs);
+        (!self.no_cut).then_some(Times { first, lasts, every })
+    }
+}
+
+/// An Otter and its plan, as people have it and as the vessel gets it.
+struct Member {
+    otter: Otter,
+    document: PlanDocument,
+    plan: PlanSpecification,
+}
+
+/// What the demo works with.
+#[derive(Clone)]
+struct Stage {
+    /// lutra-agent.
+    program: PathBuf,
+    folder: PathBuf,
+    /// The chart's depth index.
+    chart: PathBuf,
+    fish: bool,
+    past: Option<Past>,
+}
+
+/// Waits until so many Otters sail, but not for ever.
+async fn all_sail(mut sailing: watch::Receiver<BTreeSet<Address>>, count: usize) {
+    // The tasks that count end only with the demo.
+    let all = sailing.wait_for(|all| all.len() >= count);
+    tokio::time::timeout(LONGEST_START, all).await.ok();
 }
 
 /// Starts the Otters and keeps them going until `ended`. What an end by the clock finds missing.
 async fn run(
     serving: Serving,
-    program: &Path,
-    folder: &Path,
-    otters: Vec<Otter>,
-    under_way: watch::Sender<u16>,
+    stage: &Stage,
+    crew: Vec<Member>,
+    tokens: &[String],
+    cut: Option<Times>,
+    under_way: watch::Sender<BTreeSet<Address>>,
     ended: impl Future<Output = bool>,
 ) -> anyhow::Result<Vec<String>> {
-    let (stop, mut sailing) = (CancellationToken::new(), JoinSet::new());
-    for otter in otters {
-        let (program, folder) = (program.to_owned(), folder.to_owned());
+    let (stop, mut sailing, mut beside) = (CancellationToken::new(), JoinSet::new(), JoinSet::new());
+    let (server, url) = (serving.address, format!("http://{}", serving.address));
+    let Stage { program, folder, chart, fish, past } = stage;
+    let world = World { chart, since: clock::now(), fish: *fish };
+    let cut = cut.zip(crew.last().map(|member| member.otter.clone()));
+    // It carries until the agents have ended.
+    let whole = CancellationToken::new();
+    let wire = match &cut {
+        Some(_) => Some(Wire::lay(server, whole.clone()).await.context("a wire on loopback")?),
+        None => None,
+    };
+    let guide =
+        Guide { url: &url, first: &crew[0].otter, fish: *fish, past: past.as_ref(), cut: cut.as_ref() };
+    let (guide, count) = (guide.to_string(), crew.len());
+    fleet::prepare(folder)?;
+    for (Member { otter, plan, .. }, token) in crew.into_iter().zip(tokens) {
+        let by_wire = cut.as_ref().filter(|(_, one)| one.address == otter.address).and(wire.as_ref());
+        let link = Link { server: by_wire.map_or(server, |wire| wire.address), token: token.clone() };
+        fleet::write(folder, world, &otter, Some(&link))?;
         let shore = Shore { relay: serving.relay.clone(), under_way: under_way.clone() };
-        sailing.spawn(sail::sail(otter, program, folder, shore, stop.clone()));
+        sailing.spawn(sail::sail((otter, plan), program.clone(), folder.clone(), shore, stop.clone()));
     }
-    say!(
-        "look at   the map, where the Otters move; the latest values of the one chosen; CSV of EstimatedState or"
-    );
-    say!("          TBRFishTag (they hear three tagged fish). Ctrl-C ends the demo.");
+    say!("{guide}");
+    if let Some(((times, otter), wire)) = cut.zip(wire) {
+        let (mut sails, state, url) = (under_way.subscribe(), serving.state.clone(), url.clone());
+        beside.spawn(async move {
+            sails.wait_for(|all| all.contains(&otter.address)).await.ok();
+            cut::again_and_again(wire, otter, times, state, url).await;
+        });
+    }
+    if past.is_some() {
+        beside.spawn(yesterday(stage.clone(), count, under_way.subscribe(), serving.state.clone(), url));
+    }
     let by_clock = ended.await;
     say!("ending    the agents, then the server");
+    beside.shutdown().await;
     stop.cancel();
-    let mut reports: Vec<Report> = Vec::new();
+    let mut reports = Vec::new();
     while let Some(report) = sailing.join_next().await {
         reports.push(report.context("an Otter's task broke off")?);
     }
+    whole.cancel();
+    let missing = report(serving, reports).await;
+    // Whoever presses Ctrl-C in the first second knows that nothing has happened yet.
+    Ok(if by_clock { missing } else { Vec::new() })
+}
+
+/// Brings yesterday's log in. Whoever waits for the first picture does not wait for this.
+async fn yesterday(
+    stage: Stage,
+    count: usize,
+    under_way: watch::Receiver<BTreeSet<Address>>,
+    state: AppState,
+    url: String,
+) {
+    let Some(past) = &stage.past else { return };
+    all_sail(under_way, count).await;
+    let outcome = past.bring_in(&stage.program, &stage.folder, &stage.chart, stage.fish, &state).await;
+    past::tell(past, &url, outcome);
+}
+
+/// Ends the server and tells what became of everything; what is missing.
+async fn report(serving: Serving, mut reports: Vec<Report>) -> Vec<String> {
     reports.sort_by(|one, other| one.name.cmp(&other.name));
     let recording = serving.recorder.state();
     serving.stop().await;
@@ -140,8 +254,7 @@ async fn run(
     if let Some(trouble) = &recording.borrow().trouble {
         missing.push(trouble.text.clone());
     }
-    // Whoever presses Ctrl-C in the first second knows that nothing has happened yet.
-    Ok(if by_clock { missing } else { Vec::new() })
+    missing
 }
 
 /// Waits for a signal or for the time to be up; true for the latter.
@@ -207,18 +320,26 @@ struct Access {
     tokens: Vec<String>,
 }
 
-/// Makes the admin, the vessels and their tokens in a new database of people.
-fn admit(data: &Path, otters: &[Otter]) -> Result<Access, Fault> {
+/// Makes the admin, the vessels, their tokens and their plans in a new database of people.
+fn admit(data: &Path, crew: &[Member], past: Option<&Past>) -> Result<Access, Fault> {
     let mut connection = people::open(data)?;
     db::within_transaction(&mut connection, |db| {
         let (now, password) = (clock::now(), one_time_password());
         let admin = persons::add(db, ADMIN, &password::hash(&password), false, now)?;
         persons::set_permission(db, admin, None, Some(Role::Admin))?;
         let mut made = Vec::new();
-        for otter in otters {
+        for (index, Member { otter, document, .. }) in crew.iter().enumerate() {
             vessels::add(db, otter.address.0, &otter.name, now)?;
             let link = tokens::NewLink { label: "demo", vessel: otter.address.0, days: None };
             made.push(tokens::make_link(db, &link, now)?.secret);
+            // Further Otters sail plans of the same names elsewhere.
+            if index < Pattern::ALL.len() {
+                let change = kept::Change { author: ADMIN, now, draft: false };
+                kept::create(db, document.clone(), change)?;
+            }
+        }
+        if let Some(past) = past {
+            past::admit(db, past, now)?;
         }
         Ok(Access { password, tokens: made })
     })

@@ -1,5 +1,9 @@
 //! What the Otters of a demo sail: plans that begin again at their end.
 
+use super::fleet::Otter;
+use crate::plans;
+use anyhow::anyhow;
+use api::PlanDocument;
 use imc::messages::{
     Goto, Loiter, LoiterDirection, LoiterType, Message, PlanManeuver, PlanSpecification, PlanTransition,
     Rows, SpeedUnits, StationKeeping, ZUnits,
@@ -55,6 +59,22 @@ impl Pattern {
             }
         }
     }
+}
+
+/// An Otter's plan as people have it ashore, and as a vessel gets it.
+///
+/// # Errors
+/// It cannot be written as the other.
+pub(super) fn drawn(otter: &Otter) -> anyhow::Result<(PlanDocument, PlanSpecification)> {
+    let told = |troubles: Vec<api::PlanTrouble>| {
+        let texts: Vec<String> = troubles.into_iter().map(|trouble| trouble.text).collect();
+        anyhow!("the plan of {}: {}", otter.name, texts.join("; "))
+    };
+    let (document, _) = plans::document(&otter.pattern.plan(otter.start)).map_err(told)?;
+    let description = format!("{} sails {} in the demonstration.", otter.name, otter.pattern.words());
+    let document = PlanDocument { vessel: Some(otter.address.0), description, ..document };
+    let specification = plans::specification(&document).map_err(told)?;
+    Ok((document, specification))
 }
 
 fn goto(place: LatLon) -> Goto {
@@ -135,5 +155,29 @@ fn round(id: &str, maneuvers: Vec<Message>) -> PlanSpecification {
         transitions: (0..count).map(transition).collect(),
         maneuvers: maneuvers.into_iter().enumerate().map(maneuver).collect(),
         ..PlanSpecification::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fleet;
+    use super::*;
+
+    #[test]
+    fn every_plan_can_be_edited_ashore_and_sails_as_it_was_meant() {
+        for otter in fleet::otters(3) {
+            let (document, specification) = drawn(&otter).unwrap();
+            let meant = otter.pattern.plan(otter.start);
+            assert!(document.repeat && document.vessel == Some(otter.address.0));
+            assert_eq!(
+                (document.name.as_bytes(), &specification.plan_id),
+                (meant.plan_id.as_bytes(), &meant.plan_id)
+            );
+            let ways = |plan: &PlanSpecification| {
+                let ids = plan.maneuvers.of().map(|maneuver: PlanManeuver| maneuver.maneuver_id);
+                (ids.collect::<Vec<_>>(), plan.transitions.of::<PlanTransition>().count())
+            };
+            assert_eq!(ways(&specification), ways(&meant));
+        }
     }
 }

@@ -11,6 +11,7 @@ use imc::messages::{
     PlanControlType, PlanSpecification, TBRFishTag,
 };
 use imc::{Address, PacketView};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -32,8 +33,8 @@ const ASK_EVERY: Duration = Duration::from_secs(5);
 /// The server, as an Otter's task knows it.
 pub(super) struct Shore {
     pub(super) relay: Relay,
-    /// Counts the Otters that have begun to sail.
-    pub(super) under_way: watch::Sender<u16>,
+    /// The Otters that have begun to sail.
+    pub(super) under_way: watch::Sender<BTreeSet<Address>>,
 }
 
 /// What became of an Otter.
@@ -80,13 +81,13 @@ impl fmt::Display for Report {
 
 /// Keeps an Otter sailing until `stop`.
 pub(super) async fn sail(
-    otter: Otter,
+    (otter, plan): (Otter, PlanSpecification),
     program: PathBuf,
     folder: PathBuf,
     shore: Shore,
     stop: CancellationToken,
 ) -> Report {
-    let mut watch = Watch::new(otter, shore);
+    let mut watch = Watch::new(otter, plan, shore);
     for start in 0..=RESTARTS {
         let name = &watch.otter.name;
         let mut agent = match Agent::start(&program, &watch.otter, &folder) {
@@ -170,8 +171,7 @@ struct Watch {
 }
 
 impl Watch {
-    fn new(otter: Otter, shore: Shore) -> Self {
-        let plan = otter.pattern.plan(otter.start);
+    fn new(otter: Otter, plan: PlanSpecification, shore: Shore) -> Self {
         let report = Report { name: otter.name.clone(), ..Report::default() };
         Self { otter, plan, shore, requests: 0, report }
     }
@@ -185,7 +185,11 @@ impl Watch {
             looks.tick().await;
             let Ok(seen) = self.look().await else { return };
             if seen.linked && !linked {
-                say!("{name:<9} link up after {:.1} s", begun.elapsed().as_secs_f64());
+                if self.report.linked {
+                    say!("{name:<9} link up again");
+                } else {
+                    say!("{name:<9} link up after {:.1} s", begun.elapsed().as_secs_f64());
+                }
             }
             linked = seen.linked;
             self.report.linked |= linked;
@@ -198,7 +202,9 @@ impl Watch {
                     begun.elapsed().as_secs_f64()
                 );
                 if !std::mem::replace(&mut self.report.sailed, true) {
-                    self.shore.under_way.send_modify(|count| *count += 1);
+                    self.shore.under_way.send_modify(|all| {
+                        all.insert(self.otter.address);
+                    });
                 }
             }
             sailing = own;

@@ -205,6 +205,7 @@ impl Task {
                 ShoreOutput::Close(id, code, reason) => {
                     if code != ByeCode::Replaced {
                         tracing::info!(vessel = %self.vessel, ?code, %reason, "a link connection is closed");
+                        self.relay.ledger().failed(Door::Link, &format!("{}: {reason}", self.vessel));
                     }
                     self.tell(id, Out::Close(reason));
                     self.connections.remove(&id);
@@ -212,10 +213,12 @@ impl Task {
                 ShoreOutput::Hello(id, hello) => self.greeted(id, &hello),
                 ShoreOutput::Up(_) => {
                     tracing::info!(vessel = %self.vessel, "the link stands");
+                    self.relay.ledger().link_changed(self.vessel);
                     self.tell_status();
                 }
                 ShoreOutput::Down => {
                     tracing::warn!(vessel = %self.vessel, "the link is down");
+                    self.relay.ledger().link_changed(self.vessel);
                     self.tell_status();
                 }
                 ShoreOutput::Records { stream, records } => {

@@ -1,8 +1,10 @@
 //! Managing people, vessels and access.
 
 pub(super) mod access;
+pub(super) mod doors;
 pub(super) mod import;
 pub(super) mod people;
+pub(super) mod storage;
 pub(super) mod vessels;
 
 use crate::http::{ApiError, Caller};

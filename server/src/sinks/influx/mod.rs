@@ -7,6 +7,8 @@
 mod client;
 mod line;
 
+use super::SinkState;
+use crate::clock;
 use crate::config::Influx;
 use crate::relay::Recorder;
 use anyhow::Context as _;
@@ -16,6 +18,7 @@ use hyper::header::HeaderValue;
 use std::path::Path;
 use std::time::Duration;
 use store::{Marks, Place, Tail};
+use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
 /// How often it is looked for something new.
@@ -35,6 +38,7 @@ pub(crate) struct Sink {
     /// How long to wait after a failure; `None` while all is well.
     again: Option<Duration>,
     told_refused: bool,
+    state: watch::Sender<SinkState>,
 }
 
 /// Lines that belong together, and where reading goes on behind them.
@@ -56,7 +60,13 @@ impl Sink {
             Client::new(&settings.url, &settings.database, authorization(settings)?, &settings.ca_file)?;
         let address = format!("{} database {}", settings.url, settings.database);
         let tail = Tail::open(data, "influx", &address)?;
-        Ok(Some(Self { client, tail, recorder, address, again: None, told_refused: false }))
+        let state = watch::Sender::new(SinkState { target: address.clone(), ..SinkState::default() });
+        Ok(Some(Self { client, tail, recorder, address, again: None, told_refused: false, state }))
+    }
+
+    /// How it gets on.
+    pub(crate) fn state(&self) -> watch::Receiver<SinkState> {
+        self.state.subscribe()
     }
 
     /// Carries until the server ends.
@@ -64,6 +74,7 @@ impl Sink {
         loop {
             let wait = match self.carry(&stop).await {
                 Ok(()) => {
+                    self.state.send_modify(|state| state.trouble = None);
                     if self.again.take().is_some() {
                         tracing::info!(database = self.address, "InfluxDB takes lines again");
                     }
@@ -79,6 +90,7 @@ impl Sink {
 
     fn trouble(&mut self, error: &anyhow::Error) -> Duration {
         metrics::counter!("lutra_sink_failures_total", "sink" => "influx").increment(1);
+        self.state.send_modify(|state| state.trouble = Some(format!("{error:#}")));
         if self.again.is_none() {
             tracing::error!(database = self.address, "InfluxDB: {error:#}; the archive waits for it");
         }
@@ -91,8 +103,9 @@ impl Sink {
     async fn carry(&mut self, stop: &CancellationToken) -> anyhow::Result<()> {
         let Some(marks) = self.recorder.with_store(|store| store.marks()).await else { return Ok(()) };
         loop {
-            metrics::gauge!("lutra_sink_waiting_bytes", "sink" => "influx")
-                .set(self.tail.behind(&marks) as f64);
+            let behind = self.tail.behind(&marks);
+            metrics::gauge!("lutra_sink_waiting_bytes", "sink" => "influx").set(behind as f64);
+            self.state.send_modify(|state| state.behind_bytes = Some(behind));
             if stop.is_cancelled() {
                 return Ok(());
             }
@@ -104,6 +117,11 @@ impl Sink {
             metrics::counter!("lutra_sink_lines_total", "sink" => "influx", "what" => "kept").increment(kept);
             metrics::counter!("lutra_sink_lines_total", "sink" => "influx", "what" => "refused")
                 .increment(refused);
+            self.state.send_modify(|state| {
+                state.kept += kept;
+                state.refused += refused;
+                state.last = Some(clock::now());
+            });
             self.tail.carried(batch.place, &marks)?;
         }
     }

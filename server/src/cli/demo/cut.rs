@@ -1,0 +1,193 @@
+//! A fault to watch: the link of one Otter is cut, and comes back.
+//!
+//! Its agent reaches the server by a wire of this program's own. Cut, the wire carries nothing and says nothing of
+//! it, like a radio out of range: both ends find out by themselves, as they would at sea. Connections from before
+//! and during the cut are dead when it ends, so that the vessel's link must come back and bring what was missed.
+
+use super::fleet::Otter;
+use crate::cli::say::say;
+use crate::clock;
+use crate::shore::AppState;
+use imc::Address;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::time::Duration;
+use store::{Reader, Source, TimeRange};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use units::UtcTime;
+
+/// How often it is looked whether what was missed is there.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+/// After so long without it something is wrong.
+const LONGEST_RETURN: Duration = Duration::from_mins(1);
+/// A connection that cannot be accepted is not tried again at once.
+const PAUSE: Duration = Duration::from_millis(200);
+/// Positions that are counted at most.
+const COUNTED: usize = 1_000_000;
+
+/// When a link is cut.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Times {
+    /// For the first time, after its vessel began to sail.
+    pub(super) first: Duration,
+    /// How long.
+    pub(super) lasts: Duration,
+    /// From one cut to the next.
+    pub(super) every: Duration,
+}
+
+/// A wire to the server that can be cut.
+#[derive(Debug)]
+pub(super) struct Wire {
+    /// Its near end.
+    pub(super) address: SocketAddr,
+    /// Counts cuts and mends: odd while it is cut.
+    changes: watch::Sender<u32>,
+}
+
+impl Wire {
+    /// Lays a wire to `server`, until `stop`.
+    ///
+    /// # Errors
+    /// Loopback has no port left.
+    pub(super) async fn lay(server: SocketAddr, stop: CancellationToken) -> io::Result<Self> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await?;
+        let address = listener.local_addr()?;
+        let (changes, seen) = watch::channel(0);
+        tokio::spawn(stop.clone().run_until_cancelled_owned(async move {
+            loop {
+                match listener.accept().await {
+                    Ok((stream, _)) => {
+                        let carried = carry(stream, server, seen.clone());
+                        tokio::spawn(stop.clone().run_until_cancelled_owned(carried));
+                    }
+                    Err(_) => tokio::time::sleep(PAUSE).await,
+                }
+            }
+        }));
+        Ok(Self { address, changes })
+    }
+
+    /// Cuts it, or mends it.
+    fn change(&self) {
+        self.changes.send_modify(|count| *count += 1);
+    }
+}
+
+/// Carries bytes both ways until an end closes or the wire is cut; then holds both ends until it is whole again.
+async fn carry(mut near: TcpStream, server: SocketAddr, mut changes: watch::Receiver<u32>) {
+    let is_whole = |count: &u32| count.is_multiple_of(2);
+    let (begun, mut far) = (*changes.borrow(), None);
+    if is_whole(&begun) {
+        let Ok(mut stream) = TcpStream::connect(server).await else { return };
+        near.set_nodelay(true).and_then(|()| stream.set_nodelay(true)).ok();
+        tokio::select! {
+            biased;
+            _ = changes.wait_for(|count| *count != begun) => far = Some(stream),
+            _ = tokio::io::copy_bidirectional(&mut near, &mut stream) => return,
+        }
+    }
+    changes.wait_for(is_whole).await.ok();
+    drop((near, far));
+}
+
+/// Cuts the wire again and again, and tells what there is to see.
+pub(super) async fn again_and_again(wire: Wire, otter: Otter, times: Times, state: AppState, url: String) {
+    let (name, page) = (&otter.name, format!("{url}/vessels/{}", otter.address.0));
+    let lasts_s = times.lasts.as_secs();
+    tokio::time::sleep(times.first).await;
+    loop {
+        let begun = clock::now();
+        wire.change();
+        say!(
+            "{name:<9} LINK CUT by this demo, for {lasts_s} s. See {page}?tab=Link+loss, and the alarm on every page"
+        );
+        tokio::time::sleep(times.lasts).await;
+        let ended = clock::now();
+        wire.change();
+        say!("{name:<9} the link may come back");
+        match filled(&state, otter.address, begun, ended).await {
+            Some((positions, after)) => say!(
+                "{name:<9} gap filled {:.1} s later: {positions} positions of those {lasts_s} s came from aboard. See \
+                 {page}?span=300",
+                after.as_secs_f64()
+            ),
+            None => say!("{name:<9} what it kept aboard did not come within {} s", LONGEST_RETURN.as_secs()),
+        }
+        tokio::time::sleep(times.every.saturating_sub(times.lasts)).await;
+    }
+}
+
+/// Waits until the history has what came after the cut, and so everything before it, for records come in order. The
+/// positions of the cut, and how long that took.
+async fn filled(
+    state: &AppState,
+    vessel: Address,
+    begun: UtcTime,
+    ended: UtcTime,
+) -> Option<(usize, Duration)> {
+    let since = tokio::time::Instant::now();
+    let mut looks = tokio::time::interval(LOOK_EVERY);
+    while since.elapsed() < LONGEST_RETURN {
+        looks.tick().await;
+        let look = move |reader: &mut Reader| {
+            let later = positions(reader, vessel, TimeRange::new(Some(ended), None), 1)?;
+            if later == 0 {
+                return Ok(None);
+            }
+            positions(reader, vessel, TimeRange::new(Some(begun), Some(ended)), COUNTED).map(Some)
+        };
+        if let Ok(Some(count)) = state.history.ask(look).await {
+            return Some((count, since.elapsed()));
+        }
+    }
+    None
+}
+
+/// How many positions of a vessel are known of a time.
+fn positions(reader: &mut Reader, vessel: Address, range: TimeRange, most: usize) -> store::Result<usize> {
+    let series = reader.series(Some(vessel))?;
+    let estimates = series.into_iter().filter(|series| series.message == Some("EstimatedState"));
+    let Some(most_often) = estimates.max_by_key(|series| series.extent.count) else { return Ok(0) };
+    let source =
+        Source { system: vessel, entity: most_often.group.src_ent, message: "EstimatedState".to_owned() };
+    Ok(reader.samples(&source, &["u"], range, most)?.time_us.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+
+    #[tokio::test]
+    async fn a_cut_wire_carries_nothing_and_says_nothing_and_its_connections_end_with_the_cut() {
+        let server = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let stop = CancellationToken::new();
+        let wire = Wire::lay(server.local_addr().unwrap(), stop.clone()).await.unwrap();
+        let mut before = TcpStream::connect(wire.address).await.unwrap();
+        let (mut far, _) = server.accept().await.unwrap();
+        let mut heard = [0; 4];
+        before.write_all(b"ping").await.unwrap();
+        far.read_exact(&mut heard).await.unwrap();
+        far.write_all(b"pong").await.unwrap();
+        before.read_exact(&mut heard).await.unwrap();
+        assert_eq!(&heard, b"pong");
+
+        wire.change();
+        before.write_all(b"lost").await.unwrap();
+        wire.change();
+        // What is said into the cut is never heard, and the connection is dead for both.
+        assert!(matches!(far.read(&mut heard).await, Ok(0) | Err(_)));
+        assert!(matches!(before.read(&mut heard).await, Ok(0) | Err(_)));
+
+        let mut after = TcpStream::connect(wire.address).await.unwrap();
+        let (mut far, _) = server.accept().await.unwrap();
+        after.write_all(b"back").await.unwrap();
+        far.read_exact(&mut heard).await.unwrap();
+        assert_eq!(&heard, b"back");
+        stop.cancel();
+        assert!(matches!(after.read(&mut heard).await, Ok(0) | Err(_)));
+    }
+}

@@ -1,0 +1,99 @@
+//! Whether all is well with a server and its data, and what to do where it is not: for `lutra-server doctor` and for
+//! the page about storage.
+
+use crate::config::Config;
+use crate::people::{self, persons};
+use crate::{clock, tls};
+use api::Role;
+use store::{Check, Health};
+use units::UtcTime;
+
+/// Before this the clock cannot be right: 2024-01-01.
+const EARLIEST: UtcTime = UtcTime::from_micros(1_704_067_200_000_000);
+
+/// A check that has its remedy, if it needs one, in its words.
+pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Check {
+    let health = if outcome.is_ok() { Health::Good } else { Health::Problem };
+    let (Ok(found) | Err(found)) = outcome;
+    Check { name, health, found, remedy: String::new() }
+}
+
+/// Looks at everything but sockets. `thorough` reads the whole archive and every page of the history, too.
+pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
+    let mut checks = vec![
+        check("clock", clock_is_right()),
+        check("people", people_are_well(config)),
+        check("encryption", encryption(config)),
+        check("pages", pages()),
+    ];
+    if config.data.exists() {
+        checks.extend(recordings(config, thorough));
+    } else {
+        checks.push(check("data folder", Ok(no_folder(config))));
+    }
+    checks
+}
+
+/// The archive and the history.
+fn recordings(config: &Config, thorough: bool) -> Vec<Check> {
+    store::doctor(&config.data, clock::now(), thorough, &mut |_| true).unwrap_or_else(|error| {
+        let remedy = "look whether the folder can be read".to_owned();
+        vec![Check { name: "recordings", health: Health::Problem, found: error.to_string(), remedy }]
+    })
+}
+
+/// Not bad before the first start, and a slip of the finger after it.
+fn no_folder(config: &Config) -> String {
+    let folder = config.data.display();
+    format!(
+        "there is no {folder} yet: the first start makes it; if there should be one, look at --data or `data`"
+    )
+}
+
+fn clock_is_right() -> Result<String, String> {
+    let now = clock::now();
+    if now < EARLIEST {
+        return Err(format!(
+            "{} cannot be: set it, or let chrony or systemd-timesyncd do so",
+            clock::written(now)
+        ));
+    }
+    Ok(clock::written(now))
+}
+
+fn people_are_well(config: &Config) -> Result<String, String> {
+    if !config.data.join("app.db").exists() {
+        return Ok(format!("none yet; the first start makes an admin in {}", config.data.display()));
+    }
+    let db = people::open(&config.data).map_err(|error| error.to_string())?;
+    let verdict: String = db
+        .query_row("PRAGMA quick_check", [], |row| row.get(0))
+        .map_err(|error| format!("app.db: {error}"))?;
+    if verdict != "ok" {
+        return Err(format!("app.db is damaged ({verdict}): stop the server and put a backup in its place"));
+    }
+    let people = persons::list(&db).map_err(|error| error.to_string())?;
+    let waiting = people.iter().filter(|person| person.must_change_password).count();
+    let admin = |person: &&api::Person| {
+        person.permissions.iter().any(|given| given.vessel.is_none() && given.role == Role::Admin)
+    };
+    let admins = people.iter().filter(admin).count();
+    Ok(format!("{} accounts, {admins} of them admins, {waiting} with a one-time password", people.len()))
+}
+
+fn encryption(config: &Config) -> Result<String, String> {
+    if !config.tls.is_given() {
+        return Ok("none; the server serves loopback or a VPN".to_owned());
+    }
+    tls::acceptor(&config.tls).map_err(|error| format!("{error:#}"))?;
+    Ok(format!("{} and its key fit", config.tls.certificate.display()))
+}
+
+fn pages() -> Result<String, String> {
+    if crate::http::asset_path("main.css").is_empty() {
+        return Err(
+            "this program was built without scripts and styles: run `make web` and build it again".to_owned()
+        );
+    }
+    Ok("scripts and styles are there".to_owned())
+}

@@ -1,0 +1,186 @@
+//! The ways in for IMC: where they are open, who is there, whom they refused, what went wrong.
+
+use crate::clock::{self, written};
+use crate::http::ApiError;
+use crate::pages::frame::{Frame, PageError, html};
+use crate::pages::rows::{bytes, vessel_name};
+use crate::people::vessels;
+use crate::relay::{DoorRecord, Happened, PeerFigures};
+use crate::shore::AppState;
+use api::Vessel;
+use askama::Template;
+use axum::extract::State;
+use axum::response::Response;
+use hub::Door;
+use link::ShoreStatus;
+use units::UtcTime;
+
+/// Every door, what it is, and the key that opens it; empty for the one that is always open.
+const DOORS: [(Door, &str, &str); 4] = [
+    (Door::Link, "Vessel link", ""),
+    (Door::Proxy, "IMCProxy", "doors.imcproxy.listen"),
+    (Door::Udp, "IMC node (UDP)", "doors.udp.listen"),
+    (Door::Tcp, "IMC nodes (TCP)", "doors.tcp.connect"),
+];
+
+struct DoorRow {
+    name: &'static str,
+    /// Where it is open; empty while it is closed.
+    address: String,
+    /// What opens it.
+    key: &'static str,
+    here: usize,
+    received: u64,
+    refused: u64,
+    refusal: String,
+    error: String,
+}
+
+struct PeerRow {
+    door: &'static str,
+    name: String,
+    since: String,
+    vessels: String,
+    received: u64,
+    refused: u64,
+    delivered: u64,
+    dropped: u64,
+}
+
+struct LinkRow {
+    vessel: String,
+    address: u16,
+    up: bool,
+    since: String,
+    connections: u64,
+    waiting: String,
+    round_trip: String,
+    clock: String,
+    received: String,
+}
+
+#[derive(Template)]
+#[template(path = "admin_doors.html")]
+struct DoorsPage {
+    frame: Frame,
+    now: String,
+    doors: Vec<DoorRow>,
+    links: Vec<LinkRow>,
+    peers: Vec<PeerRow>,
+}
+
+/// `GET /admin/doors`.
+pub(in crate::pages) async fn page(
+    State(state): State<AppState>,
+    frame: Frame,
+) -> Result<Response, PageError> {
+    let known = state.people.ask(vessels::list).await?;
+    let peers = state.relay.peers().await.map_err(|_| ApiError::stopping())?;
+    let (ledger, status) = (state.relay.ledger(), state.links.status());
+    let nodes = &state.config.doors.tcp.connect;
+    let doors = DOORS.map(|(door, name, key)| {
+        let mut record = ledger.of(door);
+        if door == Door::Tcp {
+            record.address = nodes.join(", ");
+        }
+        let of_it = || peers.iter().filter(move |peer| peer.state.peer.door == door);
+        let here = match door {
+            // A vessel stays known when its link goes down.
+            Door::Link => status.iter().filter(|(_, status)| status.up).count(),
+            _ => of_it().count(),
+        };
+        door_row(name, key, record, here, of_it().map(|peer| peer.state.received).sum())
+    });
+    let links = status.into_iter().map(|(vessel, status)| {
+        let since = ledger.link_since(vessel);
+        link_row(vessel.0, &status, since, &known)
+    });
+    let page = DoorsPage {
+        frame,
+        now: written(clock::now()),
+        doors: doors.into(),
+        links: links.collect(),
+        peers: peers.into_iter().map(|peer| peer_row(peer, &known)).collect(),
+    };
+    Ok(html(&page))
+}
+
+fn door_row(
+    name: &'static str,
+    key: &'static str,
+    record: DoorRecord,
+    here: usize,
+    received: u64,
+) -> DoorRow {
+    let told = |happened: Option<Happened>| {
+        happened.map_or_else(String::new, |Happened { at, text }| format!("{}: {text}", written(at)))
+    };
+    let DoorRecord { address, refused, refusal, error } = record;
+    DoorRow { name, address, key, here, received, refused, refusal: told(refusal), error: told(error) }
+}
+
+fn peer_row(figures: PeerFigures, known: &[Vessel]) -> PeerRow {
+    let PeerFigures { state, dropped } = figures;
+    let vessels: Vec<String> = state.systems.iter().map(|system| vessel_name(system.0, known)).collect();
+    let door = DOORS.iter().find(|(door, ..)| *door == state.peer.door);
+    PeerRow {
+        door: door.map_or_else(|| state.peer.door.name(), |(_, name, _)| name),
+        name: state.peer.name,
+        since: written(state.since),
+        vessels: vessels.join(", "),
+        received: state.received,
+        refused: state.refused,
+        delivered: state.delivered,
+        dropped,
+    }
+}
+
+fn link_row(address: u16, status: &ShoreStatus, since: Option<UtcTime>, known: &[Vessel]) -> LinkRow {
+    let waiting = match status.backlog.records {
+        0 => "nothing".to_owned(),
+        records => format!("{records} packets, {:.0} s old", status.backlog.waiting.as_secs_f64()),
+    };
+    LinkRow {
+        vessel: vessel_name(address, known),
+        address,
+        up: status.up,
+        since: since.map_or_else(|| "—".to_owned(), written),
+        connections: status.connections,
+        waiting: if status.up { waiting } else { "not known".to_owned() },
+        round_trip: status
+            .round_trip
+            .map_or_else(|| "—".to_owned(), |time| format!("{:.0} ms", time.as_secs_f64() * 1e3)),
+        clock: status
+            .clocks
+            .map_or_else(|| "—".to_owned(), |clocks| format!("{:+.3} s", clocks.utc_ahead_us as f64 / 1e6)),
+        received: bytes(status.received_bytes),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_link_that_is_down_keeps_aboard_is_not_known() {
+        let up = ShoreStatus { up: true, ..ShoreStatus::default() };
+        let row = link_row(0x2810, &up, None, &[]);
+        assert_eq!(
+            (row.vessel.as_str(), row.waiting.as_str(), row.clock.as_str()),
+            ("0x2810", "nothing", "—")
+        );
+        let down = ShoreStatus::default();
+        assert_eq!(link_row(0x2810, &down, None, &[]).waiting, "not known");
+    }
+
+    #[test]
+    fn every_door_but_the_link_has_a_key_that_is_in_the_configuration() {
+        let documented: toml::Table = crate::config::DOCUMENTED.parse().unwrap();
+        for (_, _, key) in DOORS.into_iter().filter(|(door, ..)| *door != Door::Link) {
+            let mut at = toml::Value::Table(documented.clone());
+            for part in key.split('.') {
+                at = at.get(part).unwrap_or_else(|| panic!("{key}")).clone();
+            }
+        }
+    }
+}
