@@ -50,6 +50,7 @@ mod plans_tests;
 mod route;
 mod routes;
 pub(crate) mod serve;
+mod teleop;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]

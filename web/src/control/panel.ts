@@ -9,6 +9,7 @@ import { createConfirm } from "./confirm";
 import { createCommandList } from "./history";
 import { createLeaseView } from "./lease";
 import { createOrders, Unanswered, windowKey } from "./orders";
+import { createTeleop } from "./teleop";
 
 export interface ControlPanel {
   update(state: ControlState, system: System | undefined, nowUs: number): void;
@@ -35,9 +36,9 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
     setAttribute(trouble, "hidden", text ? null : "");
   };
   const heard = make("p", { class: "heard", role: "status" });
-  const [leaseBox, planBox, goBox, pastBox] = [make("section", { "aria-label": "Who has control" }), make("section", { "aria-label": "Plans aboard" }), make("section", { "aria-label": "Go somewhere" }), make("section", {})];
+  const [leaseBox, planBox, goBox, helmBox, pastBox] = [make("section", { "aria-label": "Who has control" }), make("section", { "aria-label": "Plans aboard" }), make("section", { "aria-label": "Go somewhere" }), make("section", { "aria-label": "Steer by hand" }), make("section", {})];
   const confirmBox = make("div");
-  const box = make("div", { class: "control" }, leaseBox, trouble, confirmBox, heard, planBox, goBox, pastBox);
+  const box = make("div", { class: "control" }, leaseBox, trouble, confirmBox, heard, planBox, goBox, helmBox, pastBox);
   root.append(box);
   const confirm = createConfirm(confirmBox);
   const leaseView = createLeaseView(leaseBox, me, key, may, orders, confirm, failed);
@@ -143,6 +144,8 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
   });
   if (may) goBox.append(make("h3", {}, "Go to a point"), form);
 
+  const helm = may ? createTeleop(helmBox, address, key, name, confirm) : undefined;
+
   const enable = (): void => {
     const here = part === "here";
     for (const one of [stop, onMap, go, ...rows.querySelectorAll("button")]) {
@@ -161,6 +164,7 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
         if (part !== "here") confirm.close();
         enable();
       }
+      helm?.update(part === "here");
       const known = state.commands;
       past.update(known);
       const stored = known.find((one) => one.over && /^plan\.(upload|delete|list)$/.test(one.order));

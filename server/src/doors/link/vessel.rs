@@ -11,7 +11,7 @@ use link::{
     ByeCode, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
     ShoreSettings, ShoreStatus,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
@@ -56,6 +56,8 @@ pub(super) struct Task {
     control: Option<(u64, Option<String>)>,
     /// What people ordered, by the number under which the link carries it, until its outcome is known.
     orders: BTreeMap<u64, CommandId>,
+    /// Stick positions whose outcome is not known: of what becomes of them nobody is told.
+    sticks: BTreeSet<u64>,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
     /// How often the figures were told.
@@ -88,6 +90,7 @@ impl Task {
             next_command,
             control: None,
             orders: BTreeMap::new(),
+            sticks: BTreeSet::new(),
             figures,
             status,
             told: 0,
@@ -176,6 +179,13 @@ impl Task {
                 // Of the lease under which it is given the vessel hears first.
                 self.tell_control();
                 self.handle(ShoreInput::Command { id, ttl: TIME_TO_LIVE, lease: epoch, packet });
+            }
+            Event::Sticks(Outgoing { epoch, packet }, ttl) => {
+                let id = self.next_command;
+                self.next_command += 1;
+                self.sticks.insert(id);
+                self.tell_control();
+                self.handle(ShoreInput::Command { id, ttl, lease: epoch, packet });
             }
         }
     }
@@ -344,7 +354,7 @@ impl Task {
         });
     }
 
-    fn outcome(&self, id: u64, outcome: &Outcome) {
+    fn outcome(&mut self, id: u64, outcome: &Outcome) {
         let word = match outcome {
             Outcome::Received => "received",
             Outcome::Expired => "expired",
@@ -352,7 +362,7 @@ impl Task {
             Outcome::Unanswered => "unanswered",
         };
         metrics::counter!("lutra_link_commands_total", "outcome" => word).increment(1);
-        if !matches!(outcome, Outcome::Received | Outcome::Expired) {
+        if !self.sticks.remove(&id) && !matches!(outcome, Outcome::Received | Outcome::Expired) {
             tracing::warn!(vessel = %self.vessel, id, ?outcome, "a command did not arrive");
         }
     }
