@@ -84,7 +84,7 @@ await inBrowser(async (open) => {
       const ready = page.locator(".helm-state").getByText(/Ready/);
       await ready.or(refused).first().waitFor();
       if (await ready.isVisible()) return;
-      check(tries < 20, `not begun: ${await refused.innerText()}`);
+      if (tries === 20) throw new Error(`not begun: ${await refused.innerText()}`);
     }
   };
   const tell = (text) => console.log(text);

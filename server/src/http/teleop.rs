@@ -29,6 +29,8 @@ const SAY_BYTES: usize = 2 * 1024;
 const TICK: Duration = Duration::from_millis(50);
 /// A stop is still worth delivering after this, unlike a stick position.
 const STOP_LASTS: Duration = Duration::from_secs(2);
+/// A vessel that says nothing for so long is not steered: it says something many times a second.
+const HEARD_WITHIN: Duration = Duration::from_secs(2);
 /// A browser that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Rights are looked at again at least so often.
@@ -91,6 +93,7 @@ struct Session {
 struct Looked {
     may: bool,
     running: bool,
+    heard: bool,
     begun: Option<(Stage, String)>,
     outgoing: Option<Outgoing>,
 }
@@ -247,12 +250,20 @@ impl Session {
                 (Ok(epoch), Some(sticks)) => dispatch(hub, now, (vessel, *epoch), &sticks, sent_s, link),
                 _ => None,
             };
-            Looked { may: epoch.is_ok(), running, begun, outgoing }
+            let heard = hub
+                .fleet()
+                .system(vessel)
+                .is_some_and(|system| now.mono.since(system.last_heard()) <= HEARD_WITHIN);
+            Looked { may: epoch.is_ok(), running, heard, begun, outgoing }
         };
         let looked = self.state.relay.look(look).await.map_err(|_| gone)?;
         if let (Some(outgoing), Some(sticks)) = (looked.outgoing, sticks) {
             let ttl = if sticks.stop { STOP_LASTS } else { sticks.life };
             self.state.links.steer(self.vessel, outgoing, ttl);
+        }
+        if !looked.heard {
+            // Nobody steers what does not say how it is, and when it is heard again the sticks pass neutral first.
+            self.teleop.interrupt(Why::Vessel);
         }
         self.follow(looked.may, looked.running, looked.begun).await;
         Ok(())

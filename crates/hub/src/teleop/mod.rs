@@ -110,6 +110,8 @@ pub enum Why {
     Window,
     /// Control of the vessel is lost.
     Lease,
+    /// The vessel is not heard.
+    Vessel,
 }
 
 impl Why {
@@ -125,6 +127,7 @@ impl Why {
             Self::Invalid => "your window sent what is no stick position",
             Self::RoundTrip => "the round trip takes more than 1 s",
             Self::Window => "your window was hidden, lost the focus or stopped it",
+            Self::Vessel => "the vessel is not heard",
             Self::Lease => "you do not have control of this vessel any more",
         }
     }

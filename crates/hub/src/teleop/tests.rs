@@ -151,8 +151,8 @@ fn a_clock_that_jumps_and_nonsense_interrupt() {
 }
 
 #[test]
-fn a_window_or_a_lease_that_is_gone_interrupts() {
-    for why in [Why::Window, Why::Lease] {
+fn a_window_a_lease_or_a_vessel_that_is_gone_interrupts() {
+    for why in [Why::Window, Why::Lease, Why::Vessel] {
         let mut hands = Hands::steering();
         hands.teleop.interrupt(why);
         hands.is_locked(why);
