@@ -1,23 +1,30 @@
-// Steering a simulated Otter by hand, and eight ways in which that fails: node teleop.mjs URL PASSWORD. Prints when each
-// fault came (the last fresh sample of the person's hands, ms of UTC) and what it wants done to processes and cables;
-// whether the vessel stopped in time its own log tells.
+// Steering a simulated Otter by hand, and how that fails: node teleop.mjs URL PASSWORD. Prints when each fault came and
+// the fresh samples of the person's hands before it (ms of UTC), and what it wants done to processes and cables; whether
+// the vessel stopped in time its own log tells.
+//
+// A computer that is busy with other things may stop the motors before a fault comes, which is no harm and no proof:
+// then the fault is repeated, until the motors ran when it came.
 
 import { check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const OTTER = 10256;
+const TRIES = 8;
+const PATIENCE_MS = 60_000;
 
-/** Runs in the page: notes the last fresh sample by a clock that nobody moves, and holds a gamepad and a clock to move. */
+/** Runs in the page: notes fresh samples by a clock that nobody moves, and holds a gamepad and a clock to move. */
 function instrument() {
-  const now = performance.now.bind(performance);
+  const [now, date] = [performance.now.bind(performance), Date.now.bind(Date)];
   window.jumpMs = 0;
   performance.now = () => now() + window.jumpMs;
+  Date.now = () => date() + window.jumpMs;
   const send = WebSocket.prototype.send;
   let change;
+  window.fresh = [];
   WebSocket.prototype.send = function (text) {
     const sample = JSON.parse(text).sample;
     // A sample whose device shows no change is none of the hands'.
-    if (sample?.held && sample.change !== change) window.freshMs = performance.timeOrigin + now();
+    if (sample?.held && sample.change !== change) window.fresh = [...window.fresh.slice(-200), date()];
     if (sample) change = sample.change;
     send.call(this, text);
   };
@@ -34,185 +41,336 @@ function instrument() {
   };
 }
 
+/** The process of the browser that is to be killed, and what ends the wait for that. */
+let victim;
+let letGo;
+
+const tell = (text) => console.log(text);
+const button = (page, name) => page.getByRole("button", { name, exact: true });
+const phase = (page, name, options) => page.locator(`.helm[data-phase="${name}"]`).waitFor(options);
+const within = (wait) => wait.then(() => true, () => false);
+const helmNote = (page) => page.getByRole("region", { name: "Steer by hand" }).getByRole("alert");
+
+/** What the vessel says it gave its motors, since `fromMs`. Whoever asks need not be the one who steers. */
+const motors = async (asker, fromMs) => {
+  const from = new Date(fromMs).toISOString();
+  const csv = await asker.request.get(`${url}/api/v1/export.csv?message=SetThrusterActuation&vessel=${OTTER}&from=${from}`).catch(() => undefined);
+  // Without a server, or without a way to it, nobody tells.
+  if (!csv?.ok()) return [];
+  const rows = (await csv.text()).trim().split("\n").slice(1).map((row) => row.split(","));
+  return rows.map((row) => ({ at: Number(row[1]) * 1e3, motor: Number(row.at(-2)), value: Number(row.at(-1)) }));
+};
+const runs = (rows) => [0, 1].every((motor) => (rows.filter((row) => row.motor === motor).at(-1)?.value ?? 0) > 0.1);
+
+const enter = async (page) => {
+  // A server that was killed is back soon, and its old connections are told to be broken one by one.
+  for (let tries = 0; !(await within(page.goto(`${url}/vessels/${OTTER}`))); tries++) {
+    check(tries < 50, "the server does not come back");
+    await page.waitForTimeout(200);
+  }
+  await page.getByText("Live", { exact: true }).waitFor();
+  await page.getByRole("tab", { name: "Control" }).click();
+};
+const takeControl = async (page) => {
+  await enter(page);
+  const take = page.locator(".control").getByRole("button", { name: /^Take (control|control here|over …)$/ });
+  const mine = page.getByText("You have control of this vessel.");
+  await take.or(mine).first().waitFor();
+  if (!(await mine.isVisible())) {
+    if ((await take.innerText()) === "Take over …") {
+      await page.getByLabel("Reason, for the one who has control").fill("a test");
+      await take.click();
+      await button(page, "Take over now").click();
+    } else await take.click();
+  }
+  await mine.waitFor();
+  const up = async () => (await (await page.request.get(`${url}/api/v1/links`)).json()).some((one) => one.vessel === OTTER && one.up);
+  for (const end = Date.now() + 60_000; !(await up()); ) check(Date.now() < end, "the link does not stand");
+};
+const begin = async (page) => {
+  const note = helmNote(page);
+  for (let tries = 0; ; tries++) {
+    await button(page, "Steer by hand …").click();
+    await button(page, "Steer by hand").click();
+    await page.locator('.helm[data-phase="ready"]').or(note).first().waitFor();
+    if (!(await note.isVisible())) return;
+    check(tries < TRIES, `not begun: ${await note.innerText()}`);
+  }
+};
+/** Takes hold until the vessel itself says that its motors turn. `hands` press and release. */
+const hold = async (page, asker, hands) => {
+  for (let tries = 0; ; tries++) {
+    check(tries < TRIES, "the motors do not turn");
+    await hands.release();
+    await phase(page, "ready");
+    tell(`may ${Date.now()}`);
+    const from = Date.now();
+    await hands.hold();
+    if (!(await within(phase(page, "steering", { timeout: 5_000 })))) continue;
+    await hands.steer();
+    const steers = page.locator('.helm[data-phase="steering"]');
+    for (const end = Date.now() + 15_000; Date.now() < end && (await steers.isVisible()); ) {
+      if (runs(await motors(asker, from))) return;
+    }
+  }
+};
+/** Whether the motors ran at a time. They have stopped since. */
+const ran = async (asker, at) => {
+  for (const end = Date.now() + 60_000; ; ) {
+    const rows = await motors(asker, at - 3_000);
+    const later = rows.filter((row) => row.at > at && row.value === 0);
+    if ([0, 1].every((motor) => later.some((row) => row.motor === motor))) return runs(rows.filter((row) => row.at <= at));
+    check(Date.now() < end, "the motors do not stop, or nothing tells");
+  }
+};
+/** A fault, repeated until the motors ran when it came and it is what stopped them. `inject` gives the time, and the fresh
+ *  samples until then if they do not go on; where others inject it, they note the time, and `at` is somewhat later for
+ *  certain. `over` waits for the end of it and gives what the person reads and the fresh samples, if those went on. */
+const fault = async (name, asker, why, { before, inject, over }) => {
+  for (let tries = 0; ; tries++) {
+    check(tries < TRIES, `${name}: the motors did not run when it came`);
+    await before();
+    const { at, samples } = await inject();
+    const { said, fresh } = await over();
+    const ok = (await ran(asker, at)) && said.includes(why);
+    tell(`fault ${name} ${ok ? "ran" : "void"} ${at} ${(fresh ?? samples).join(",")}`);
+    if (ok) return;
+    tell(`${name} is repeated: it says ${JSON.stringify(said)}`);
+  }
+};
+
 await inBrowser(async (open) => {
   const other = await open();
   await logIn(other, url, "bert", password);
-  let page;
-  const button = (page, name) => page.getByRole("button", { name, exact: true });
-  const state = (text) => page.locator(".helm-state").getByText(text).waitFor();
-  const enter = async (of) => {
-    // A server that was killed is back soon, and its old connections are told to be broken one by one.
-    for (let tries = 0; ; tries += 1) {
-      try {
-        await of.goto(`${url}/vessels/${OTTER}`);
-        break;
-      } catch (error) {
-        if (tries === 50) throw error;
-        await of.waitForTimeout(200);
-      }
-    }
-    await of.getByText("Live", { exact: true }).waitFor();
-    await of.getByRole("tab", { name: "Control" }).click();
-  };
-  const arrive = async () => {
-    page = await open();
-    await page.addInitScript(instrument);
-    await logIn(page, url, "anna", password);
-    await takeControl();
-  };
-  const takeControl = async () => {
-    await enter(page);
-    const take = page.locator(".control").getByRole("button", { name: /^Take (control|control here|over …)$/ });
-    const mine = page.getByText("You have control of this vessel.");
-    await take.or(mine).first().waitFor();
-    if (!(await mine.isVisible())) {
-      if ((await take.innerText()) === "Take over …") {
-        await page.getByLabel("Reason, for the one who has control").fill("a test");
-        await take.click();
-        await button(page, "Take over now").click();
-      } else await take.click();
-    }
-    await mine.waitFor();
-    const up = async () => (await (await page.request.get(`${url}/api/v1/links`)).json()).some((one) => one.vessel === OTTER && one.up);
-    for (const end = Date.now() + 60_000; !(await up()); ) check(Date.now() < end, "the link does not stand");
-  };
-  const begin = async () => {
-    const refused = page.locator(".control .note:visible");
-    for (let tries = 0; ; tries++) {
-      await button(page, "Steer by hand …").click();
-      await button(page, "Steer by hand").click();
-      const ready = page.locator(".helm-state").getByText(/Ready/);
-      await ready.or(refused).first().waitFor();
-      if (await ready.isVisible()) return;
-      if (tries === 20) throw new Error(`not begun: ${await refused.innerText()}`);
-    }
-  };
-  const tell = (text) => console.log(text);
-  const fresh = () => page.evaluate(() => window.freshMs);
-  /** Whatever moves from here on may move. */
-  const may = async () => tell(`may ${Date.now()}`);
-  const byKeys = async () => {
-    await state(/Ready/);
-    await may();
-    await page.locator(".helm-keys").focus();
-    await page.keyboard.down("Space");
-    await state("STEERING");
-    await page.keyboard.down("ArrowUp");
-    await moves();
-  };
-  const letGo = async () => {
+  const page = await open();
+  for (const one of [other, page]) one.setDefaultTimeout(PATIENCE_MS);
+  await page.addInitScript(instrument);
+  await logIn(page, url, "anna", password);
+
+  const samples = () => page.evaluate(() => window.fresh);
+  /** Does something in the page, with the time and the fresh samples until then. */
+  const inPage = (work) => page.evaluate(`(() => { const at = Date.now() - window.jumpMs; const samples = window.fresh; (${work})(); return { at, samples }; })()`);
+  const keyUp = async () => {
     for (const key of ["ArrowUp", "Space"]) await page.keyboard.up(key);
   };
-  /** Until the vessel itself says that its motors turn. */
-  const moves = async () => {
-    const from = new Date().toISOString();
-    const turning = async () => {
-      const csv = await (await page.request.get(`${url}/api/v1/export.csv?message=SetThrusterActuation&vessel=${OTTER}&from=${from}`)).text();
-      return csv.split("\n").slice(1).some((row) => Number(row.trim().split(",").at(-1)) > 0.1);
-    };
-    for (const end = Date.now() + 30_000; !(await turning()); ) check(Date.now() < end, "the motors do not turn");
+  const keys = {
+    release: keyUp,
+    async hold() {
+      await page.locator(".helm-keys").focus();
+      await page.keyboard.down("Space");
+    },
+    steer: () => page.keyboard.down("ArrowUp"),
   };
-  const stays = async (text) => {
-    // Sticks that are still held do not move it.
-    await state(/STOPPED/);
-    await page.locator(".helm-state").getByText(text).waitFor();
+  const padSays = (held, ahead) => page.evaluate(([held, ahead]) => (window.pad = { held, ahead, timestamp: 0 }), [held, ahead]);
+  const pad = {
+    async release() {
+      await page.evaluate(() => (window.frozen = false));
+      await padSays(false, 0);
+    },
+    hold: () => padSays(true, 0),
+    steer: () => padSays(true, 1),
   };
-  const fault = (name, ms) => tell(`fault ${name} ${ms}`);
+  const byKeys = () => hold(page, other, keys);
+  const byPad = () => hold(page, other, pad);
+  /** What the person reads when the sticks do not steer any more. */
+  const stopped = async () => {
+    await page.locator('.helm[data-phase="steering"]').waitFor({ state: "hidden" });
+    return page.getByRole("region", { name: "Steer by hand" }).innerText();
+  };
+  const toReady = async () => {
+    await keyUp();
+    await phase(page, "ready");
+  };
 
-  await arrive();
+  await takeControl(page);
   check(await button(page, "Steer by hand …").isEnabled(), "with control one may steer");
-  await begin();
+  await begin(page);
   await look(page, "teleop-ready");
   await button(page, "End steering by hand").click();
-  await begin();
+  await begin(page);
   await byKeys();
   await look(page, "teleop-steering");
-  await letGo();
-  await stays("the dead-man was released").catch(() => undefined);
+  await keyUp();
 
-  // The tab is hidden.
-  await byKeys();
-  await page.evaluate(() => {
-    window.seen = false;
-    document.dispatchEvent(new Event("visibilitychange"));
+  await fault("released", other, "the dead-man was released", {
+    before: byKeys,
+    async inject() {
+      const at = Date.now();
+      await page.keyboard.up("Space");
+      return { at, samples: await samples() };
+    },
+    over: async () => ({ said: await stopped() }),
   });
-  fault("tab-hidden", await fresh());
-  await page.evaluate(() => (window.seen = true));
-  await state(/Ready|STOPPED/);
-  await letGo();
-
-  // The clock of the browser jumps.
-  await byKeys();
-  fault("clock-jump", await page.evaluate(() => ((window.jumpMs = 3_600_000), window.freshMs)));
-  await stays(/the clock of your computer jumped|released|sign of life|too late/);
+  await fault("tab-hidden", other, "the window was hidden", {
+    before: byKeys,
+    inject: () => inPage(() => {
+      window.seen = false;
+      document.dispatchEvent(new Event("visibilitychange"));
+    }),
+    async over() {
+      const said = await stopped();
+      await page.evaluate(() => (window.seen = true));
+      return { said };
+    },
+  });
+  await fault("clock-jump", other, "the clock of the computer that steers jumped", {
+    before: byKeys,
+    inject: () => inPage(() => (window.jumpMs += 3_600_000)),
+    over: async () => ({ said: await stopped() }),
+  });
+  await phase(page, "locked");
   await look(page, "teleop-stopped");
-  await letGo();
-  await state(/Ready/);
 
-  // A gamepad: in neutral with the dead-man released first; then it freezes, then it is gone.
-  const padSays = (held, ahead) => page.evaluate(([held, ahead]) => (window.pad = { held, ahead, timestamp: 0 }), [held, ahead]);
-  const byPad = async () => {
-    await padSays(false, 0);
-    await state(/Ready/);
-    await may();
-    await padSays(true, 0);
-    await state("STEERING");
-    await padSays(true, 1);
-    await moves();
-  };
-  await byPad();
-  await page.evaluate(() => (window.frozen = true));
-  await stays(/sign of life/);
-  fault("gamepad-frozen", await fresh());
-  await page.evaluate(() => (window.frozen = false));
-  // It lives again with the dead-man still held: that is not enough.
-  await page.waitForFunction((since) => performance.timeOrigin + performance.now() - window.jumpMs > since + 1_500, await fresh());
-  await state(/STOPPED/);
-  await byPad();
-  fault("gamepad-unplugged", await page.evaluate(() => ((window.pad = null), window.freshMs)));
-  await state(/Ready|STOPPED/);
+  // The gamepad's own time of change stands still while its values stay as they were. When it lives again with the
+  // dead-man still held, that is not enough.
+  await toReady();
+  await fault("gamepad-frozen", other, "the input device shows no sign of life", {
+    before: byPad,
+    inject: () => inPage(() => (window.frozen = true)),
+    async over() {
+      const [said, fresh] = [await stopped(), await samples()];
+      await page.evaluate(() => (window.frozen = false));
+      return { said, fresh };
+    },
+  });
+  await fault("gamepad-unplugged", other, "the gamepad is gone", {
+    before: byPad,
+    inject: () => inPage(() => (window.pad = null)),
+    over: async () => ({ said: await stopped() }),
+  });
+
+  // STOP by its chord, with both hands at the helm.
+  await fault("stop-pressed", other, "it is not steered by hand any more", {
+    before: byKeys,
+    async inject() {
+      const at = Date.now();
+      await page.keyboard.press("Control+.");
+      return { at, samples: await samples() };
+    },
+    async over() {
+      await helmNote(page).waitFor();
+      const said = await stopped();
+      await keyUp();
+      await begin(page);
+      return { said };
+    },
+  });
 
   // Somebody else takes over.
   await enter(other);
-  await other.getByLabel("Reason, for the one who has control").fill("my turn");
-  await button(other, "Take over …").click();
-  await byKeys();
-  await button(other, "Take over now").click();
-  await other.getByText("You have control of this vessel.").waitFor();
-  const lease = await (await other.request.get(`${url}/api/v1/vessels/${OTTER}/lease`)).json();
-  fault("lease-taken", lease.holder.since_us / 1e3);
-  await page.getByText("Steering by hand ended: you do not have control").or(page.getByText("Ended: you do not have control")).first().waitFor();
-  await letGo();
+  await fault("lease-taken", other, "control of the vessel was lost", {
+    async before() {
+      if (await other.getByText("You have control of this vessel.").isVisible()) {
+        await button(other, "Release control").click();
+        await takeControl(page);
+        await begin(page);
+      }
+      await other.getByLabel("Reason, for the one who has control").fill("my turn");
+      await byKeys();
+      await button(other, "Take over …").click();
+    },
+    async inject() {
+      await button(other, "Take over now").click();
+      await other.getByText("You have control of this vessel.").waitFor();
+      const lease = await (await other.request.get(`${url}/api/v1/vessels/${OTTER}/lease`)).json();
+      return { at: lease.holder.since_us / 1e3, samples: await samples() };
+    },
+    async over() {
+      await helmNote(page).waitFor();
+      // Who lost control does not steer.
+      await page.getByRole("button", { name: "Steer by hand …", exact: true, disabled: true }).waitFor();
+      await keyUp();
+      return { said: await stopped() };
+    },
+  });
   await look(page, "teleop-taken");
   await button(other, "Release control").click();
   await other.getByText("Nobody has control of this vessel.").waitFor();
 
-  // The way to the vessel, and the way to the server, carry nothing any more.
-  for (const way of ["vessel", "browser"]) {
-    await takeControl();
-    await begin();
-    await byKeys();
-    tell(`silence ${way}`);
-    await (way === "browser" ? state("The server is not heard") : page.locator('.helm[data-phase="locked"], .helm[hidden]').waitFor({ state: "attached", timeout: 60_000 }));
-    await letGo();
-    tell(`passes ${way}`);
+  // The way to the vessel, and the way to the server, carry nothing any more. Then the server is killed.
+  const byOthers = (name, words, why, after) =>
+    fault(name, page, why, {
+      async before() {
+        await takeControl(page);
+        await begin(page);
+        await hold(page, page, keys);
+      },
+      async inject() {
+        tell(words);
+        return { at: Date.now() + 100, samples: [] };
+      },
+      async over() {
+        const [said, fresh] = [await stopped(), await samples()];
+        await after();
+        await keyUp();
+        return { said, fresh };
+      },
+    });
+  await byOthers("network-dropped-vessel", "silence vessel", "the vessel is not heard", () => tell("passes vessel"));
+  await byOthers("network-dropped-browser", "silence browser", "The server is not heard", () => tell("passes browser"));
+  await byOthers("server-killed", "kill server", "", () => helmNote(page).getByText("the server is not reached").waitFor());
+  await takeControl(page);
+  await button(page, "Release control").click();
+  await page.getByText("Nobody has control of this vessel.").waitFor();
+
+  // The browser is killed, on a tablet that is steered by touch.
+  await fault("browser-killed", page, "", {
+    async before() {
+      await new Promise((done, fail) => inBrowser((open) => touch(open, page, done)).catch(fail));
+    },
+    inject: async () => {
+      // At most one sample's time after the last sample.
+      const at = Date.now();
+      process.kill(victim, "SIGKILL");
+      return { at, samples: [at] };
+    },
+    async over() {
+      letGo();
+      return { said: "" };
+    },
+  });
+
+  const audit = await (await page.request.get(`${url}/api/v1/audit?count=1000`)).json();
+  const acts = audit.filter((one) => one.action === "teleop.end" || (one.action === "teleop.begin" && one.outcome === "done")).reverse();
+  const ends = acts.filter((one) => one.action === "teleop.end").map((one) => one.subject);
+  for (const why of ["the person ended it", "it is not steered by hand any more", "control of the vessel was lost", "the server was killed", "the window was closed"]) {
+    check(ends.some((subject) => subject.includes(why)), `${why} in ${ends.join("\n")}`);
   }
-
-  // The server is killed.
-  await takeControl();
-  await begin();
-  await byKeys();
-  tell("kill server");
-  await page.getByText(/Steering by hand ended: the server is not reached/).waitFor();
-  await letGo();
-
-  // The browser is killed.
-  await takeControl();
-  await begin();
-  await byKeys();
-  fault("browser-killed", await fresh());
-  const cdp = await page.context().newCDPSession(page);
-  const gone = page.waitForEvent("crash");
-  cdp.send("Page.crash").catch(() => undefined);
-  await gone;
+  acts.forEach((one, index) => check(one.action === (index % 2 ? "teleop.end" : "teleop.begin"), `each beginning has its end: ${JSON.stringify(acts, null, 1)}`));
 });
+
+/** Steers by touch until the browser is killed. */
+async function touch(open, asker, done) {
+  const tablet = await open({ hasTouch: true, viewport: { width: 820, height: 1180 } });
+  tablet.setDefaultTimeout(PATIENCE_MS);
+  await logIn(tablet, url, "anna", password);
+  await takeControl(tablet);
+  await begin(tablet);
+  await look(tablet, "teleop-tablet");
+  await tablet.setViewportSize({ width: 820, height: 1180 });
+  const input = await tablet.context().newCDPSession(tablet);
+  const circle = tablet.locator(".helm-pad");
+  await circle.scrollIntoViewIfNeeded();
+  const box = await circle.boundingBox();
+  check(box.width >= 200, "the pad is large enough for a thumb");
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  const at = (type, touchPoints) => input.send("Input.dispatchTouchEvent", { type, touchPoints });
+  let down = false;
+  await hold(tablet, asker, {
+    async release() {
+      if (down) await at("touchEnd", []);
+      down = false;
+    },
+    async hold() {
+      await at("touchStart", [{ x, y }]);
+      down = true;
+    },
+    steer: () => at("touchMove", [{ x, y: y - 100 }]),
+  });
+  const browser = await tablet.context().browser().newBrowserCDPSession();
+  const { processInfo } = await browser.send("SystemInfo.getProcessInfo");
+  victim = processInfo.find((one) => one.type === "browser").id;
+  const killed = new Promise((over) => (letGo = over));
+  done();
+  await killed;
+}

@@ -45,7 +45,7 @@ pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
-pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopTold};
+pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 
 #[cfg(test)]

@@ -19,10 +19,30 @@ pub enum TeleopSay {
     },
     /// What the person's hands do now.
     Sample(TeleopSample),
-    /// Stop at once; the sticks pass neutral before the vessel moves again. Like when the window is hidden.
-    Stop {},
+    /// Stop at once; the sticks pass neutral before the vessel moves again.
+    Stop {
+        /// What happened.
+        why: TeleopStop,
+    },
     /// Steering by hand ends.
     End {},
+}
+
+/// Why a browser stops by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum TeleopStop {
+    /// The window was hidden.
+    Hidden,
+    /// The window or its keys lost the focus.
+    Unfocused,
+    /// The gamepad that steered is gone.
+    GamepadGone,
+    /// Two input devices were held at once, or another gamepad came.
+    TwoDevices,
+    /// The person stopped it.
+    Person,
 }
 
 /// What a person's hands do.
@@ -76,8 +96,10 @@ pub struct TeleopTold {
     pub stamp_us: u64,
     /// How far it is.
     pub phase: TeleopPhase,
-    /// Why nothing moves, in words; empty while the sticks steer.
+    /// Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
     pub why: String,
+    /// What to do about that, in words; empty where there is nothing but to begin anew.
+    pub remedy: String,
     /// From the browser to the vessel and back, ms; null while unknown.
     pub round_trip_ms: Option<f64>,
     /// Whether the vessel's own link is counted in: it is known for the vessel link alone.

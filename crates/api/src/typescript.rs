@@ -10,8 +10,8 @@ use crate::{
     Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace,
     PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard,
     Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit,
-    StoredPlan, Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopTold, Token, TokenMade,
-    TrackPoint, Update, ValueKind, Vessel,
+    StoredPlan, Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token,
+    TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -107,6 +107,7 @@ fn text() -> String {
         TeleopPhase::decl(),
         TeleopSample::decl(),
         TeleopSay::decl(),
+        TeleopStop::decl(),
         TeleopTold::decl(),
         Token::decl(),
         TokenMade::decl(),

@@ -9,7 +9,7 @@ use super::caller::Caller;
 use super::control::{Issuer, issue, running};
 use super::guard::{OfVessel, Who, identify};
 use crate::shore::{AppState, Helm};
-use api::{Role, TeleopPhase, TeleopSample, TeleopSay, TeleopTold};
+use api::{Role, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
@@ -21,7 +21,7 @@ use imc::messages::RemoteActions;
 use imc::{Address, Header, Packet};
 use std::time::Duration;
 use tokio::time::MissedTickBehavior;
-use units::MonoTime;
+use units::{MonoTime, UtcTime};
 
 /// Bytes that a browser may send at once.
 const SAY_BYTES: usize = 2 * 1024;
@@ -57,7 +57,7 @@ pub(crate) async fn socket(
             teleop: Teleop::new(),
             phase: Phase::Idle,
             helm: None,
-            said: String::new(),
+            said: (String::new(), ""),
         };
         tasks.track_future(session.run(socket))
     })
@@ -85,8 +85,8 @@ struct Session {
     phase: Phase,
     /// This window's place while it is not idle.
     helm: Option<Helm>,
-    /// Why it is not begun, or ended.
-    said: String,
+    /// Why it is not begun, or ended, and what to do about that.
+    said: (String, &'static str),
 }
 
 /// What the hub says when it is asked to steer.
@@ -101,8 +101,9 @@ struct Looked {
 impl Session {
     async fn run(mut self, mut socket: WebSocket) {
         let (code, reason) = self.converse(&mut socket).await;
-        self.teleop.interrupt(Why::Window);
-        self.finish().await;
+        self.teleop.interrupt(Why::Person);
+        let why = if reason.is_empty() { "the window was closed or its connection broke" } else { reason };
+        self.finish(why, "").await;
         let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
         tokio::time::timeout(PATIENCE, socket.send(close)).await.ok();
     }
@@ -138,22 +139,21 @@ impl Session {
         };
         match serde_json::from_str(&text) {
             Ok(TeleopSay::Sample(sample)) => {
-                let now = self.state.relay.clock().now().mono;
-                let sticks = self.teleop.sample(now, &understood(&sample));
+                let now = self.state.relay.clock().now();
+                let sticks = self.noting(|teleop| teleop.sample(now.mono, &understood(&sample)));
                 if matches!(self.phase, Phase::Live) && sticks.is_some() {
-                    self.look(sticks).await?;
+                    self.look(sticks, now.utc).await?;
                 }
                 Ok(())
             }
             Ok(TeleopSay::Begin { window }) => self.begin(window).await,
-            Ok(TeleopSay::Stop {}) => {
-                self.teleop.interrupt(Why::Window);
+            Ok(TeleopSay::Stop { why }) => {
+                self.noting(|teleop| teleop.interrupt(because(why)));
                 self.stop_now().await
             }
             Ok(TeleopSay::End {}) => {
-                self.teleop.interrupt(Why::Window);
-                self.finish().await;
-                "You ended it.".clone_into(&mut self.said);
+                self.teleop.interrupt(Why::Person);
+                self.finish("the person ended it", "").await;
                 Ok(())
             }
             Err(_) => Err((close_code::POLICY, "not understood: /api/v1/openapi.json tells all")),
@@ -166,16 +166,17 @@ impl Session {
             return Ok(());
         }
         if !self.teleop.may_begin() {
-            self.said = match self.teleop.round_trip() {
-                None => "Not begun: the round trip is not known yet; try again.".to_owned(),
-                Some(trip) => {
-                    format!("Not begun: the round trip takes {} ms, 1000 at most.", trip.as_millis())
-                }
-            };
+            let trip = self.teleop.round_trip();
+            let ms = trip.map_or_else(|| "unknown".to_owned(), |trip| format!("{} ms", trip.as_millis()));
+            self.said = (
+                format!("Not begun: the round trip is {ms}; it may be 1000 ms."),
+                "Try again when the network is faster, or send the vessel by a plan.",
+            );
             return Ok(());
         }
         let Some(helm) = self.state.helms.take(self.vessel) else {
-            "Not begun: another window of yours steers this vessel.".clone_into(&mut self.said);
+            let why = "Not begun: another window of yours steers this vessel.".to_owned();
+            self.said = (why, "End it there first.");
             return Ok(());
         };
         self.by.window = window;
@@ -183,22 +184,33 @@ impl Session {
         match issue(&self.state, self.vessel, &self.by, order).await {
             Ok(command) => {
                 (self.phase, self.helm) = (Phase::Starting(CommandId(command.id)), Some(helm));
-                self.said.clear();
+                self.said = (String::new(), "");
             }
-            Err(error) => self.said = format!("Not begun: {}", error.text),
+            Err(error) => self.said = (format!("Not begun: {}", error.text), ""),
         }
         Ok(())
+    }
+
+    /// Does something with the hands; that they steer no more is worth a line.
+    fn noting<T>(&mut self, work: impl FnOnce(&mut Teleop) -> T) -> T {
+        let steered = self.teleop.state() == TeleopState::Steering;
+        let done = work(&mut self.teleop);
+        if steered && self.teleop.state() != TeleopState::Steering {
+            let why = self.teleop.why().text();
+            tracing::info!(vessel = %self.vessel, who = self.by.who.name, why, "steering by hand is interrupted");
+        }
+        done
     }
 
     /// Time passes: stops what is stale, and answers.
     async fn tick(&mut self, socket: &mut WebSocket) -> Result<(), End> {
         let trip = self.state.links.round_trip(self.vessel);
         self.teleop.vessel_trip(trip.unwrap_or_default());
-        let sticks = self.teleop.tick(self.state.relay.clock().now().mono);
-        let begun = !matches!(self.phase, Phase::Idle);
-        if begun {
+        let now = self.state.relay.clock().now();
+        let sticks = self.noting(|teleop| teleop.tick(now));
+        if !matches!(self.phase, Phase::Idle) {
             let sticks = sticks.filter(|_| matches!(self.phase, Phase::Live));
-            self.look(sticks).await?;
+            self.look(sticks, now.utc).await?;
         }
         let now = self.state.relay.clock().now().mono;
         let text = serde_json::to_string(&self.told(now, trip.is_some()))
@@ -206,23 +218,33 @@ impl Session {
         match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) => Err((close_code::NORMAL, "")),
-            Err(_) => Err((close_code::POLICY, "too slow")),
+            Err(_) => Err((close_code::POLICY, "too slow: the window took nothing for 1 s")),
         }
     }
 
     fn told(&self, now: MonoTime, with_vessel: bool) -> TeleopTold {
-        let (phase, why) = match (&self.phase, self.teleop.state()) {
-            (Phase::Idle, _) => (TeleopPhase::Idle, self.said.clone()),
-            (Phase::Starting(..), _) => (TeleopPhase::Starting, String::new()),
-            (Phase::Live, TeleopState::Steering) => (TeleopPhase::Steering, String::new()),
-            (Phase::Live, TeleopState::Ready) => (TeleopPhase::Ready, String::new()),
-            (Phase::Live, TeleopState::Locked) => (TeleopPhase::Locked, self.teleop.why().text().to_owned()),
+        let phase = match (self.phase, self.teleop.state()) {
+            (Phase::Idle, _) => TeleopPhase::Idle,
+            (Phase::Starting(_), _) => TeleopPhase::Starting,
+            (Phase::Live, TeleopState::Steering) => TeleopPhase::Steering,
+            (Phase::Live, TeleopState::Ready) => TeleopPhase::Ready,
+            (Phase::Live, TeleopState::Locked) => TeleopPhase::Locked,
+        };
+        let (why, remedy) = match (phase, self.teleop.why(), self.teleop.hinders()) {
+            (TeleopPhase::Idle, ..) => self.said.clone(),
+            (TeleopPhase::Starting | TeleopPhase::Steering, ..) | (_, Why::Begun, None) => {
+                (String::new(), "")
+            }
+            (_, Why::Begun, Some(now)) => (now.text().to_owned(), now.remedy()),
+            (_, why, None) => (why.text().to_owned(), why.remedy()),
+            (_, why, Some(now)) => (format!("{}; now {}", why.text(), now.text()), now.remedy()),
         };
         let trip = self.teleop.round_trip();
         TeleopTold {
             stamp_us: now.micros(),
             phase,
             why,
+            remedy: remedy.to_owned(),
             round_trip_ms: trip.map(|trip| trip.as_secs_f64() * 1e3),
             with_vessel,
             slow: trip.is_some_and(|trip| trip > hub::WARN_OVER),
@@ -230,16 +252,15 @@ impl Session {
         }
     }
 
-    /// Looks where the hub lives whether this window may steer and the vessel lets itself be steered, and sends.
-    async fn look(&mut self, sticks: Option<Sticks>) -> Result<(), End> {
+    /// Looks where the hub lives whether this window may steer and the vessel lets itself be steered, and sends. The
+    /// time of the packet is that at which the sample was judged: its life aboard counts from then.
+    async fn look(&mut self, sticks: Option<Sticks>, at: UtcTime) -> Result<(), End> {
         let gone = (close_code::AWAY, "the server is stopping");
         let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
         let asked = match &self.phase {
             Phase::Starting(id) => Some(*id),
             _ => None,
         };
-        // The time of the packet is that of the look at the sample: its life aboard counts from then.
-        let sent_s = self.state.relay.clock().now().utc.seconds();
         let look = move |hub: &mut Hub, now: hub::Now| {
             let epoch = hub.leases().epoch(now, vessel, &holder);
             let begun = asked.and_then(|id| hub.commands().get(id)).map(|command| {
@@ -247,7 +268,9 @@ impl Session {
             });
             let running = running(hub, vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
             let outgoing = match (&epoch, sticks) {
-                (Ok(epoch), Some(sticks)) => dispatch(hub, now, (vessel, *epoch), &sticks, sent_s, link),
+                (Ok(epoch), Some(sticks)) => {
+                    dispatch(hub, now, (vessel, *epoch), &sticks, at.seconds(), link)
+                }
                 _ => None,
             };
             let heard = hub
@@ -263,7 +286,7 @@ impl Session {
         }
         if !looked.heard {
             // Nobody steers what does not say how it is, and when it is heard again the sticks pass neutral first.
-            self.teleop.interrupt(Why::Vessel);
+            self.noting(|teleop| teleop.interrupt(Why::Vessel));
         }
         self.follow(looked.may, looked.running, looked.begun).await;
         Ok(())
@@ -274,60 +297,78 @@ impl Session {
         match (self.phase, begun) {
             (Phase::Idle, _) => {}
             _ if !may => {
-                self.teleop.interrupt(Why::Lease);
-                self.finish().await;
-                self.said = format!("Ended: {}.", Why::Lease.text());
+                self.noting(|teleop| teleop.interrupt(Why::Lease));
+                let remedy = "The vessel's motors stand still. Take control again if you still need it.";
+                self.over(Why::Lease.text(), remedy).await;
             }
             (Phase::Starting(_), Some((Stage::EffectSeen, _))) => {
-                self.teleop.interrupt(Why::Begun);
+                self.teleop.begin();
                 self.phase = Phase::Live;
             }
             (Phase::Starting(_), Some((stage, text))) if stage.is_last() => {
-                self.rest(format!("Not begun: {}: {text}", stage.name()));
+                self.over(&format!("the vessel did not begin: {}: {text}", stage.name()), "").await;
             }
-            (Phase::Starting(_), None) => self.rest("Not begun: the order was forgotten.".to_owned()),
+            (Phase::Starting(_), None) => self.over("the order to begin was forgotten", "").await,
             (Phase::Live, _) if !running => {
-                self.teleop.interrupt(Why::Begun);
-                self.rest("Ended: the vessel says that it is not steered by hand any more.".to_owned());
+                self.noting(|teleop| teleop.interrupt(Why::Person));
+                let remedy =
+                    "Somebody pressed STOP, or it does something else: see the commands and the log book.";
+                self.over("the vessel says that it is not steered by hand any more", remedy).await;
             }
             (Phase::Starting(_) | Phase::Live, _) => {}
         }
     }
 
     /// Nothing is steered from here on.
-    fn rest(&mut self, why: String) {
-        (self.phase, self.helm, self.said) = (Phase::Idle, None, why);
+    fn rest(&mut self, why: &str, remedy: &'static str) {
+        (self.phase, self.helm, self.said) = (Phase::Idle, None, (format!("Ended: {why}."), remedy));
+    }
+
+    /// It is over without a word to the vessel, which did or would not listen: writes that down.
+    async fn over(&mut self, why: &str, remedy: &'static str) {
+        let subject = format!("{} {why}", self.vessel);
+        let written =
+            self.state.people.act(&self.by.who, self.by.from.clone(), "teleop.end", subject, |_| Ok(()));
+        if let Err(error) = written.await {
+            tracing::error!(vessel = %self.vessel, why, %error, "the end of steering by hand is not in the audit log");
+        }
+        self.rest(why, remedy);
     }
 
     /// Sends the stop that an interruption owes, without waiting for the next tick.
     async fn stop_now(&mut self) -> Result<(), End> {
-        let sticks = self.teleop.tick(self.state.relay.clock().now().mono);
+        let now = self.state.relay.clock().now();
+        let sticks = self.teleop.tick(now);
         if sticks.is_some() && matches!(self.phase, Phase::Live) {
-            self.look(sticks).await?;
+            self.look(sticks, now.utc).await?;
         }
         Ok(())
     }
 
     /// Tells the vessel to stop and that it is not steered by hand any more.
-    async fn finish(&mut self) {
+    async fn finish(&mut self, why: &str, remedy: &'static str) {
         if matches!(self.phase, Phase::Idle) {
             return;
         }
-        if let Some(stop) = self.teleop.tick(self.state.relay.clock().now().mono) {
-            let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
-            let look = move |hub: &mut Hub, now: hub::Now| {
-                let epoch = hub.leases().epoch(now, vessel, &holder).ok()?;
-                dispatch(hub, now, (vessel, epoch), &stop, now.utc.seconds(), link)
-            };
-            if let Ok(Some(outgoing)) = self.state.relay.look(look).await {
-                self.state.links.steer(vessel, outgoing, STOP_LASTS);
-            }
+        let stop = self.teleop.tick(self.state.relay.clock().now());
+        let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
+        let look = move |hub: &mut Hub, now: hub::Now| {
+            let epoch = hub.leases().epoch(now, vessel, &holder).ok()?;
+            Some(stop.and_then(|stop| dispatch(hub, now, (vessel, epoch), &stop, now.utc.seconds(), link)))
+        };
+        match self.state.relay.look(look).await {
+            // Whoever has control now orders something else; the vessel would not listen.
+            Ok(None) => return self.over(Why::Lease.text(), Why::Lease.remedy()).await,
+            Ok(Some(Some(outgoing))) => self.state.links.steer(vessel, outgoing, STOP_LASTS),
+            Ok(Some(None)) | Err(_) => {}
         }
-        // Whoever has control now orders something else; then this is refused, and the audit log says so.
-        if let Err(error) = issue(&self.state, self.vessel, &self.by, Order::EndTeleoperation).await {
-            tracing::warn!(vessel = %self.vessel, why = error.text, "steering by hand ends without a word to the vessel");
+        let order = Order::EndTeleoperation { why: why.to_owned() };
+        match issue(&self.state, self.vessel, &self.by, order).await {
+            // A refusal is in the audit log too.
+            Ok(_) => self.rest(why, remedy),
+            Err(error) if error.status.is_client_error() => self.rest(why, remedy),
+            Err(_) => self.over(why, remedy).await,
         }
-        self.rest(String::new());
     }
 
     /// Whether the person may still steer.
@@ -366,6 +407,17 @@ fn dispatch(
     }
     hub.send(now, &packet);
     None
+}
+
+/// Why a browser stops, as the hub has it.
+fn because(why: TeleopStop) -> Why {
+    match why {
+        TeleopStop::Hidden => Why::Hidden,
+        TeleopStop::Unfocused => Why::Unfocused,
+        TeleopStop::GamepadGone => Why::GamepadGone,
+        TeleopStop::TwoDevices => Why::TwoDevices,
+        TeleopStop::Person => Why::Person,
+    }
 }
 
 /// A sample as the hub has it.

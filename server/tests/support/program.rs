@@ -149,6 +149,8 @@ pub(crate) fn agent_program() -> Option<PathBuf> {
 /// A simulated Otter aboard its own process.
 pub(crate) struct Agent {
     pub(crate) process: Process,
+    /// Its port for consoles by TCP.
+    pub(crate) tcp: u16,
     folder: PathBuf,
     _out: BufReader<ChildStdout>,
 }
@@ -183,7 +185,8 @@ impl Agent {
         let mut line = String::new();
         out.read_line(&mut line).unwrap();
         assert!(line.starts_with("listening "), "{line:?}");
-        Self { process: Process(child), folder: folder.to_owned(), _out: out }
+        let tcp = line.split_whitespace().find_map(|word| word.strip_prefix("tcp=")?.parse().ok()).unwrap();
+        Self { process: Process(child), tcp, folder: folder.to_owned(), _out: out }
     }
 
     /// What it complained of so far.

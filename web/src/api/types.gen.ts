@@ -1947,7 +1947,13 @@ export type TeleopSay = { "begin": {
 /**
  * Tells the windows of a person apart.
  */
-window: string, } } | { "sample": TeleopSample } | { "stop": Record<string, never> } | { "end": Record<string, never> };
+window: string, } } | { "sample": TeleopSample } | { "stop": { 
+/**
+ * What happened.
+ */
+why: TeleopStop, } } | { "end": Record<string, never> };
+
+export type TeleopStop = "hidden" | "unfocused" | "gamepad_gone" | "two_devices" | "person";
 
 export type TeleopTold = { 
 /**
@@ -1959,9 +1965,13 @@ stamp_us: number,
  */
 phase: TeleopPhase, 
 /**
- * Why nothing moves, in words; empty while the sticks steer.
+ * Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
  */
 why: string, 
+/**
+ * What to do about that, in words; empty where there is nothing but to begin anew.
+ */
+remedy: string, 
 /**
  * From the browser to the vessel and back, ms; null while unknown.
  */

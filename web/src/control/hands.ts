@@ -1,6 +1,7 @@
 // The person's hands: keys, a touch pad and a gamepad, one at a time. Whoever holds a dead-man first steers until all
 // let go; a second device that is held at the same time is no dead-man but a reason to stop.
 
+import type { TeleopStop } from "../api/types.gen";
 import { type Hands, limited, ofKeys, ofPad, ofTouch, type Pad, STEERING_KEYS } from "../state/teleop";
 
 export interface HandsSource {
@@ -15,7 +16,7 @@ export interface HandsSource {
 const NEUTRAL: Omit<Hands, "change"> = { held: false, thrust: 0, turn: 0 };
 
 /** `keys` must have the focus for keys to count; `pad` is touched. `stopped` hears why the hands were taken away. */
-export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLElement, most: () => number, stopped: () => void): HandsSource {
+export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLElement, most: () => number, stopped: (why: TeleopStop) => void): HandsSource {
   const down = new Set<string>();
   let touch: { id: number; x: number; y: number; dx: number; dy: number } | undefined;
   let known: number | undefined;
@@ -25,15 +26,16 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
     touch = undefined;
     knob.style.transform = "";
   };
-  const lose = (): void => {
+  const lose = (why: TeleopStop): void => {
     release();
-    stopped();
+    stopped(why);
   };
 
   keys.addEventListener("keydown", (event) => {
     if (!STEERING_KEYS.includes(event.code) || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
-    down.add(event.code);
+    // A key that was held all the time is no new press: after a stop it must be let go first.
+    if (!event.repeat) down.add(event.code);
   });
   keys.addEventListener("keyup", (event) => {
     if (!STEERING_KEYS.includes(event.code)) return;
@@ -41,7 +43,7 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
     down.delete(event.code);
   });
   keys.addEventListener("blur", () => {
-    if (down.size) lose();
+    if (down.size) lose("unfocused");
   });
 
   pad.addEventListener("pointerdown", (event) => {
@@ -66,7 +68,10 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
   pad.addEventListener("contextmenu", (event) => event.preventDefault());
 
   window.addEventListener("gamepaddisconnected", (event) => {
-    if (event.gamepad.index === known) lose();
+    if (event.gamepad.index === known) lose("gamepad_gone");
+  });
+  window.addEventListener("gamepadconnected", (event) => {
+    if (known !== undefined && event.gamepad.index !== known) lose("two_devices");
   });
   const padNow = (): Pad | null | undefined => {
     const all = navigator.getGamepads().filter((one) => one?.connected);
@@ -75,7 +80,7 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
       if (!same) {
         // Gone without a word.
         known = undefined;
-        lose();
+        lose("gamepad_gone");
       }
       return same;
     }
@@ -92,7 +97,10 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
       const held = [byTouch, byKeys.held ? byKeys : undefined, byPad?.held ? byPad : undefined].filter((one) => one !== undefined);
       const [only, ...others] = held;
       if (only && !others.length) return limited(only, most());
-      if (others.length) return { ...NEUTRAL, change: tick };
+      if (others.length) {
+        lose("two_devices");
+        return { ...NEUTRAL, change: tick };
+      }
       // Nothing is held. Sticks that are not in neutral are told, so that they must return.
       const moved = byPad && Math.hypot(byPad.thrust, byPad.turn) > Math.hypot(byKeys.thrust, byKeys.turn) ? byPad : byKeys;
       return { ...limited(moved, most()), held: false, change: tick };

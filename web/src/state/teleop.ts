@@ -1,4 +1,7 @@
-// What a person's hands say: pure functions from keys, a touch and a gamepad to one stick position.
+// Steering by hand, decided without a screen: what a person's hands say, and the words for how it stands.
+
+import type { TeleopTold } from "../api/types.gen";
+import { entities, type Labels, type Values } from "./vitals";
 
 /** What the hands do. `change` is another number than before when the device has shown life. */
 export interface Hands {
@@ -50,4 +53,59 @@ export function ofPad(pad: Pad): Hands {
 /** Less of it, as the person chose; neutral stays neutral. */
 export function limited(hands: Hands, most: number): Hands {
   return { ...hands, thrust: hands.thrust * most, turn: hands.turn * most };
+}
+
+/** How it stands: the state in words, why it stopped, and what to do. */
+export interface Standing {
+  readonly state: string;
+  readonly why: string;
+  readonly remedy: string;
+}
+
+const STATES: Readonly<Record<TeleopTold["phase"], string>> = {
+  idle: "Connecting …",
+  starting: "Asking the vessel …",
+  locked: "STOPPED. Let go of everything.",
+  ready: "READY. Motors stand still.",
+  steering: "MOVING. Let go to stop.",
+};
+const PASS_NEUTRAL = "Release the dead-man and let the sticks go to neutral.";
+const HOLD = "Hold the dead-man first, then steer.";
+
+/** `told` is what the server said last, undefined when that is too long ago; `heard` whether it said anything yet. */
+export function standing(told: TeleopTold | undefined, heard: boolean): Standing {
+  if (!told && !heard) return { state: STATES.idle, why: "", remedy: "" };
+  if (!told) {
+    return { state: "STOPPED. The server is not heard.", why: "Nothing you do here reaches the vessel: its motors stop by themselves.", remedy: "Wait until it is heard, or stop the vessel by other means." };
+  }
+  const { phase } = told;
+  const next = phase === "locked" ? PASS_NEUTRAL : phase === "ready" ? HOLD : "";
+  return { state: STATES[phase], why: told.why && phase !== "steering" ? `It stopped: ${told.why}.` : "", remedy: [told.remedy, next].filter(Boolean).join(" ") };
+}
+
+/** The round trip in words. */
+export function tripText(told: TeleopTold | undefined): string {
+  const ms = told?.round_trip_ms;
+  if (!told || ms === null || ms === undefined) return "Round trip: not known";
+  const way = told.with_vessel ? "to the vessel and back" : "to the server and back; the vessel's part is not known: should its link fail, it stops by its own time limit";
+  const slow = told.slow ? ". SLOW: steer with care." : "";
+  const cap = told.cap < 1 ? ` Thrust is limited to ${Math.round(told.cap * 100)} %.` : "";
+  return `Round trip ${Math.round(ms)} ms ${way}${slow}${cap}`;
+}
+
+/** What the vessel's grounding supervisor says; undefined where it says nothing or has no chart. */
+export interface Guard {
+  readonly text: string;
+  /** It lets no thrust through in some direction. */
+  readonly blocks: boolean;
+  /** An operator had it lifted for a while. */
+  readonly lifted: boolean;
+}
+
+export const GUARD_ENTITY = "Grounding Supervisor";
+
+export function guardOf(values: Values, labels: Labels, nowUs: number): Guard | undefined {
+  const one = entities(values, labels, nowUs).find(({ label }) => label === GUARD_ENTITY);
+  if (!one || one.old || !one.description || one.description.startsWith("off:")) return undefined;
+  return { text: one.description, blocks: one.description.includes("thrust towards danger is blocked"), lifted: one.description.includes("may steer unguarded") };
 }

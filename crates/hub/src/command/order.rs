@@ -45,7 +45,10 @@ pub enum Order {
         by: Address,
     },
     /// Be steered by hand no more.
-    EndTeleoperation,
+    EndTeleoperation {
+        /// Why, for the audit log and the list of commands.
+        why: String,
+    },
     /// Store a plan aboard.
     Upload(Box<PlanSpecification>),
     /// Remove a plan.
@@ -117,7 +120,7 @@ impl Order {
             Self::StopPlan => "plan.stop",
             Self::Goto { .. } => "goto",
             Self::Teleoperate { .. } => "teleop.begin",
-            Self::EndTeleoperation => "teleop.end",
+            Self::EndTeleoperation { .. } => "teleop.end",
             Self::Upload(_) => "plan.upload",
             Self::Delete { .. } => "plan.delete",
             Self::List => "plan.list",
@@ -133,7 +136,8 @@ impl Order {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => plan_id.clone(),
             Self::Upload(plan) => plan.plan_id.to_str_lossy().into_owned(),
-            Self::StopPlan | Self::List | Self::Teleoperate { .. } | Self::EndTeleoperation => String::new(),
+            Self::StopPlan | Self::List | Self::Teleoperate { .. } => String::new(),
+            Self::EndTeleoperation { why } => why.clone(),
             Self::Goto { place, speed_mps } => {
                 format!("{:.6}, {:.6} at {speed_mps:.1} m/s", place.lat_deg(), place.lon_deg())
             }
@@ -164,7 +168,7 @@ impl Order {
                 name("plan_id", plan_id)?;
                 imc::plan_digest::plan_md5(plan).map(drop).map_err(|error| format!("the plan: {error}"))
             }
-            Self::StopPlan | Self::List | Self::Teleoperate { .. } | Self::EndTeleoperation => Ok(()),
+            Self::StopPlan | Self::List | Self::Teleoperate { .. } | Self::EndTeleoperation { .. } => Ok(()),
             Self::Goto { speed_mps, .. } if SPEEDS_MPS.contains(speed_mps) => Ok(()),
             Self::Goto { speed_mps, .. } => {
                 let (least, most) = SPEEDS_MPS.into_inner();
@@ -209,7 +213,7 @@ impl Order {
                 let maneuver = Teleoperation { custom: format!("src={}", by.0).as_str().into() };
                 control(PlanControlOp::Start, TELEOPERATION_PLAN, Some(maneuver.into()))
             }
-            Self::EndTeleoperation => TeleoperationDone.into(),
+            Self::EndTeleoperation { .. } => TeleoperationDone.into(),
             Self::Upload(plan) => {
                 database(PlanDBOp::Set, &plan.plan_id.to_str_lossy(), Some((**plan).clone().into()))
             }
@@ -239,7 +243,7 @@ impl Order {
             Self::StartPlan { plan_id } => Effect::Runs(plan_id.clone()),
             Self::Goto { .. } => Effect::Runs(GOTO_PLAN.to_owned()),
             Self::Teleoperate { .. } => Effect::Runs(TELEOPERATION_PLAN.to_owned()),
-            Self::StopPlan | Self::EndTeleoperation => Effect::Rests,
+            Self::StopPlan | Self::EndTeleoperation { .. } => Effect::Rests,
             Self::Upload(plan) => {
                 // What does not fit a packet has been refused.
                 let digest = imc::plan_digest::plan_md5(plan).unwrap_or_default();

@@ -252,7 +252,11 @@ fn steering_by_hand_begins_as_a_plan_for_this_server_alone_and_ends() {
     bench.answers(1, PlanControlType::Success, &message, "");
     bench.state(1, EXECUTING, TELEOPERATION_PLAN);
     assert_eq!(bench.last(begun).0, Stage::EffectSeen);
-    let (ended, message) = bench.order(2, Order::EndTeleoperation, Some(TELEOPERATION_PLAN));
+    let (ended, message) = bench.order(
+        2,
+        Order::EndTeleoperation { why: "the person ended it".to_owned() },
+        Some(TELEOPERATION_PLAN),
+    );
     assert!(matches!(message, Message::TeleoperationDone(_)));
     bench.state(3, READY, "");
     assert_eq!(bench.last(ended).0, Stage::EffectSeen);
