@@ -52,6 +52,8 @@ mod routes;
 pub(crate) mod serve;
 mod teleop;
 #[cfg(test)]
+mod teleop_tests;
+#[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;

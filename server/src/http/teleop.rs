@@ -30,7 +30,7 @@ const TICK: Duration = Duration::from_millis(50);
 /// A stop is still worth delivering after this, unlike a stick position.
 const STOP_LASTS: Duration = Duration::from_secs(2);
 /// A vessel that says nothing for so long is not steered: it says something many times a second.
-const HEARD_WITHIN: Duration = Duration::from_secs(2);
+const HEARD_WITHIN: Duration = hub::BUDGET;
 /// A browser that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Rights are looked at again at least so often.
@@ -47,6 +47,7 @@ pub(crate) async fn socket(
 ) -> Response {
     upgrade.max_message_size(SAY_BYTES).max_frame_size(SAY_BYTES).on_upgrade(move |socket| {
         let tasks = state.tasks.clone();
+        let late = state.links.late_sticks(vessel);
         let by = Issuer { who, from: caller.address.to_string(), window: String::new() };
         let session = Session {
             state,
@@ -57,6 +58,7 @@ pub(crate) async fn socket(
             teleop: Teleop::new(),
             phase: Phase::Idle,
             helm: None,
+            late,
             said: (String::new(), ""),
         };
         tasks.track_future(session.run(socket))
@@ -85,6 +87,8 @@ struct Session {
     phase: Phase,
     /// This window's place while it is not idle.
     helm: Option<Helm>,
+    /// Stick positions that the vessel got too late or never, as counted by its link.
+    late: u64,
     /// Why it is not begun, or ended, and what to do about that.
     said: (String, &'static str),
 }
@@ -207,6 +211,10 @@ impl Session {
         let trip = self.state.links.round_trip(self.vessel);
         self.teleop.vessel_trip(trip.unwrap_or_default());
         let now = self.state.relay.clock().now();
+        let late = self.state.links.late_sticks(self.vessel);
+        if std::mem::replace(&mut self.late, late) != late {
+            self.noting(|teleop| teleop.interrupt(Why::Unreached));
+        }
         let sticks = self.noting(|teleop| teleop.tick(now));
         if !matches!(self.phase, Phase::Idle) {
             let sticks = sticks.filter(|_| matches!(self.phase, Phase::Live));

@@ -43,7 +43,7 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
   const gamepad = make("p", { class: "helm-gamepad" });
   const guardBox = make("div", { class: "helm-guard", hidden: "" });
   const told = make("div", { class: "helm-told", role: "status" }, state, why, remedy);
-  const helm = make("div", { class: "helm", hidden: "" }, told, trip, guardBox, make("label", { class: "row" }, "Most thrust ", most, mostTold), make("div", { class: "helm-hands" }, keys, pad), gamepad, leave);
+  const helm = make("div", { class: "helm", hidden: "" }, told, trip, guardBox, make("div", { class: "helm-hands" }, make("div", {}, keys, make("label", { class: "row" }, "Most thrust ", most, mostTold), gamepad, leave), pad));
   const note = make("p", { class: "note bad", role: "alert", hidden: "" });
   root.append(make("h3", {}, "Steer by hand"), begin, helm, note);
   most.addEventListener("input", () => setText(mostTold, `${most.value} %`));
@@ -100,6 +100,7 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
     window.clearInterval(timer);
     old?.close();
     hands.release();
+    setAttribute(helm, "data-phase", "idle");
     const within = helm.contains(document.activeElement);
     setAttribute(helm, "hidden", "");
     setAttribute(begin, "hidden", null);
@@ -130,7 +131,8 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
     setAttribute(helm, "hidden", null);
     setAttribute(begin, "hidden", "");
     draw();
-    keys.focus();
+    root.scrollIntoView({ block: "start" });
+    keys.focus({ preventScroll: true });
     timer = window.setInterval(sample, SAMPLE_MS);
   };
   begin.addEventListener("click", () => {

@@ -125,6 +125,8 @@ pub enum Why {
     Lease,
     /// The vessel is not heard.
     Vessel,
+    /// A stick position came to the vessel too late or never.
+    Unreached,
 }
 
 impl Why {
@@ -146,6 +148,7 @@ impl Why {
             Self::TwoDevices => "two input devices were used at once",
             Self::Person => "the person ended it or left the page",
             Self::Vessel => "the vessel is not heard",
+            Self::Unreached => "what the hands did came to the vessel too late",
             Self::Lease => "control of the vessel was lost",
         }
     }
@@ -156,6 +159,7 @@ impl Why {
             Self::Begun | Self::Released | Self::Person => "",
             Self::Silent => "Look after your network and close what keeps this computer busy.",
             Self::Late => "Your network is slow at present: wait, or send the vessel by a plan.",
+            Self::Unreached => "The vessel's network is slow at present: wait, or send the vessel by a plan.",
             Self::Frozen => {
                 "A gamepad that is held quite still looks like one that hangs: keep the stick moving a little. If it \
                  hangs, plug it in anew or steer with the keys."

@@ -70,6 +70,8 @@ struct Shared {
 struct Handle {
     events: mpsc::Sender<Event>,
     status: watch::Receiver<ShoreStatus>,
+    /// Stick positions that came too late or never.
+    late: Arc<AtomicU64>,
 }
 
 impl Links {
@@ -107,6 +109,12 @@ impl Links {
         }
     }
 
+    /// How many stick positions came to a vessel too late or never, since the start.
+    pub(crate) fn late_sticks(&self, vessel: Address) -> u64 {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        vessels.get(&vessel.0).map_or(0, |handle| handle.late.load(Ordering::Relaxed))
+    }
+
     /// How long a vessel's link took there and back at last; nothing while it does not stand.
     pub(crate) fn round_trip(&self, vessel: Address) -> Option<Duration> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
@@ -122,15 +130,17 @@ impl Links {
         let handle = vessels.entry(address).or_insert_with(|| {
             let (events, coming) = mpsc::channel(WAITING);
             let (told, status) = watch::channel(ShoreStatus::default());
+            let late = Arc::new(AtomicU64::new(0));
             let task = vessel::Task::new(
                 Address(address),
                 shared.relay.clone(),
                 shared.recorder.clone(),
                 told,
+                Arc::clone(&late),
                 index,
             );
             shared.tasks.spawn(task.run(coming, shared.stop.clone()));
-            Handle { events, status }
+            Handle { events, status, late }
         });
         handle.events.clone()
     }

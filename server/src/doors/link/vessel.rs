@@ -12,6 +12,8 @@ use link::{
     ShoreSettings, ShoreStatus,
 };
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
@@ -56,8 +58,9 @@ pub(super) struct Task {
     control: Option<(u64, Option<String>)>,
     /// What people ordered, by the number under which the link carries it, until its outcome is known.
     orders: BTreeMap<u64, CommandId>,
-    /// Stick positions whose outcome is not known: of what becomes of them nobody is told.
+    /// Stick positions whose outcome is not known; those that did not come in time are counted.
     sticks: BTreeSet<u64>,
+    late: Arc<AtomicU64>,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
     /// How often the figures were told.
@@ -70,6 +73,7 @@ impl Task {
         relay: Relay,
         recorder: Recorder,
         status: watch::Sender<ShoreStatus>,
+        late: Arc<AtomicU64>,
         index: usize,
     ) -> Self {
         let figures = Figures::new(relay.address(), vessel, index);
@@ -91,6 +95,7 @@ impl Task {
             control: None,
             orders: BTreeMap::new(),
             sticks: BTreeSet::new(),
+            late,
             figures,
             status,
             told: 0,
@@ -362,7 +367,9 @@ impl Task {
             Outcome::Unanswered => "unanswered",
         };
         metrics::counter!("lutra_link_commands_total", "outcome" => word).increment(1);
-        if !self.sticks.remove(&id) && !matches!(outcome, Outcome::Received | Outcome::Expired) {
+        if self.sticks.remove(&id) {
+            self.late.fetch_add(u64::from(*outcome != Outcome::Received), Ordering::Relaxed);
+        } else if !matches!(outcome, Outcome::Received | Outcome::Expired) {
             tracing::warn!(vessel = %self.vessel, id, ?outcome, "a command did not arrive");
         }
     }
