@@ -16,6 +16,7 @@ mod live;
 mod people;
 mod plans;
 mod samples;
+mod teleop;
 mod transfer;
 
 pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
@@ -44,6 +45,7 @@ pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
 };
+pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 
 #[cfg(test)]

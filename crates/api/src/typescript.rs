@@ -10,7 +10,8 @@ use crate::{
     Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace,
     PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard,
     Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit,
-    StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    StoredPlan, Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token,
+    TokenMade, TrackPoint, Update, ValueKind, Vessel,
 };
 use ts_rs::TS;
 
@@ -103,6 +104,11 @@ fn text() -> String {
         StoredPlan::decl(),
         Subscription::decl(),
         System::decl(),
+        TeleopPhase::decl(),
+        TeleopSample::decl(),
+        TeleopSay::decl(),
+        TeleopStop::decl(),
+        TeleopTold::decl(),
         Token::decl(),
         TokenMade::decl(),
         TrackPoint::decl(),

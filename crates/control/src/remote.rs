@@ -5,7 +5,8 @@
 //! the next message, with the throttle at zero. Only messages of the source in control count: whether a
 //! message is from that source the caller tells, and others neither steer nor keep the watchdog quiet.
 //!
-//! A message may say how long it is good for; it is not good for longer, whatever the connection timeout.
+//! A message may say how long it is good for; it is not good for longer, whatever the connection timeout. When such a
+//! one that moved the vessel has run out, the sticks pass neutral before one of its kind moves it again.
 //!
 //! Differences from the originals: holding Accelerate or Decelerate changes the throttle by time rather than
 //! by message, so the sender's rate does not matter (at 10 messages a second both give 0.05 each); Left and
@@ -143,6 +144,8 @@ pub struct Remote {
     session: Option<Session>,
     /// When a stop fell due that has not been put out.
     stop_due: Option<MonoTime>,
+    /// The life of a message ran out while it moved the vessel: neutral comes first.
+    locked: bool,
 }
 
 /// From the first message until silence.
@@ -162,7 +165,7 @@ impl Remote {
     /// When values of `config` are out of range.
     pub fn new(config: RemoteConfig) -> Result<Self, InvalidConfig> {
         config.validate()?;
-        Ok(Self { config, active: false, session: None, stop_due: None })
+        Ok(Self { config, active: false, session: None, stop_due: None, locked: false })
     }
 
     /// New parameters.
@@ -180,6 +183,7 @@ impl Remote {
         self.active = true;
         self.session = None;
         self.stop_due = Some(now);
+        self.locked = false;
     }
 
     /// Ends at `now`: the motors stop once more.
@@ -220,10 +224,16 @@ impl Remote {
             self.deactivate(now);
             return RemoteReply::Exit;
         }
-        let actions = actions.sane();
+        let mut actions = actions.sane();
         let config = self.config;
-        let known = self.session.filter(|session| now < session.silent_at(&config));
-        let before = known.unwrap_or(Session {
+        self.expire(now);
+        if actions.life.is_some() {
+            self.locked &= !actions.is_neutral();
+            if self.locked {
+                actions = RemoteActions { life: actions.life, stop: true, ..RemoteActions::default() };
+            }
+        }
+        let before = self.session.unwrap_or(Session {
             actions: RemoteActions::default(),
             throttle: 0.0,
             held_heading_rad: if heading_rad.is_finite() { wrap_pi(heading_rad) } else { 0.0 },
@@ -236,10 +246,7 @@ impl Remote {
 
     /// What falls due at `now`; to be asked again until it answers `None`.
     pub fn poll(&mut self, now: MonoTime) -> Option<RemoteCommand> {
-        if self.session.is_some_and(|session| now >= session.silent_at(&self.config)) {
-            self.session = None;
-            self.stop_due = Some(now);
-        }
+        self.expire(now);
         if self.stop_due.take().is_some() {
             return Some(RemoteCommand::Motors(MotorPair::STOPPED));
         }
@@ -247,6 +254,20 @@ impl Remote {
         let session = self.session.as_mut().filter(|session| now >= session.next_output)?;
         session.next_output = now + Duration::from_secs_f64(config.output_period_s);
         Some(session.command(&config))
+    }
+
+    /// Ends what has had its time.
+    fn expire(&mut self, now: MonoTime) {
+        let Some(over) = self.session.take_if(|session| now >= session.silent_at(&self.config)) else {
+            return;
+        };
+        self.stop_due = Some(now);
+        self.locked |= over.actions.life.is_some() && !over.actions.is_neutral();
+    }
+
+    /// Whether sticks have no effect until they pass neutral.
+    pub fn is_locked(&self) -> bool {
+        self.locked
     }
 
     /// When [`Remote::poll`] is to be asked next.

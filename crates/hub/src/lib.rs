@@ -26,7 +26,7 @@ mod teleop;
 
 pub use command::{
     Answer, Command, CommandId, Commands, GOTO_PLAN, Order, Outgoing, PlanAboard, PlansAboard, Receipt,
-    Stage, Step, TIME_TO_LIVE,
+    Stage, Step, TELEOPERATION_PLAN, TIME_TO_LIVE,
 };
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
 pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};

@@ -58,7 +58,8 @@ pub(crate) struct Issuer {
 }
 
 impl Issuer {
-    fn holder(&self) -> Holder {
+    /// As a lease knows them.
+    pub(super) fn holder(&self) -> Holder {
         Holder { person: self.who.person, name: self.who.name.clone(), key: self.window.clone() }
     }
 }
@@ -256,7 +257,7 @@ fn dispatch(
 }
 
 /// The plan that a vessel said it executes.
-fn running(hub: &Hub, vessel: Address) -> Option<String> {
+pub(super) fn running(hub: &Hub, vessel: Address) -> Option<String> {
     let (_, series) = hub.fleet().system(vessel)?.latest(PlanControlState::ID)?;
     let state: PlanControlState = imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()??;
     let runs = matches!(state.state, PlanControlStateState::Executing | PlanControlStateState::Initializing);

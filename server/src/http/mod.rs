@@ -50,6 +50,9 @@ mod plans_tests;
 mod route;
 mod routes;
 pub(crate) mod serve;
+mod teleop;
+#[cfg(test)]
+mod teleop_tests;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]

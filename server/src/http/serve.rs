@@ -8,7 +8,7 @@ use crate::doors::link::Links;
 use crate::doors::{self, Open};
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History, Imports, alarms};
+use crate::shore::{AppState, Fleet, Helms, History, Imports, alarms};
 use crate::sinks::influx::Sink;
 use crate::tls;
 use anyhow::Context as _;
@@ -110,6 +110,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         stop: stop.clone(),
         tasks: tasks.clone(),
         links: Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone()),
+        helms: Helms::default(),
         relay: relay.clone(),
         recorder: recorder.clone(),
     };

@@ -9,7 +9,7 @@ use crate::config::Config;
 use crate::doors::link::Links;
 use crate::people::{People, persons, tokens};
 use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, History, Imports};
+use crate::shore::{AppState, Fleet, Helms, History, Imports};
 use api::{NewToken, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
@@ -96,6 +96,7 @@ impl Shore {
             recorder,
             links,
             influx: None,
+            helms: Helms::default(),
         };
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state.clone()), people, first_password, state, folder }

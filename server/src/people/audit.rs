@@ -59,6 +59,28 @@ pub(crate) fn entries(db: &Connection, before: Option<i64>, count: u32) -> Resul
     Ok(rows.collect::<Result<_, _>>()?)
 }
 
+/// Entries that are looked through for steering by hand that has no end.
+const LOOKED_THROUGH: i64 = 10_000;
+
+/// Writes an end behind every steering by hand that has none: the server that was to write it was killed. How many.
+pub(crate) fn close_open(db: &Connection, now: UtcTime) -> Result<usize, Fault> {
+    let mut query = db.prepare(
+        "SELECT actor, subject FROM audit AS begun
+         WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome = 'done'
+         AND NOT EXISTS (SELECT 1 FROM audit AS later WHERE later.id > begun.id
+             AND later.action IN ('teleop.begin', 'teleop.end') AND later.actor = begun.actor
+             AND substr(later.subject, 1, length(begun.subject)) = begun.subject)",
+    )?;
+    let open: Vec<(String, String)> =
+        query.query_map([LOOKED_THROUGH], |row| Ok((row.get(0)?, row.get(1)?)))?.collect::<Result<_, _>>()?;
+    for (actor, subject) in &open {
+        let subject = format!("{} the server was killed or lost its power", subject.trim());
+        let act = Act { actor, address: "", action: "teleop.end", subject: &subject, outcome: "done" };
+        record(db, act, now)?;
+    }
+    Ok(open.len())
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::db::tests::fresh;
@@ -75,5 +97,23 @@ mod tests {
         let subjects: Vec<&str> = first.iter().map(|entry| entry.subject.as_str()).collect();
         assert_eq!(subjects, ["c", "b"]);
         assert_eq!(entries(&db, Some(first[1].id), 2).unwrap()[0].subject, "a");
+    }
+
+    #[test]
+    fn steering_that_has_no_end_gets_one_once() {
+        let db = fresh();
+        let says = |actor, action, subject, outcome| {
+            record(&db, Act { actor, address: "", action, subject, outcome }, UtcTime::from_micros(1))
+                .unwrap();
+        };
+        says("anna", "teleop.begin", "otter-1 ", "done");
+        says("anna", "teleop.end", "otter-1 the person ended it", "done");
+        says("anna", "teleop.begin", "otter-2 ", "you do not have control of this vessel");
+        says("bert", "teleop.begin", "otter-3 ", "done");
+        assert_eq!(close_open(&db, UtcTime::from_micros(2)).unwrap(), 1);
+        let last = entries(&db, None, 1).unwrap().remove(0);
+        assert_eq!((last.actor.as_str(), last.action.as_str()), ("bert", "teleop.end"));
+        assert_eq!(last.subject, "otter-3 the server was killed or lost its power");
+        assert_eq!(close_open(&db, UtcTime::from_micros(3)).unwrap(), 0);
     }
 }

@@ -40,13 +40,15 @@ pub(crate) struct FirstAdmin {
 }
 
 impl People {
-    /// Opens the database in `folder`. When nobody is in it yet, makes an admin with a one-time password.
+    /// Opens the database in `folder`. When nobody is in it yet, makes an admin with a one-time password. What an
+    /// earlier server was killed in the middle of gets its end in the audit log.
     ///
     /// # Errors
     /// As [`super::open`].
     pub(crate) fn start(folder: &Path, config: &config::People) -> Result<(Self, Option<FirstAdmin>), Fault> {
         let mut connection = super::open(folder)?;
         let first = super::db::within_transaction(&mut connection, first_admin)?;
+        audit::close_open(&connection, clock::now())?;
         let people = Self {
             db: Db::start(connection),
             life: Lifetime {

@@ -8,11 +8,13 @@ pub(crate) mod control;
 mod decode;
 pub(crate) mod export;
 mod fleet;
+mod helms;
 pub(crate) mod history;
 pub(crate) mod imports;
 
 pub(crate) use decode::hex;
 pub(crate) use fleet::Fleet;
+pub(crate) use helms::{Helm, Helms};
 pub(crate) use history::History;
 pub(crate) use imports::Imports;
 
@@ -53,6 +55,8 @@ pub(crate) struct AppState {
     pub(crate) tasks: TaskTracker,
     /// The vessels that came in by the link.
     pub(crate) links: Links,
+    /// Who steers which vessel by hand.
+    pub(crate) helms: Helms,
     /// The hub: routing and the fleet's state.
     pub(crate) relay: Relay,
     /// The archive and history.

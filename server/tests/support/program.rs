@@ -149,6 +149,8 @@ pub(crate) fn agent_program() -> Option<PathBuf> {
 /// A simulated Otter aboard its own process.
 pub(crate) struct Agent {
     pub(crate) process: Process,
+    /// Its port for consoles by TCP.
+    pub(crate) tcp: u16,
     folder: PathBuf,
     _out: BufReader<ChildStdout>,
 }
@@ -160,13 +162,24 @@ impl Agent {
     }
 
     /// Starts one by a command that ends in the program.
-    pub(crate) fn start_by(mut command: Command, folder: &Path, shore: SocketAddr, token: &str) -> Self {
+    pub(crate) fn start_by(command: Command, folder: &Path, shore: SocketAddr, token: &str) -> Self {
+        Self::start_with(command, folder, shore, token, "")
+    }
+
+    /// Starts one whose configuration ends with `more`.
+    pub(crate) fn start_with(
+        mut command: Command,
+        folder: &Path,
+        shore: SocketAddr,
+        token: &str,
+        more: &str,
+    ) -> Self {
         let otter = testkit::repository().join("vehicle-agent/etc/otter.ini");
         let link = format!(
             "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n"
         );
         let config = folder.join("otter.ini");
-        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link).unwrap();
+        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link + more).unwrap();
         std::fs::write(folder.join("lutra.token"), token).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
         let mut child = command
@@ -183,7 +196,8 @@ impl Agent {
         let mut line = String::new();
         out.read_line(&mut line).unwrap();
         assert!(line.starts_with("listening "), "{line:?}");
-        Self { process: Process(child), folder: folder.to_owned(), _out: out }
+        let tcp = line.split_whitespace().find_map(|word| word.strip_prefix("tcp=")?.parse().ok()).unwrap();
+        Self { process: Process(child), tcp, folder: folder.to_owned(), _out: out }
     }
 
     /// What it complained of so far.

@@ -1907,6 +1907,88 @@ fix: Fix | null,
  */
 entities: { [key in number]?: string }, };
 
+export type TeleopPhase = "idle" | "starting" | "locked" | "ready" | "steering";
+
+export type TeleopSample = { 
+/**
+ * Greater than that of the sample before.
+ */
+seq: number, 
+/**
+ * When it was made, by a clock of the browser that does not step, ms.
+ */
+made_ms: number, 
+/**
+ * Another number than before when the input device has shown life: a gamepad's own timestamp.
+ */
+change: number, 
+/**
+ * The stamp that came last; null before the first.
+ */
+stamp_us: number | null, 
+/**
+ * How long ago it came, ms.
+ */
+stamp_held_ms: number, 
+/**
+ * Whether the dead-man is held.
+ */
+held: boolean, 
+/**
+ * Ahead, −1 to 1.
+ */
+thrust: number, 
+/**
+ * To starboard, −1 to 1.
+ */
+turn: number, };
+
+export type TeleopSay = { "begin": { 
+/**
+ * Tells the windows of a person apart.
+ */
+window: string, } } | { "sample": TeleopSample } | { "stop": { 
+/**
+ * What happened.
+ */
+why: TeleopStop, } } | { "end": Record<string, never> };
+
+export type TeleopStop = "hidden" | "unfocused" | "gamepad_gone" | "two_devices" | "person";
+
+export type TeleopTold = { 
+/**
+ * The server's steady clock, µs, to be brought back by the next sample.
+ */
+stamp_us: number, 
+/**
+ * How far it is.
+ */
+phase: TeleopPhase, 
+/**
+ * Why it stopped, did not begin or ended, in words; it stays until the sticks steer again.
+ */
+why: string, 
+/**
+ * What to do about that, in words; empty where there is nothing but to begin anew.
+ */
+remedy: string, 
+/**
+ * From the browser to the vessel and back, ms; null while unknown.
+ */
+round_trip_ms: number | null, 
+/**
+ * Whether the vessel's own link is counted in: it is known for the vessel link alone.
+ */
+with_vessel: boolean, 
+/**
+ * Whether the round trip is longer than is good.
+ */
+slow: boolean, 
+/**
+ * Most thrust and turn at present, of 1.
+ */
+cap: number, };
+
 export type Token = { 
 /**
  * Number to revoke it by.

@@ -3,15 +3,18 @@
 import { getJson, reason } from "../api/http";
 import type { Order, PlanAboard, PlansAboard, System } from "../api/types.gen";
 import { type ControlState, legTo, type Part } from "../state/control";
+import type { Guard } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
 import { bearing, utc } from "../ui/format";
 import { createConfirm } from "./confirm";
 import { createCommandList } from "./history";
 import { createLeaseView } from "./lease";
 import { createOrders, Unanswered, windowKey } from "./orders";
+import { createTeleop } from "./teleop";
 
 export interface ControlPanel {
-  update(state: ControlState, system: System | undefined, nowUs: number): void;
+  /** `guard`: what the vessel's grounding supervisor says. */
+  update(state: ControlState, system: System | undefined, nowUs: number, guard?: Guard): void;
 }
 
 export interface ControlNeeds {
@@ -19,6 +22,8 @@ export interface ControlNeeds {
   readonly me: string;
   /** Whether the person may command this vessel. */
   readonly may: boolean;
+  /** Whether it is steered by hand from here: on a page of one vessel alone, as there is one pair of hands. */
+  readonly steers?: boolean;
   name(): string;
   /** The next click on the map gives a place, degrees; null ends the wait. */
   pick(told: ((place: readonly [number, number]) => void) | null): void;
@@ -26,7 +31,7 @@ export interface ControlNeeds {
   mark(place: readonly [number, number] | null): void;
 }
 
-export function createControl(root: HTMLElement, { address, me, may, name, pick, mark }: ControlNeeds): ControlPanel {
+export function createControl(root: HTMLElement, { address, me, may, steers, name, pick, mark }: ControlNeeds): ControlPanel {
   const key = windowKey();
   const orders = createOrders(address, key);
   const trouble = make("p", { class: "note bad", role: "alert", hidden: "" });
@@ -35,9 +40,9 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
     setAttribute(trouble, "hidden", text ? null : "");
   };
   const heard = make("p", { class: "heard", role: "status" });
-  const [leaseBox, planBox, goBox, pastBox] = [make("section", { "aria-label": "Who has control" }), make("section", { "aria-label": "Plans aboard" }), make("section", { "aria-label": "Go somewhere" }), make("section", {})];
+  const [leaseBox, planBox, goBox, helmBox, pastBox] = [make("section", { "aria-label": "Who has control" }), make("section", { "aria-label": "Plans aboard" }), make("section", { "aria-label": "Go somewhere" }), make("section", { "aria-label": "Steer by hand" }), make("section", {})];
   const confirmBox = make("div");
-  const box = make("div", { class: "control" }, leaseBox, trouble, confirmBox, heard, planBox, goBox, pastBox);
+  const box = make("div", { class: "control" }, leaseBox, trouble, confirmBox, heard, planBox, goBox, ...(may && steers ? [helmBox] : []), pastBox);
   root.append(box);
   const confirm = createConfirm(confirmBox);
   const leaseView = createLeaseView(leaseBox, me, key, may, orders, confirm, failed);
@@ -143,6 +148,8 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
   });
   if (may) goBox.append(make("h3", {}, "Go to a point"), form);
 
+  const helm = may && steers ? createTeleop(helmBox, { address, key, orders, confirm, name }) : undefined;
+
   const enable = (): void => {
     const here = part === "here";
     for (const one of [stop, onMap, go, ...rows.querySelectorAll("button")]) {
@@ -153,7 +160,7 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
   void look();
 
   return {
-    update(state, now, nowUs) {
+    update(state, now, nowUs, guard) {
       system = now;
       const before = part;
       part = leaseView.update(state, nowUs);
@@ -161,6 +168,7 @@ export function createControl(root: HTMLElement, { address, me, may, name, pick,
         if (part !== "here") confirm.close();
         enable();
       }
+      helm?.update(part === "here", guard);
       const known = state.commands;
       past.update(known);
       const stored = known.find((one) => one.over && /^plan\.(upload|delete|list)$/.test(one.order));

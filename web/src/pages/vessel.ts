@@ -16,6 +16,7 @@ import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
+import { guardOf } from "../state/teleop";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, type Values, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
@@ -255,6 +256,7 @@ export function startVessel(root: HTMLElement): void {
     address,
     me: root.dataset["me"] ?? "",
     may: root.dataset["operator"] !== undefined,
+    steers: true,
     name: () => (system ? systemName(system) : (given ?? String(address))),
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
@@ -383,7 +385,7 @@ export function startVessel(root: HTMLElement): void {
   };
   const draw = (): void => {
     const now = nowUs();
-    panelOfControl.update(control, system, now);
+    panelOfControl.update(control, system, now, guardOf(state.values.get(address) ?? new Map(), labels, now));
     const us = atUs();
     const then = asItWas();
     const known: Values = us === null ? (state.values.get(address) ?? new Map()) : (then?.values ?? new Map());

@@ -53,6 +53,13 @@ impl RemoteActions {
         (actions, ignored)
     }
 
+    /// Whether nothing is asked for that moves the vessel.
+    pub fn is_neutral(&self) -> bool {
+        let axes = [self.port_motor, self.starboard_motor, self.heading, self.throttle.unwrap_or_default()];
+        let pressed = self.accelerate || self.decelerate || self.left || self.right;
+        axes.into_iter().all(|axis| axis == 0.0) && !pressed
+    }
+
     fn set(&mut self, pair: &str) -> Option<()> {
         let (name, value) = pair.split_once('=')?;
         let value: i32 = value.trim().parse().ok()?;

@@ -242,3 +242,37 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn sticks_whose_life_ran_out_pass_neutral_before_they_move_anything() {
+    let mut remote = remote(Mixing::Additive);
+    let ahead = keys("Port Motor=64;Starboard Motor=64;Life=300");
+    let neutral = keys("Port Motor=0;Starboard Motor=0;Life=300");
+    assert_eq!(remote.handle(at(0), &ahead, 0.0, true), RemoteReply::Taken);
+    assert!(motors(remote.poll(at(0))).port > 0.4);
+    // The next comes just in time, the one after it too late, whether the clock was looked at or not.
+    remote.handle(at(299), &ahead, 0.0, true);
+    assert!(!remote.is_locked());
+    for polled in [true, false] {
+        let late = if polled { 700 } else { 2_700 };
+        assert!(!polled || remote.poll(at(650)) == Some(STOP));
+        for more in [0, 50, 100] {
+            remote.handle(at(late + more), &ahead, 0.0, true);
+            assert!(remote.is_locked());
+            assert_eq!(motors(remote.poll(at(late + more))), MotorPair::STOPPED);
+        }
+        remote.handle(at(late + 150), &neutral, 0.0, true);
+        remote.handle(at(late + 200), &ahead, 0.0, true);
+        while let Some(command) = remote.poll(at(late + 300)) {
+            assert!(motors(Some(command)).port > 0.4);
+        }
+    }
+    // Rest that ran out is no interruption, and consoles that say no life go on as ever.
+    remote.handle(at(3_100), &neutral, 0.0, true);
+    assert_eq!(remote.poll(at(3_500)), Some(STOP));
+    remote.handle(at(3_600), &ahead, 0.0, true);
+    assert!(motors(remote.poll(at(3_600))).port > 0.4);
+    assert_eq!(remote.poll(at(4_000)), Some(STOP));
+    remote.handle(at(4_100), &keys("Port Motor=64;Starboard Motor=64"), 0.0, true);
+    assert!(motors(remote.poll(at(4_100))).port > 0.4);
+}

@@ -12,7 +12,7 @@ mod order;
 #[cfg(test)]
 mod tests;
 
-pub use order::{GOTO_PLAN, Order};
+pub use order::{GOTO_PLAN, Order, TELEOPERATION_PLAN};
 
 use crate::Now;
 use bytes::Bytes;

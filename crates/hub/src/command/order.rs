@@ -1,14 +1,17 @@
 //! What a vessel can be ordered to do, and the IMC message that says it.
 
+use imc::Address;
 use imc::messages::{
     EntityParameter, Goto, Message, PlanControl, PlanControlOp, PlanControlType, PlanDB, PlanDBOp,
     PlanDBType, PlanManeuver, PlanSpecification, PlanTransition, QueryEntityParameters, SaveEntityParameters,
-    SetEntityParameters, SpeedUnits, StationKeeping, ZUnits,
+    SetEntityParameters, SpeedUnits, StationKeeping, Teleoperation, TeleoperationDone, ZUnits,
 };
 use units::LatLon;
 
 /// Name of the plan that an order to go somewhere makes; it replaces the one before.
 pub const GOTO_PLAN: &str = "lutra-goto";
+/// Name of the plan in which a vessel is steered by hand, as Neptus calls it.
+pub const TELEOPERATION_PLAN: &str = "teleoperation-mode";
 /// Radius within which a vessel stays where it was ordered to go (m).
 const STAY_RADIUS_M: f32 = 15.0;
 /// Longest name of a plan or an entity (bytes), as vessels take it.
@@ -35,6 +38,16 @@ pub enum Order {
         place: LatLon,
         /// How fast (m/s).
         speed_mps: f32,
+    },
+    /// Be steered by hand, by who holds the server's address.
+    Teleoperate {
+        /// The server's own address.
+        by: Address,
+    },
+    /// Be steered by hand no more.
+    EndTeleoperation {
+        /// Why, for the audit log and the list of commands.
+        why: String,
     },
     /// Store a plan aboard.
     Upload(Box<PlanSpecification>),
@@ -106,6 +119,8 @@ impl Order {
             Self::StartPlan { .. } => "plan.start",
             Self::StopPlan => "plan.stop",
             Self::Goto { .. } => "goto",
+            Self::Teleoperate { .. } => "teleop.begin",
+            Self::EndTeleoperation { .. } => "teleop.end",
             Self::Upload(_) => "plan.upload",
             Self::Delete { .. } => "plan.delete",
             Self::List => "plan.list",
@@ -121,7 +136,8 @@ impl Order {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => plan_id.clone(),
             Self::Upload(plan) => plan.plan_id.to_str_lossy().into_owned(),
-            Self::StopPlan | Self::List => String::new(),
+            Self::StopPlan | Self::List | Self::Teleoperate { .. } => String::new(),
+            Self::EndTeleoperation { why } => why.clone(),
             Self::Goto { place, speed_mps } => {
                 format!("{:.6}, {:.6} at {speed_mps:.1} m/s", place.lat_deg(), place.lon_deg())
             }
@@ -152,7 +168,7 @@ impl Order {
                 name("plan_id", plan_id)?;
                 imc::plan_digest::plan_md5(plan).map(drop).map_err(|error| format!("the plan: {error}"))
             }
-            Self::StopPlan | Self::List => Ok(()),
+            Self::StopPlan | Self::List | Self::Teleoperate { .. } | Self::EndTeleoperation { .. } => Ok(()),
             Self::Goto { speed_mps, .. } if SPEEDS_MPS.contains(speed_mps) => Ok(()),
             Self::Goto { speed_mps, .. } => {
                 let (least, most) = SPEEDS_MPS.into_inner();
@@ -192,6 +208,12 @@ impl Order {
             Self::Goto { place, speed_mps } => {
                 control(PlanControlOp::Start, GOTO_PLAN, Some(goto(*place, *speed_mps).into()))
             }
+            Self::Teleoperate { by } => {
+                // Decimal, as DUNE reads it: keys of nobody else count.
+                let maneuver = Teleoperation { custom: format!("src={}", by.0).as_str().into() };
+                control(PlanControlOp::Start, TELEOPERATION_PLAN, Some(maneuver.into()))
+            }
+            Self::EndTeleoperation { .. } => TeleoperationDone.into(),
             Self::Upload(plan) => {
                 database(PlanDBOp::Set, &plan.plan_id.to_str_lossy(), Some((**plan).clone().into()))
             }
@@ -220,7 +242,8 @@ impl Order {
         match self {
             Self::StartPlan { plan_id } => Effect::Runs(plan_id.clone()),
             Self::Goto { .. } => Effect::Runs(GOTO_PLAN.to_owned()),
-            Self::StopPlan => Effect::Rests,
+            Self::Teleoperate { .. } => Effect::Runs(TELEOPERATION_PLAN.to_owned()),
+            Self::StopPlan | Self::EndTeleoperation { .. } => Effect::Rests,
             Self::Upload(plan) => {
                 // What does not fit a packet has been refused.
                 let digest = imc::plan_digest::plan_md5(plan).unwrap_or_default();

@@ -243,6 +243,26 @@ fn going_somewhere_is_a_plan_that_stays_there() {
 }
 
 #[test]
+fn steering_by_hand_begins_as_a_plan_for_this_server_alone_and_ends() {
+    let mut bench = Bench::new();
+    let (begun, message) = bench.order(0, Order::Teleoperate { by: SHORE }, None);
+    let Message::PlanControl(request) = &message else { panic!() };
+    let maneuver = request.arg.of::<imc::messages::Teleoperation>().unwrap();
+    assert_eq!(maneuver.custom.as_str(), Some(format!("src={}", SHORE.0).as_str()));
+    bench.answers(1, PlanControlType::Success, &message, "");
+    bench.state(1, EXECUTING, TELEOPERATION_PLAN);
+    assert_eq!(bench.last(begun).0, Stage::EffectSeen);
+    let (ended, message) = bench.order(
+        2,
+        Order::EndTeleoperation { why: "the person ended it".to_owned() },
+        Some(TELEOPERATION_PLAN),
+    );
+    assert!(matches!(message, Message::TeleoperationDone(_)));
+    bench.state(3, READY, "");
+    assert_eq!(bench.last(ended).0, Stage::EffectSeen);
+}
+
+#[test]
 fn nonsense_is_refused_with_the_place() {
     let place = LatLon::from_deg(63.4, 10.4).unwrap();
     for (order, wrong) in [

@@ -31,6 +31,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::Now;
 use std::time::Duration;
 use units::MonoTime;
 
@@ -52,6 +53,8 @@ pub const CAPPED: f64 = 0.3;
 pub const NEUTRAL: f64 = 0.08;
 /// A browser holds an echo for no longer than this before a sample carries it: it samples at 20 Hz.
 const LONGEST_HOLD: Duration = Duration::from_millis(100);
+/// A wall clock that moves by more than this against the steady one was set.
+const CLOCK_STEP: Duration = Duration::from_millis(100);
 /// A stop is said so often: any one packet may be lost.
 const STOPS: u8 = 5;
 
@@ -102,30 +105,78 @@ pub enum Why {
     Frozen,
     /// The browser's clock jumped.
     Clock,
+    /// The server's wall clock was set: the vessel judges by it how late a stick position is.
+    ServerClock,
     /// A sample is no sample: a number is none, or its number is not greater than the one before.
     Invalid,
     /// The round trip takes too long.
     RoundTrip,
-    /// The window was hidden, lost the focus or says stop.
-    Window,
+    /// The window was hidden.
+    Hidden,
+    /// The window or its keys lost the focus.
+    Unfocused,
+    /// The gamepad that steered is gone.
+    GamepadGone,
+    /// Two input devices were held at once, or another gamepad came.
+    TwoDevices,
+    /// The person stopped it, or the window is gone.
+    Person,
     /// Control of the vessel is lost.
     Lease,
+    /// The vessel is not heard.
+    Vessel,
+    /// A stick position came to the vessel too late or never.
+    Unreached,
 }
 
 impl Why {
     /// In words for the person.
     pub fn text(self) -> &'static str {
         match self {
-            Self::Begun => "not begun",
+            Self::Begun => "it has just begun",
             Self::Released => "the dead-man was released",
-            Self::Silent => "nothing came from your window in time",
-            Self::Late => "what your hands did came too late",
+            Self::Silent => "nothing came from the window in time",
+            Self::Late => "what the hands did came too late",
             Self::Frozen => "the input device shows no sign of life",
-            Self::Clock => "the clock of your computer jumped",
-            Self::Invalid => "your window sent what is no stick position",
+            Self::Clock => "the clock of the computer that steers jumped",
+            Self::ServerClock => "the clock of the server was set",
+            Self::Invalid => "the window sent what is no stick position",
             Self::RoundTrip => "the round trip takes more than 1 s",
-            Self::Window => "your window was hidden, lost the focus or stopped it",
-            Self::Lease => "you do not have control of this vessel any more",
+            Self::Hidden => "the window was hidden",
+            Self::Unfocused => "the keys or the window lost the focus",
+            Self::GamepadGone => "the gamepad is gone",
+            Self::TwoDevices => "two input devices were used at once",
+            Self::Person => "the person ended it or left the page",
+            Self::Vessel => "the vessel is not heard",
+            Self::Unreached => "what the hands did came to the vessel too late",
+            Self::Lease => "control of the vessel was lost",
+        }
+    }
+
+    /// What the person can do about it, beyond passing neutral; empty where there is nothing.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::Begun | Self::Released | Self::Person => "",
+            Self::Silent => "Look after your network and close what keeps this computer busy.",
+            Self::Late => "Your network is slow at present: wait, or send the vessel by a plan.",
+            Self::Unreached => "The vessel's network is slow at present: wait, or send the vessel by a plan.",
+            Self::Frozen => {
+                "A gamepad that is held quite still looks like one that hangs: keep the stick moving a little. If it \
+                 hangs, plug it in anew or steer with the keys."
+            }
+            Self::Clock => "If it happens again, see what sets it; steer from another computer meanwhile.",
+            Self::ServerClock => {
+                "If it was set back, the vessel refuses the sticks for up to a minute: wait, then go on."
+            }
+            Self::Invalid => "Load the page anew.",
+            Self::RoundTrip => "Wait until it is shorter, or send the vessel by a plan.",
+            Self::Hidden | Self::Unfocused => {
+                "Keep this window in front, and its keys in focus, while you steer."
+            }
+            Self::GamepadGone => "Plug it in again, or steer with keys or touch.",
+            Self::TwoDevices => "Hold the dead-man of one device only.",
+            Self::Vessel => "Wait until it is heard again.",
+            Self::Lease => "Take control again if you still need it.",
         }
     }
 }
@@ -162,12 +213,17 @@ impl Sticks {
 #[derive(Debug, Clone)]
 pub struct Teleop {
     state: State,
+    /// Why it stopped last.
     why: Why,
+    /// What is in the way since then.
+    hinders: Option<Why>,
     last: Option<Last>,
     /// The round trip of the last sample, browser and server alone.
     trip: Option<Duration>,
     /// The vessel link's round trip.
     vessel_trip: Duration,
+    /// UTC minus the steady clock at the last tick (µs).
+    utc_ahead_us: Option<i64>,
     stops: u8,
 }
 
@@ -195,9 +251,11 @@ impl Teleop {
         Self {
             state: State::Locked,
             why: Why::Begun,
+            hinders: None,
             last: None,
             trip: None,
             vessel_trip: Duration::ZERO,
+            utc_ahead_us: None,
             stops: STOPS,
         }
     }
@@ -207,9 +265,14 @@ impl Teleop {
         self.state
     }
 
-    /// Why nobody steers; says nothing while somebody does.
+    /// Why it stopped last.
     pub fn why(&self) -> Why {
         self.why
+    }
+
+    /// What else is in the way of going on since it stopped, if anything.
+    pub fn hinders(&self) -> Option<Why> {
+        self.hinders.filter(|why| self.state == State::Locked && *why != self.why)
     }
 
     /// The round trip from the browser to the vessel and back, as far as it is known.
@@ -232,12 +295,17 @@ impl Teleop {
         if self.round_trip().is_some_and(|trip| trip > CAP_OVER) { CAPPED } else { 1.0 }
     }
 
+    /// The vessel is in the sticks' hands from here on; neutral comes first.
+    pub fn begin(&mut self) {
+        (self.state, self.why, self.hinders, self.stops) = (State::Locked, Why::Begun, None, STOPS);
+    }
+
     /// Whatever steers stops, and neutral comes first again.
     pub fn interrupt(&mut self, why: Why) {
         if self.state == State::Steering {
-            self.stops = STOPS;
+            (self.stops, self.why) = (STOPS, why);
         }
-        self.why = why;
+        self.hinders = Some(why);
         self.state = State::Locked;
     }
 
@@ -251,6 +319,7 @@ impl Teleop {
                 return None;
             }
         };
+        self.hinders = None;
         let neutral = sample.thrust.abs() <= NEUTRAL && sample.turn.abs() <= NEUTRAL;
         match (self.state, sample.held) {
             (State::Locked, false) if neutral => self.state = State::Ready,
@@ -275,7 +344,13 @@ impl Teleop {
     }
 
     /// Time passes: what is to be sent although no sample came. Call it every 50 ms or so.
-    pub fn tick(&mut self, now: MonoTime) -> Option<Sticks> {
+    pub fn tick(&mut self, now: Now) -> Option<Sticks> {
+        let ahead_us = now.utc.micros().saturating_sub_unsigned(now.mono.micros());
+        let before_us = self.utc_ahead_us.replace(ahead_us);
+        if before_us.is_some_and(|before| u128::from(before.abs_diff(ahead_us)) > CLOCK_STEP.as_micros()) {
+            self.interrupt(Why::ServerClock);
+        }
+        let now = now.mono;
         if self.state != State::Locked && self.last.is_none_or(|last| now.since(last.since) > MOST_AGE) {
             self.interrupt(Why::Silent);
         }

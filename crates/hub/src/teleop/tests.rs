@@ -1,11 +1,17 @@
 use super::*;
 use proptest::prelude::*;
+use units::UtcTime;
 
 /// One way between browser and server (ms).
 const WAY_MS: u64 = 20;
 
 fn ms(ms: u64) -> MonoTime {
     MonoTime::from_micros(ms * 1_000)
+}
+
+/// The same time with a wall clock that nobody sets.
+fn now(now_ms: u64) -> Now {
+    Now { mono: ms(now_ms), utc: UtcTime::from_micros(1_700_000_000_000_000 + 1_000 * now_ms as i64) }
 }
 
 /// A browser whose samples take [`WAY_MS`] unless told otherwise.
@@ -36,7 +42,7 @@ impl Hands {
     }
 
     fn give(&mut self, sample: &Sample) -> Option<Sticks> {
-        self.teleop.tick(ms(self.now_ms));
+        self.teleop.tick(now(self.now_ms));
         self.teleop.sample(ms(self.now_ms + WAY_MS), sample)
     }
 
@@ -61,7 +67,7 @@ impl Hands {
     /// It stopped, and neither held sticks nor a dead-man that is still held move anything.
     fn is_locked(&mut self, why: Why) {
         assert_eq!((self.teleop.state(), self.teleop.why()), (State::Locked, why));
-        assert_eq!(self.teleop.tick(ms(self.now_ms + WAY_MS)), Some(Sticks::STOP));
+        assert_eq!(self.teleop.tick(now(self.now_ms + WAY_MS)), Some(Sticks::STOP));
         assert!(self.say(true, 1.0, 0.0).is_none(), "the sticks did not pass neutral");
         assert!(self.say(true, 0.0, 0.0).is_none(), "the dead-man was not released");
         assert!(self.say(false, 0.5, 0.0).is_none());
@@ -100,8 +106,8 @@ fn a_sample_that_took_too_long_interrupts() {
 fn silence_interrupts_within_the_age() {
     let mut hands = Hands::steering();
     let made = hands.now_ms;
-    assert_eq!(hands.teleop.tick(ms(made + 180)), None);
-    assert_eq!(hands.teleop.tick(ms(made + 181)), Some(Sticks::STOP));
+    assert_eq!(hands.teleop.tick(now(made + 180)), None);
+    assert_eq!(hands.teleop.tick(now(made + 181)), Some(Sticks::STOP));
     hands.now_ms += 300;
     hands.is_locked(Why::Silent);
 }
@@ -151,12 +157,38 @@ fn a_clock_that_jumps_and_nonsense_interrupt() {
 }
 
 #[test]
-fn a_window_or_a_lease_that_is_gone_interrupts() {
-    for why in [Why::Window, Why::Lease] {
+fn a_window_a_lease_or_a_vessel_that_is_gone_interrupts() {
+    for why in [Why::Hidden, Why::Lease, Why::Vessel] {
         let mut hands = Hands::steering();
         hands.teleop.interrupt(why);
         hands.is_locked(why);
     }
+}
+
+#[test]
+fn a_clock_of_the_server_that_is_set_interrupts() {
+    for set_us in [3_600_000_000, -3_600_000_000] {
+        let mut hands = Hands::steering();
+        let at = now(hands.now_ms + WAY_MS);
+        let set = Now { utc: UtcTime::from_micros(at.utc.micros() + set_us), ..at };
+        assert_eq!(hands.teleop.tick(set), Some(Sticks::STOP));
+        assert_eq!((hands.teleop.state(), hands.teleop.why()), (State::Locked, Why::ServerClock));
+        assert!(hands.say(true, 1.0, 0.0).is_none());
+    }
+}
+
+#[test]
+fn why_it_stopped_is_told_until_it_goes_on_and_what_hinders_now_too() {
+    let mut hands = Hands::steering();
+    hands.teleop.interrupt(Why::Hidden);
+    assert_eq!((hands.teleop.why(), hands.teleop.hinders()), (Why::Hidden, None));
+    hands.now_ms += 1_000;
+    hands.teleop.interrupt(Why::Vessel);
+    assert_eq!((hands.teleop.why(), hands.teleop.hinders()), (Why::Hidden, Some(Why::Vessel)));
+    hands.say(false, 0.0, 0.0);
+    assert_eq!((hands.teleop.why(), hands.teleop.hinders()), (Why::Hidden, None));
+    hands.teleop.begin();
+    assert_eq!((hands.teleop.state(), hands.teleop.why()), (State::Locked, Why::Begun));
 }
 
 #[test]
@@ -245,17 +277,17 @@ proptest! {
         }
         let mut coming = coming.into_iter().peekable();
         let mut passed_neutral = false;
-        for now in (1_000..1_000 + 50 * moments.len() as u64 + 3_000).step_by(5) {
-            teleop.tick(ms(now));
+        for now_ms in (1_000..1_000 + 50 * moments.len() as u64 + 3_000).step_by(5) {
+            teleop.tick(now(now_ms));
             passed_neutral &= teleop.state() == State::Steering;
-            while let Some((at, alive_at, sample)) = coming.next_if(|(at, ..)| *at <= now) {
-                let sticks = teleop.sample(ms(at.max(now)), &sample);
+            while let Some((at, alive_at, sample)) = coming.next_if(|(at, ..)| *at <= now_ms) {
+                let sticks = teleop.sample(ms(at.max(now_ms)), &sample);
                 let neutral = sample.thrust.abs() <= NEUTRAL;
                 passed_neutral |= sample.held && neutral && teleop.state() == State::Steering;
                 passed_neutral &= teleop.state() == State::Steering;
                 let Some(sticks) = sticks.filter(|sticks| sticks.port != 0.0) else { continue };
                 prop_assert!(sample.held && passed_neutral);
-                let ends = now + vessel_ms / 2 + sticks.life.as_millis() as u64;
+                let ends = now_ms + vessel_ms / 2 + sticks.life.as_millis() as u64;
                 prop_assert!(ends <= alive_at + BUDGET.as_millis() as u64, "{} {}", ends, alive_at);
             }
         }

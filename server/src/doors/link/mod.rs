@@ -18,6 +18,7 @@ use link::{ConnectionId, ShoreStatus};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::sync::{mpsc, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
@@ -37,6 +38,8 @@ enum Event {
     Closed(ConnectionId),
     /// Somebody orders this.
     Order(CommandId, Outgoing),
+    /// Somebody steers: this, within that time or never.
+    Sticks(Outgoing, Duration),
 }
 
 /// What a vessel's task tells a connection.
@@ -67,6 +70,8 @@ struct Shared {
 struct Handle {
     events: mpsc::Sender<Event>,
     status: watch::Receiver<ShoreStatus>,
+    /// Stick positions that came too late or never.
+    late: Arc<AtomicU64>,
 }
 
 impl Links {
@@ -95,6 +100,28 @@ impl Links {
         handle.is_some_and(|handle| handle.events.try_send(Event::Order(id, order)).is_ok())
     }
 
+    /// Hands stick positions to a vessel's link while it stands. They are dropped when it does not, when its queue is
+    /// full, and when `ttl` has passed: newer ones follow.
+    pub(crate) fn steer(&self, vessel: Address, sticks: Outgoing, ttl: Duration) {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(handle) = vessels.get(&vessel.0).filter(|handle| handle.status.borrow().up) {
+            handle.events.try_send(Event::Sticks(sticks, ttl)).ok();
+        }
+    }
+
+    /// How many stick positions came to a vessel too late or never, since the start.
+    pub(crate) fn late_sticks(&self, vessel: Address) -> u64 {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        vessels.get(&vessel.0).map_or(0, |handle| handle.late.load(Ordering::Relaxed))
+    }
+
+    /// How long a vessel's link took there and back at last; nothing while it does not stand.
+    pub(crate) fn round_trip(&self, vessel: Address) -> Option<Duration> {
+        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
+        let status = *vessels.get(&vessel.0)?.status.borrow();
+        status.round_trip.filter(|_| status.up)
+    }
+
     /// The task of a vessel; the first connection starts it.
     fn vessel(&self, address: u16) -> mpsc::Sender<Event> {
         let shared = &self.shared;
@@ -103,15 +130,17 @@ impl Links {
         let handle = vessels.entry(address).or_insert_with(|| {
             let (events, coming) = mpsc::channel(WAITING);
             let (told, status) = watch::channel(ShoreStatus::default());
+            let late = Arc::new(AtomicU64::new(0));
             let task = vessel::Task::new(
                 Address(address),
                 shared.relay.clone(),
                 shared.recorder.clone(),
                 told,
+                Arc::clone(&late),
                 index,
             );
             shared.tasks.spawn(task.run(coming, shared.stop.clone()));
-            Handle { events, status }
+            Handle { events, status, late }
         });
         handle.events.clone()
     }

@@ -11,7 +11,9 @@ use link::{
     ByeCode, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
     ShoreSettings, ShoreStatus,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
@@ -56,6 +58,9 @@ pub(super) struct Task {
     control: Option<(u64, Option<String>)>,
     /// What people ordered, by the number under which the link carries it, until its outcome is known.
     orders: BTreeMap<u64, CommandId>,
+    /// Stick positions whose outcome is not known; those that did not come in time are counted.
+    sticks: BTreeSet<u64>,
+    late: Arc<AtomicU64>,
     figures: Figures,
     status: watch::Sender<ShoreStatus>,
     /// How often the figures were told.
@@ -68,6 +73,7 @@ impl Task {
         relay: Relay,
         recorder: Recorder,
         status: watch::Sender<ShoreStatus>,
+        late: Arc<AtomicU64>,
         index: usize,
     ) -> Self {
         let figures = Figures::new(relay.address(), vessel, index);
@@ -88,6 +94,8 @@ impl Task {
             next_command,
             control: None,
             orders: BTreeMap::new(),
+            sticks: BTreeSet::new(),
+            late,
             figures,
             status,
             told: 0,
@@ -176,6 +184,13 @@ impl Task {
                 // Of the lease under which it is given the vessel hears first.
                 self.tell_control();
                 self.handle(ShoreInput::Command { id, ttl: TIME_TO_LIVE, lease: epoch, packet });
+            }
+            Event::Sticks(Outgoing { epoch, packet }, ttl) => {
+                let id = self.next_command;
+                self.next_command += 1;
+                self.sticks.insert(id);
+                self.tell_control();
+                self.handle(ShoreInput::Command { id, ttl, lease: epoch, packet });
             }
         }
     }
@@ -347,7 +362,7 @@ impl Task {
         });
     }
 
-    fn outcome(&self, id: u64, outcome: &Outcome) {
+    fn outcome(&mut self, id: u64, outcome: &Outcome) {
         let word = match outcome {
             Outcome::Received => "received",
             Outcome::Expired => "expired",
@@ -355,7 +370,9 @@ impl Task {
             Outcome::Unanswered => "unanswered",
         };
         metrics::counter!("lutra_link_commands_total", "outcome" => word).increment(1);
-        if !matches!(outcome, Outcome::Received | Outcome::Expired) {
+        if self.sticks.remove(&id) {
+            self.late.fetch_add(u64::from(*outcome != Outcome::Received), Ordering::Relaxed);
+        } else if !matches!(outcome, Outcome::Received | Outcome::Expired) {
             tracing::warn!(vessel = %self.vessel, id, ?outcome, "a command did not arrive");
         }
     }

@@ -1,0 +1,236 @@
+//! Steering by hand over real connections: who may, what the vessel gets, and what is written down.
+
+use super::serve::{Serving, serve};
+use super::testing::{Boats, FIRST, boat};
+use crate::clock;
+use crate::config::Config;
+use crate::people::{audit, open, persons, tokens};
+use api::{NewToken, Role, TeleopPhase, TeleopTold};
+use futures_util::{SinkExt as _, StreamExt as _};
+use hub::{Holder, LeaseAsk};
+use imc::messages::{
+    Payload as _, PlanControl, PlanControlState, PlanControlStateState, PlanControlType, RemoteActions,
+};
+use imc::{Address, Header, Packet, PacketView};
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
+use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+
+/// A generous bound for anything that ought to happen.
+const DEADLINE: Duration = Duration::from_secs(30);
+
+struct Shore {
+    serving: Serving,
+    boats: Boats,
+    /// The boat says how it is until this is aborted.
+    sailing: tokio::task::JoinHandle<()>,
+    folder: tempfile::TempDir,
+}
+
+impl Shore {
+    async fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+        config.http.listen = "127.0.0.1:0".parse().unwrap();
+        config.imc.active = false;
+        let serving = serve(config).await.unwrap();
+        let boats = Boats::join(&serving.relay).await;
+        let boat_0 = boats.clone();
+        let sailing = tokio::spawn(async move {
+            let mut every = tokio::time::interval(Duration::from_millis(100));
+            loop {
+                every.tick().await;
+                boat_0.say(boat(0, clock::now())).await;
+            }
+        });
+        Self { serving, boats, sailing, folder }
+    }
+
+    /// A new person: their number and a token.
+    fn person(&self, name: &str, role: Role) -> (i64, String) {
+        let db = open(self.folder.path()).unwrap();
+        let person = persons::add(&db, name, "x", false, clock::now()).unwrap();
+        persons::set_permission(&db, person, Some(FIRST), Some(role)).unwrap();
+        let new = NewToken { label: "test".to_owned(), role, vessel: None, days: 1 };
+        (person, tokens::make(&db, person, &new, clock::now()).unwrap().secret)
+    }
+
+    async fn control(&self, (person, name): (i64, &str), ask: LeaseAsk) {
+        let holder = Holder { person, name: name.to_owned(), key: "w".to_owned() };
+        let ask = move |hub: &mut hub::Hub, now| hub.leases_mut().ask(now, Address(FIRST), &holder, ask);
+        self.serving.relay.look(ask).await.unwrap().unwrap();
+    }
+
+    async fn connect(&self, token: &str) -> Result<Hands, String> {
+        let path = format!("ws://{}/api/v1/vessels/{FIRST}/teleop", self.serving.address);
+        let mut request = path.into_client_request().unwrap();
+        request.headers_mut().insert("authorization", format!("Bearer {token}").parse().unwrap());
+        let socket = connect_async(request).await.map_err(|error| error.to_string())?.0;
+        Ok(Hands { socket, seq: 0, begun: std::time::Instant::now(), told: None })
+    }
+
+    /// What stands in the audit log of steering, in order: action, subject, outcome.
+    fn audited(&self) -> Vec<[String; 3]> {
+        let entries = audit::entries(&open(self.folder.path()).unwrap(), None, 100).unwrap();
+        let steering = entries.into_iter().rev().filter(|entry| entry.action.starts_with("teleop."));
+        steering.map(|entry| [entry.action, entry.subject, entry.outcome]).collect()
+    }
+
+    /// Answers the next order to begin, and says from then on that it is steered by hand.
+    async fn obey(&self) {
+        let packet = self.boats.heard(PlanControl::ID).await;
+        let request: PlanControl = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
+        let say = |message: imc::Message, dst| {
+            let timestamp = clock::now().seconds();
+            let header = Header { src: Address(FIRST), dst, timestamp, ..Header::default() };
+            vec![Packet::new(header, message).encode().unwrap().into()]
+        };
+        let state = PlanControlState {
+            state: PlanControlStateState::Executing,
+            plan_id: request.plan_id.clone(),
+            ..PlanControlState::default()
+        };
+        let answer = PlanControl { r#type: PlanControlType::Success, ..request };
+        self.boats.say(say(answer.into(), self.serving.relay.address())).await;
+        self.boats.say(say(state.into(), Address(0xFFFF))).await;
+    }
+}
+
+/// A window with a person's hands.
+struct Hands {
+    socket: WebSocketStream<MaybeTlsStream<TcpStream>>,
+    seq: u64,
+    begun: std::time::Instant,
+    told: Option<TeleopTold>,
+}
+
+impl Hands {
+    async fn say(&mut self, text: &str) {
+        self.socket.send(Message::Text(text.into())).await.unwrap();
+    }
+
+    /// Until the server tells what is waited for the hands rest, or steer full ahead as soon as they may.
+    async fn until(&mut self, steer: bool, wanted: impl Fn(&TeleopTold) -> bool) -> TeleopTold {
+        let end = tokio::time::Instant::now() + DEADLINE;
+        loop {
+            assert!(tokio::time::Instant::now() < end, "{:?}", self.told);
+            let next = tokio::time::timeout(DEADLINE, self.socket.next()).await.unwrap();
+            let Some(Ok(Message::Text(text))) = next else { panic!("{next:?}") };
+            let told: TeleopTold = serde_json::from_str(&text).unwrap();
+            if wanted(&told) {
+                return told;
+            }
+            self.seq += 1;
+            let (seq, stamp) = (self.seq, told.stamp_us);
+            let (held, thrust) = match told.phase {
+                TeleopPhase::Steering if steer => (true, 1.0),
+                TeleopPhase::Ready if steer => (true, 0.0),
+                _ => (false, 0.0),
+            };
+            let made_ms = self.begun.elapsed().as_secs_f64() * 1e3;
+            let sample = format!(
+                r#"{{"sample":{{"seq":{seq},"made_ms":{made_ms},"change":{seq},"stamp_us":{stamp},"stamp_held_ms":0,"held":{held},"thrust":{thrust},"turn":0}}}}"#
+            );
+            self.told = Some(told);
+            self.say(&sample).await;
+        }
+    }
+
+    async fn begin(&mut self) {
+        self.until(false, |told| told.round_trip_ms.is_some()).await;
+        self.say(r#"{"begin":{"window":"w"}}"#).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn only_who_has_control_steers_and_everything_is_written_down() {
+    let shore = Shore::start().await;
+    let (anna, anna_token) = shore.person("anna", Role::Operator);
+    let (bert, _) = shore.person("bert", Role::Operator);
+    let (_, viewer) = shore.person("vera", Role::Viewer);
+    assert!(shore.connect(&viewer).await.err().unwrap().contains("403"));
+
+    let mut hands = shore.connect(&anna_token).await.unwrap();
+    hands.begin().await;
+    let refused = hands.until(false, |told| !told.why.is_empty()).await;
+    assert!(refused.why.starts_with("Not begun: ") && refused.why.contains("control"), "{refused:?}");
+    assert_eq!(refused.phase, TeleopPhase::Idle);
+
+    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+    hands.begin().await;
+    // The hands go on to speak while the vessel is asked.
+    let (_, _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
+    let boats = shore.boats.clone();
+    let ahead = tokio::spawn(async move {
+        loop {
+            let packet = boats.heard(RemoteActions::ID).await;
+            let keys: RemoteActions = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
+            let text = keys.actions.to_str_lossy().into_owned();
+            if text.starts_with("Port Motor=127;Starboard Motor=127;Life=") {
+                return;
+            }
+        }
+    });
+    hands.until(true, |_| ahead.is_finished()).await;
+
+    shore.control((bert, "bert"), LeaseAsk::Take("it drifts".to_owned())).await;
+    let ended = hands.until(true, |told| told.phase == TeleopPhase::Idle).await;
+    assert!(ended.why.contains("control of the vessel was lost"), "{ended:?}");
+    assert!(ended.remedy.contains("Take control again"), "{ended:?}");
+    hands.begin().await;
+    let again = hands.until(true, |told| told.why.starts_with("Not begun: ")).await;
+    assert!(again.why.contains("bert"), "{again:?}");
+
+    let log = shore.audited();
+    let is = |at: usize, action: &str, subject: &str, outcome: &str| {
+        let [one, about, became] = &log[at];
+        assert!(one == action && about.contains(subject) && became.contains(outcome), "{log:?}");
+    };
+    is(0, "teleop.begin", "", "take it first");
+    is(1, "teleop.begin", "", "done");
+    is(2, "teleop.end", "control of the vessel was lost", "done");
+    is(3, "teleop.begin", "", "bert");
+    assert_eq!(log.len(), 4, "{log:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_no_stick_position_ends_the_conversation_and_its_end_is_written_down() {
+    let shore = Shore::start().await;
+    let (anna, token) = shore.person("anna", Role::Operator);
+    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+    let mut hands = shore.connect(&token).await.unwrap();
+    hands.begin().await;
+    let (_, _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    hands.say(r#"{"sample":{"thrust":"full"}}"#).await;
+    let close = tokio::time::timeout(DEADLINE, async {
+        loop {
+            match hands.socket.next().await {
+                Some(Ok(Message::Text(_))) => {}
+                other => return other,
+            }
+        }
+    });
+    let close = close.await.unwrap();
+    let Some(Ok(Message::Close(Some(frame)))) = close else { panic!("{close:?}") };
+    assert!(frame.reason.contains("not understood"), "{frame:?}");
+    let log = shore.audited();
+    let [action, subject, outcome] = log.last().unwrap();
+    assert_eq!((action.as_str(), outcome.as_str()), ("teleop.end", "done"), "{log:?}");
+    assert!(subject.contains("not understood"), "{subject}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_vessel_that_falls_silent_is_not_steered() {
+    let shore = Shore::start().await;
+    let (anna, token) = shore.person("anna", Role::Operator);
+    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+    let mut hands = shore.connect(&token).await.unwrap();
+    hands.begin().await;
+    let (_, _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
+    shore.sailing.abort();
+    hands.until(true, |told| told.why == "the vessel is not heard").await;
+}

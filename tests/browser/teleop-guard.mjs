@@ -1,0 +1,50 @@
+// Steering a simulated Otter towards land by hand: node teleop-guard.mjs URL PASSWORD. The vessel's guard blocks it until the
+// operator lifts it, in two steps and in their name.
+
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { begin, button, hold, keysOf, motors, password, PATIENCE_MS, phase, runs, takeControl, url } from "./helm.mjs";
+
+await inBrowser(async (open) => {
+  const page = await open();
+  page.setDefaultTimeout(PATIENCE_MS);
+  await logIn(page, url, "anna", password);
+  const keys = keysOf(page);
+  const guard = (state) => page.locator(`.helm-guard[data-guard="${state}"]`).waitFor();
+  const still = async (from) => {
+    for (const end = Date.now() + PATIENCE_MS; ; ) {
+      const rows = await motors(page, from);
+      const last = [0, 1].map((motor) => rows.filter((row) => row.motor === motor).at(-1)?.value);
+      if (last.every((value) => value === 0)) return;
+      check(Date.now() < end, `the motors run on: ${last}`);
+    }
+  };
+
+  await takeControl(page);
+  await begin(page);
+  await guard("watches");
+  await hold(page, page, keys);
+  await guard("blocks");
+  // The keys are still held, and nothing goes ahead.
+  await phase(page, "steering");
+  await still(Date.now() - 2_000);
+  await look(page, "teleop-blocked");
+  await keys.release();
+
+  await button(page, "Steer unguarded …").click();
+  const confirm = page.getByRole("group", { name: "Steer otter-1 unguarded?" });
+  const words = await confirm.innerText();
+  check(/The sea chart aboard says: .*thrust towards danger is blocked/.test(words) && /audit log in your name/.test(words), words);
+  await page.keyboard.press("Escape");
+  await button(page, "Steer unguarded …").click();
+  await button(page, "Steer unguarded for 60 s").click();
+  await guard("lifted");
+  await hold(page, page, keys);
+  check(runs(await motors(page, Date.now() - 3_000)), "unguarded, the vessel obeys");
+  await keys.release();
+  await button(page, "Guard again").click();
+  await guard("blocks");
+
+  const audit = await (await page.request.get(`${url}/api/v1/audit`)).json();
+  const asked = audit.filter((one) => one.action === "parameters.set" && one.actor === "anna").map((one) => one.subject);
+  for (const what of ["Override Request", "Override Confirmation"]) check(asked.some((one) => one.includes(what)), `${what} in ${asked}`);
+});
