@@ -16,6 +16,7 @@ mod live;
 mod people;
 mod plans;
 mod samples;
+mod told;
 mod transfer;
 
 pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
@@ -43,6 +44,10 @@ pub use plans::{
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,
+};
+pub use told::{
+    EntityTold, ParameterAbout, ParameterTold, PlanUnderWay, RouteLeg, VesselAsk, VesselAsked,
+    VesselParameters,
 };
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 

@@ -54,6 +54,9 @@ pub(crate) mod serve;
 mod testing;
 #[cfg(test)]
 mod tests;
+mod told;
+#[cfg(test)]
+mod told_tests;
 
 pub(crate) use assets::path as asset_path;
 pub(crate) use caller::Caller;

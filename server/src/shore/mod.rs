@@ -10,6 +10,7 @@ pub(crate) mod export;
 mod fleet;
 pub(crate) mod history;
 pub(crate) mod imports;
+pub(crate) mod parameters;
 
 pub(crate) use decode::hex;
 pub(crate) use fleet::Fleet;

@@ -257,7 +257,7 @@ impl Commands {
             by: by.to_owned(),
             epoch,
             verb: order.verb(),
-            subject: self.subject(vessel, &order),
+            subject: self.subjects(vessel, &order).join("; "),
             steps: Vec::new(),
             answer: None,
             refusals: BTreeMap::new(),
@@ -372,14 +372,14 @@ impl Commands {
         &mut self.told
     }
 
-    /// What an order to a vessel is about, in words: of parameters also what they are before.
-    pub fn subject(&self, vessel: Address, order: &Order) -> String {
-        let Order::SetParameters { entity, values } = order else { return order.subject() };
+    /// What an order to a vessel is about, in words: of parameters what they were and shall be, one by one.
+    pub fn subjects(&self, vessel: Address, order: &Order) -> Vec<String> {
+        let Order::SetParameters { entity, values } = order else { return vec![order.subject()] };
         let change = |(name, value): &(String, String)| {
             let before = self.told.parameter(vessel, entity, name).map_or("?", |known| known.value.as_str());
-            format!("{name} {before} -> {value}")
+            format!("{entity}: {name} {} -> {}", told::brief(before), told::brief(value))
         };
-        format!("{entity}: {}", values.iter().map(change).collect::<Vec<_>>().join(", "))
+        values.iter().map(change).collect()
     }
 
     /// Counts changes.

@@ -11,18 +11,21 @@ use imc::messages::{
     PlanSpecification, QueryEntityParameters,
 };
 use imc::{Address, Header, Packet, PacketView};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
 /// The same question is not asked again within this time: its answer may be on the way.
-const AGAIN: Duration = Duration::from_secs(1);
+const AGAIN: Duration = Duration::from_secs(2);
 /// Questions to one vessel within [`AGAIN`]; a system has at most 256 entities.
 const QUESTIONS: usize = 300;
 /// Parameters of one entity that are kept, letters of a name and of a value.
 const PARAMETERS: usize = 500;
 const NAME_CHARS: usize = 100;
 const VALUE_CHARS: usize = 1_000;
+/// Letters of a value where it is one of several in a line.
+const BRIEF_CHARS: usize = 150;
 /// Entities and plans of one vessel that are kept.
 const ENTITIES: usize = 256;
 const PLANS: usize = 16;
@@ -68,6 +71,33 @@ pub struct EntityTold {
     asked: Option<UtcTime>,
 }
 
+impl EntityTold {
+    /// Takes names and values that were told.
+    pub fn take<'a>(&mut self, told: impl Iterator<Item = (Cow<'a, str>, Cow<'a, str>)>, at: UtcTime) {
+        (self.at, self.left_out) = (Some(at), 0);
+        let mut saved = Vec::new();
+        for (name, text) in told {
+            if let Some(of) = name.strip_suffix(SAVED_SUFFIX) {
+                saved.push((of.to_owned(), shortened(&text, VALUE_CHARS).0));
+                continue;
+            }
+            let (name, (value, cut)) = (shortened(&name, NAME_CHARS).0, shortened(&text, VALUE_CHARS));
+            if let Some(known) = self.parameters.get_mut(&name) {
+                (known.value, known.cut, known.at) = (value, cut, at);
+            } else if self.parameters.len() < PARAMETERS {
+                self.parameters.insert(name, ParameterTold { value, saved: None, cut, at });
+            } else {
+                self.left_out += 1;
+            }
+        }
+        for (name, value) in saved {
+            if let Some(known) = self.parameters.get_mut(&name) {
+                known.saved = Some(value);
+            }
+        }
+    }
+}
+
 /// A plan as a vessel told it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanTold {
@@ -111,14 +141,14 @@ impl Told {
     /// The packets that ask a vessel; none where the same was asked a moment ago.
     ///
     /// # Errors
-    /// Too much was asked within a second.
+    /// Too much was asked within two seconds.
     pub fn ask(&mut self, now: Now, vessel: Address, questions: &[Question]) -> Result<Vec<Bytes>, String> {
         let of = self.vessels.entry(vessel).or_default();
         of.asked.retain(|_, asked| now.mono.since(*asked) < AGAIN);
         let open = |question: &&Question| !of.asked.contains_key(*question);
         let new: Vec<Question> = questions.iter().filter(open).cloned().collect();
         if of.asked.len() + new.len() > QUESTIONS {
-            return Err(format!("more than {QUESTIONS} questions at once: ask again in a second"));
+            return Err(format!("more than {QUESTIONS} questions at once: ask again in two seconds"));
         }
         let mut packets = Vec::with_capacity(new.len());
         for question in new {
@@ -192,33 +222,14 @@ impl Told {
         }
         of.last = now.mono;
         let entity = of.entities.entry(label).or_default();
-        entity.at = Some(now.utc);
-        entity.left_out = 0;
         // An echo of a change tells what was changed only; the answer to a question tells all that there is.
-        if let Some(asked) = entity.asked.take().filter(|_| view.dst() == self.own) {
+        if view.dst() == self.own
+            && let Some(asked) = entity.asked.take()
+        {
             entity.parameters.retain(|_, one| one.at >= asked);
         }
-        let mut saved = Vec::new();
-        for one in told.params.of::<EntityParameter>() {
-            let (name, text) = (one.name.to_str_lossy(), one.value.to_str_lossy());
-            if let Some(of) = name.strip_suffix(SAVED_SUFFIX) {
-                saved.push((of.to_owned(), shortened(&text, VALUE_CHARS).0));
-                continue;
-            }
-            let (name, (value, cut)) = (shortened(&name, NAME_CHARS).0, shortened(&text, VALUE_CHARS));
-            if let Some(known) = entity.parameters.get_mut(&name) {
-                (known.value, known.cut, known.at) = (value, cut, now.utc);
-            } else if entity.parameters.len() < PARAMETERS {
-                entity.parameters.insert(name, ParameterTold { value, saved: None, cut, at: now.utc });
-            } else {
-                entity.left_out += 1;
-            }
-        }
-        for (name, value) in saved {
-            if let Some(known) = entity.parameters.get_mut(&name) {
-                known.saved = Some(value);
-            }
-        }
+        let params: Vec<EntityParameter> = told.params.of().collect();
+        entity.take(params.iter().map(|one| (one.name.to_str_lossy(), one.value.to_str_lossy())), now.utc);
     }
 
     fn plan_told(&mut self, now: Now, view: &PacketView<'_>, plan: PlanSpecification) {
@@ -261,6 +272,14 @@ fn message(question: &Question) -> Message {
         .into(),
         Question::Plans => database(PlanDBOp::GetState, ""),
         Question::Plan(plan_id) => database(PlanDBOp::Get, plan_id),
+    }
+}
+
+/// A value in a sentence: of a long one its beginning and how long it is.
+pub(super) fn brief(value: &str) -> Cow<'_, str> {
+    match shortened(value, BRIEF_CHARS) {
+        (start, true) => Cow::Owned(format!("{start}... ({} letters)", value.chars().count())),
+        (_, false) => Cow::Borrowed(value),
     }
 }
 
@@ -332,7 +351,7 @@ mod tests {
         assert_eq!(told.ask(at(3), BOAT, &question).unwrap().len(), 0, "it was asked just now");
         says(&mut told, 4, BOAT, parameters(&[("B", "3"), ("C", "x")]));
         assert_eq!(known(&told), [("B", "3", None), ("C", "x", None)]);
-        assert_eq!(told.ask(at(5), BOAT, &question).unwrap().len(), 1);
+        assert_eq!(told.ask(at(6), BOAT, &question).unwrap().len(), 1);
     }
 
     #[test]
