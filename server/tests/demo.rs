@@ -232,6 +232,43 @@ fn a_plan_is_drawn_uploaded_and_sailed_in_a_browser() {
     testkit::browser::run("aboard.mjs", &[&url, &password], |_| {});
 }
 
+/// Parameters in a browser: read, judged, written with the vessel's word for it, saved over a start, never lost.
+#[test]
+fn parameters_are_read_written_and_saved_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "1"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let mut agent = demo.sails(&["otter-1"])["otter-1"];
+    testkit::browser::run("params.mjs", &[&url, &password], |line| match line {
+        "kill otter-1" => {
+            signal(agent, "KILL");
+            let again = demo.wait_for(&["otter-1", "starting, process "]);
+            agent = again.rsplit(' ').next().unwrap().parse().unwrap();
+        }
+        "silence otter-1" => signal(agent, "STOP"),
+        "wake otter-1" => signal(agent, "CONT"),
+        _ => {}
+    });
+}
+
+/// What the fleet sails, whoever started it: sorted, drawn, and compared with what is kept ashore.
+#[test]
+fn what_vessels_sail_is_seen_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "2"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    demo.sails(&["otter-1", "otter-2"]);
+    testkit::browser::run("sailing.mjs", &[&url, &password], |_| {});
+}
+
 /// Two people, one boat, in two browsers: control, orders and their stages, and a vessel that does not answer.
 #[test]
 fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {

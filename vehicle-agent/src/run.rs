@@ -284,6 +284,7 @@ impl Agent {
             Event::Disconnected(number) => Input::Disconnected(Peer::Tcp(number)),
             Event::Disk(Done::LogOpened(outcome)) => Input::LogOpened(outcome),
             Event::Disk(Done::Stored(ticket, outcome)) => Input::Stored(ticket, outcome),
+            Event::Disk(Done::ParametersKept(label, outcome)) => Input::ParametersKept(label, outcome),
             Event::Disk(Done::NotKept(what)) => Input::NotKept(what),
             Event::Disk(Done::Host(reading)) => Input::Host(reading),
         };

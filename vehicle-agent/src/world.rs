@@ -73,8 +73,14 @@ impl World {
         self.brain.handle(now, input);
         let mut stored = Vec::new();
         while let Some(output) = self.brain.poll_output() {
-            if let (Output::Keep(Keep::Plans(effect)), true) = (&output, self.virtual_disk) {
-                stored.push(effect.ticket());
+            match &output {
+                Output::Keep(Keep::Plans(effect)) if self.virtual_disk => {
+                    stored.push(Input::Stored(effect.ticket(), Ok(())));
+                }
+                Output::Keep(Keep::Parameters(label, _)) if self.virtual_disk => {
+                    stored.push(Input::ParametersKept(label.clone(), Ok(())));
+                }
+                _ => {}
             }
             if let Output::Motors(motors) = &output {
                 self.command(*motors);
@@ -82,8 +88,8 @@ impl World {
             sink(now, Happening::Wanted(output));
         }
         // A virtual disk never fails and takes no time.
-        for ticket in stored {
-            self.tell(Input::Stored(ticket, Ok(())), sink);
+        for input in stored {
+            self.tell(input, sink);
         }
     }
 

@@ -17,6 +17,7 @@ mod people;
 mod plans;
 mod samples;
 mod teleop;
+mod told;
 mod transfer;
 
 pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
@@ -46,6 +47,10 @@ pub use samples::{
     ValueKind,
 };
 pub use teleop::{TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
+pub use told::{
+    EntityTold, ParameterAbout, ParameterTold, PlanUnderWay, RouteLeg, VesselAsk, VesselAsked,
+    VesselParameters,
+};
 pub use transfer::{ExportQuery, Import, ImportQuery, ImportState, LogQuery};
 
 #[cfg(test)]

@@ -25,8 +25,9 @@ mod queue;
 mod teleop;
 
 pub use command::{
-    Answer, Command, CommandId, Commands, GOTO_PLAN, Order, Outgoing, PlanAboard, PlansAboard, Receipt,
-    Stage, Step, TELEOPERATION_PLAN, TIME_TO_LIVE,
+    Answer, Command, CommandId, Commands, EntityTold, GOTO_PLAN, Order, Outgoing, ParameterTold, PlanAboard,
+    PlanTold, PlansAboard, Question, Receipt, Stage, Step, TELEOPERATION_PLAN, TIME_TO_LIVE, Told,
+    is_same_value,
 };
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
 pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};

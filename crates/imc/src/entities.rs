@@ -4,6 +4,10 @@
 
 use std::fmt::Write as _;
 
+/// What follows a parameter's name where its value of the next start is told beside its present one. DUNE tells what
+/// belongs to a parameter like this too (`Active - Scope`), to who asks with visibility `developer`.
+pub const SAVED_SUFFIX: &str = " - Saved";
+
 /// Labels and numbers, in the order of the text. Pairs without a number from 0 to 255 are passed over.
 pub fn parse(list: &str) -> impl Iterator<Item = (&str, u8)> {
     list.split(';').filter_map(|pair| {

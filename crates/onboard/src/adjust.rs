@@ -4,25 +4,39 @@ use crate::brain::Brain;
 use crate::bus::Asker;
 use crate::entity::Entity;
 use crate::grounding::Exempted;
-use crate::output::{Keep, Level, Output};
-use crate::parameters::{self, Access, Parameter, ParameterError};
+use crate::output::Level;
+use crate::parameters::{self, Parameter, ParameterError};
+use imc::entities::SAVED_SUFFIX;
 use imc::messages::{EntityParameter, EntityParameters, QueryEntityParameters, SetEntityParameters};
 
 impl Brain {
     /// Tells the parameters of an entity. Unknown words are not answered, as in DUNE.
+    ///
+    /// All of Lutra's parameters hold at any time, which is the scope `global`: for one of DUNE's other scopes there
+    /// are none. Visibility `developer` adds of each what the next start will have.
     pub(crate) fn query_parameters(&mut self, asker: Asker, query: &QueryEntityParameters) {
-        let known = |text: &str, words: [&str; 2]| words.contains(&text);
-        let visibility = query.visibility.to_str_lossy();
-        let scope = query.scope.to_str_lossy();
-        if !known(&visibility, ["user", "developer"]) || scope != "global" {
-            return;
-        }
+        let developer = match &*query.visibility.to_str_lossy() {
+            "user" => false,
+            "developer" => true,
+            _ => return,
+        };
+        let global = match &*query.scope.to_str_lossy() {
+            "global" => true,
+            "idle" | "plan" | "maneuver" => false,
+            _ => return,
+        };
         let Some(entity) = self.settings.labels.find(&query.name.to_str_lossy()) else { return };
-        let params = parameters::all()
-            .iter()
-            .filter(|parameter| parameter.entity == entity)
-            .filter_map(|parameter| self.value(parameter))
-            .collect();
+        let all = parameters::all();
+        let asked = all.iter().filter(|parameter| global && parameter.entity == entity);
+        let mut params = Vec::new();
+        for parameter in asked {
+            params.extend(self.value(parameter));
+            if developer && let Some(saved) = self.saving.value(entity, parameter.name) {
+                let name = format!("{}{SAVED_SUFFIX}", parameter.name);
+                params.push(EntityParameter { name: name.into(), value: saved.into() });
+            }
+        }
+        let params = params.into_iter().collect();
         self.bus.send_to(entity, asker, &EntityParameters { name: query.name.clone(), params });
     }
 
@@ -121,17 +135,5 @@ impl Brain {
         self.bus.node.reconfigure(settings.node.clone());
         self.settings = settings;
         Ok(())
-    }
-
-    /// Has the values of an entity kept for the next start.
-    pub(crate) fn save_parameters(&mut self, label: &str) {
-        let Some(entity) = self.settings.labels.find(label) else { return };
-        let values: Vec<(String, String)> = parameters::all()
-            .iter()
-            .filter(|parameter| parameter.entity == entity && parameter.access == Access::Live)
-            .filter_map(|parameter| Some((parameter.name.to_owned(), parameter.get(&self.settings)?)))
-            .collect();
-        self.bus.entry(entity, Level::Info, "parameters are saved");
-        self.bus.put(Output::Keep(Keep::Parameters(label.to_owned(), values)));
     }
 }

@@ -20,6 +20,7 @@ use crate::output::{Level, Output};
 use crate::parameter_stack::ParameterStack;
 use crate::pilot::{Drive, Pilot};
 use crate::plans::Plans;
+use crate::saving::Saving;
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::states::{Condition, States};
@@ -52,6 +53,7 @@ pub struct Brain {
     pub(crate) lease: LeaseGate,
     pub(crate) supervise: Supervise,
     pub(crate) kept: ParameterStack,
+    pub(crate) saving: Saving,
     detections: Detections,
     clock: Clock,
     host: Host,
@@ -96,6 +98,7 @@ impl Brain {
             lease: LeaseGate::default(),
             supervise: Supervise::new(&settings, now.mono),
             kept: ParameterStack::default(),
+            saving: Saving::new(&settings),
             detections: Detections::default(),
             clock: Clock::default(),
             host: Host::default(),
@@ -192,6 +195,7 @@ impl Brain {
             Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
             Input::LogOpened(outcome) => self.log_opened(outcome),
             Input::Stored(ticket, outcome) => self.plans.stored(&mut self.bus, ticket, outcome),
+            Input::ParametersKept(label, outcome) => self.parameters_kept(&label, outcome),
             Input::NotKept(what) => {
                 self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
             }

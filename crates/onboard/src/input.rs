@@ -51,6 +51,9 @@ pub enum Input {
     LogOpened(Result<String, String>),
     /// A change of the plans is on the disk, or could not be brought there.
     Stored(Ticket, Result<(), String>),
+    /// The parameters of the entity with this label are on the disk for the next start, or could not be brought
+    /// there.
+    ParametersKept(String, Result<(), String>),
     /// What else was to be kept on disk could not be.
     NotKept(String),
     /// The program is about to end: motors first.

@@ -33,6 +33,7 @@ mod path_wire;
 mod pilot;
 mod plans;
 pub mod record;
+mod saving;
 mod sensors;
 mod settings;
 mod states;

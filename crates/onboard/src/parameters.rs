@@ -107,6 +107,18 @@ pub fn all() -> Vec<Parameter> {
 }
 
 impl Parameter {
+    /// Why a change deserves a second look: what it does at once to a vessel that is under way.
+    pub fn caution(&self) -> Option<&'static str> {
+        match self.entity {
+            Entity::Control | Entity::Remote | Entity::Path => {
+                Some("it changes at once how the vessel steers")
+            }
+            Entity::Maneuver => Some("it changes at once where the vessel keeps itself"),
+            Entity::Grounding => Some("it lets the vessel be steered where the chart shows danger"),
+            _ => None,
+        }
+    }
+
     fn new(entity: Entity, homes: Homes, spec: ParamSpec, place: Place) -> Self {
         Self { entity, name: spec.name, homes, access: Access::Live, spec, place }
     }

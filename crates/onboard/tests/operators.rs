@@ -146,6 +146,8 @@ fn parameters_are_told_changed_refused_and_saved() {
     sea.send(query("Path Control", "anything"));
     sea.send(query("Nobody", "global"));
     assert_eq!(sea.all::<EntityParameters>().len(), count, "unknown words are not answered");
+    sea.send(query("Path Control", "maneuver"));
+    assert!(sea.last::<EntityParameters>().unwrap().params.is_empty(), "none holds for a maneuver only");
     let set = |name: &str, value: &str| SetEntityParameters {
         name: "Path Control".into(),
         params: [EntityParameter { name: name.into(), value: value.into() }].into_iter().collect(),
@@ -166,6 +168,38 @@ fn parameters_are_told_changed_refused_and_saved() {
             if label == "Path Control" && values.iter().any(|(name, value)| name == "ILOS Lookahead Distance" && value == "12"))
     });
     assert!(kept);
+}
+
+#[test]
+fn a_developer_is_told_what_the_next_start_will_have() {
+    const LOOKAHEAD: &str = "ILOS Lookahead Distance";
+    let mut sea = Sea::new().ready();
+    let told = |sea: &mut Sea| {
+        sea.send(QueryEntityParameters {
+            name: "Path Control".into(),
+            visibility: "developer".into(),
+            scope: "global".into(),
+        });
+        let told = sea.last::<EntityParameters>().unwrap();
+        let value = |name: &str| told.params.of::<EntityParameter>().find(|one| one.name == name).unwrap();
+        (value(LOOKAHEAD).value.to_string(), value(&format!("{LOOKAHEAD} - Saved")).value.to_string())
+    };
+    let (first, saved) = told(&mut sea);
+    assert_eq!(first, saved, "at the start all is as the files say");
+    let parameter = EntityParameter { name: LOOKAHEAD.into(), value: "12".into() };
+    sea.send(SetEntityParameters { name: "Path Control".into(), params: [parameter].into_iter().collect() });
+    assert_eq!(told(&mut sea), ("12".to_owned(), first.clone()));
+    sea.send(SaveEntityParameters { name: "Path Control".into() });
+    assert_eq!(told(&mut sea), ("12".to_owned(), first.clone()), "not before it is on the disk");
+    sea.tell(onboard::Input::ParametersKept("Path Control".to_owned(), Err("disk full".to_owned())));
+    assert_eq!(told(&mut sea), ("12".to_owned(), first));
+    sea.send(SaveEntityParameters { name: "Path Control".into() });
+    sea.tell(onboard::Input::ParametersKept("Path Control".to_owned(), Ok(())));
+    assert_eq!(told(&mut sea), ("12".to_owned(), "12".to_owned()));
+    let entries: Vec<String> =
+        sea.all::<LogBookEntry>().iter().map(|(_, one)| one.text.to_string()).collect();
+    assert!(entries.iter().any(|text| text == "parameters are not saved: disk full"), "{entries:?}");
+    assert!(entries.iter().any(|text| text == "parameters are saved"), "{entries:?}");
 }
 
 fn losing(plan_ladder: Vec<Step>) -> Sea {

@@ -4,7 +4,10 @@ use super::serve::serve;
 use super::testing::{Boats, an_hour, boat, packet};
 use crate::clock;
 use crate::config::Config;
-use imc::messages::{EntityInfo, EntityState, EntityStateState, FuelLevel, VehicleState, VehicleStateOpMode};
+use imc::messages::{
+    EntityInfo, EntityParameter, EntityParameters, EntityState, EntityStateState, FuelLevel, Payload as _,
+    QueryEntityParameters, VehicleState, VehicleStateOpMode,
+};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -105,6 +108,53 @@ async fn alarms_are_told_acknowledged_and_over() {
             "lost" => doing.astray.store(true, Ordering::Relaxed),
             _ => {}
         });
+    });
+    script.await.unwrap();
+    serving.stop().await;
+}
+
+/// What nobody should believe to be names and values.
+fn hostile(entity: &imc::Text) -> EntityParameters {
+    let one = |name: &str, value: &str| EntityParameter { name: name.into(), value: value.into() };
+    let (long, longer) = ("n".repeat(400), "<b>v</b> ".repeat(3_000));
+    let params = [
+        one("Sample Rate", "5"),
+        one("<img src=x onerror=alert(1)>", "\"><script>alert(2)</script>"),
+        one(&long, &longer),
+        one("\u{202e}gnp", "\n\n\t"),
+    ];
+    EntityParameters { name: entity.clone(), params: params.into_iter().collect() }
+}
+
+/// A vessel of another program: its parameters are names and values, whatever stands in them.
+#[tokio::test(flavor = "multi_thread")]
+async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+    config.imc.active = false;
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    let serving = serve(config).await.unwrap();
+    let boats = Boats::join(&serving.relay).await;
+    boats.sail();
+    tokio::spawn(async move {
+        loop {
+            for asked in boats.heard_together(QueryEntityParameters::ID).await {
+                let asked: QueryEntityParameters =
+                    imc::decode(&imc::PacketView::new(&asked).unwrap()).unwrap().unwrap();
+                // Some parts of a vessel say nothing.
+                if asked.name != "Spare" {
+                    boats.say(vec![packet(0, 1, clock::now(), hostile(&asked.name))]).await;
+                }
+            }
+        }
+    });
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let script = tokio::task::spawn_blocking(move || {
+        testkit::browser::run("foreign.mjs", &[&address, &password], |_| {});
     });
     script.await.unwrap();
     serving.stop().await;

@@ -175,10 +175,10 @@ pub(crate) async fn issue(
     by: &Issuer,
     order: Order,
 ) -> Result<Command, ApiError> {
-    let (verb, subject) = (order.verb(), format!("{vessel} {}", order.subject()));
+    let verb = order.verb();
+    let subjects = subjects(state, vessel, &order).await?;
     if let Some(danger) = grounding::danger(state, vessel, &order).await? {
-        let fault = Fault::Refused(danger.text.clone());
-        state.people.act(&by.who, by.from.clone(), verb, subject, |_| Err::<(), _>(fault)).await.ok();
+        write_down(state, by, verb, &subjects, Some(&danger.text)).await.ok();
         return Err(danger);
     }
     let holder = by.holder();
@@ -194,12 +194,11 @@ pub(crate) async fn issue(
     let id = match begun {
         Ok(id) => id,
         Err(error) => {
-            let fault = Fault::Refused(error.text.clone());
-            state.people.act(&by.who, by.from.clone(), verb, subject, |_| Err::<(), _>(fault)).await.ok();
+            write_down(state, by, verb, &subjects, Some(&error.text)).await.ok();
             return Err(error);
         }
     };
-    if let Err(fault) = state.people.act(&by.who, by.from.clone(), verb, subject, |_| Ok(())).await {
+    if let Err(fault) = write_down(state, by, verb, &subjects, None).await {
         let why = format!("the audit log cannot be written: {fault}");
         let refuse = move |hub: &mut Hub, now| hub.commands_mut().refused(now, id, why);
         state.relay.look(refuse).await.map_err(|_| ApiError::stopping())?;
@@ -219,6 +218,38 @@ pub(crate) async fn issue(
     let look = move |hub: &mut Hub, _| hub.commands().get(id).map(control::command);
     let command = state.relay.look(look).await.map_err(|_| ApiError::stopping())?;
     command.ok_or_else(|| ApiError::internal(&"a command was forgotten while it was open"))
+}
+
+/// What an order is about, as the audit log has it: each parameter by itself, with its value before.
+async fn subjects(state: &AppState, vessel: Address, order: &Order) -> Result<Vec<String>, ApiError> {
+    let subjects = if let Order::SetParameters { .. } = order {
+        let order = order.clone();
+        let look = move |hub: &mut Hub, _| hub.commands().subjects(vessel, &order);
+        state.relay.look(look).await.map_err(|_| ApiError::stopping())?
+    } else {
+        vec![order.subject()]
+    };
+    Ok(subjects.into_iter().map(|subject| format!("{vessel} {subject}")).collect())
+}
+
+/// Writes an order into the audit log: as done, or why it is refused.
+async fn write_down(
+    state: &AppState,
+    by: &Issuer,
+    verb: &'static str,
+    subjects: &[String],
+    refused: Option<&str>,
+) -> Result<(), Fault> {
+    for subject in subjects {
+        let outcome = refused.map_or(Ok(()), |why| Err(Fault::Refused(why.to_owned())));
+        let written =
+            state.people.act(&by.who, by.from.clone(), verb, subject.clone(), move |_| outcome).await;
+        // A refusal comes back when it stands in the log.
+        if refused.is_none() {
+            written?;
+        }
+    }
+    Ok(())
 }
 
 /// Sends an order that is in the audit log, if its lease still holds. What has to go by the link is given back.

@@ -41,7 +41,7 @@ pub(crate) async fn danger(
 }
 
 /// The plan of that name aboard, if it is one of those kept here.
-async fn drawn_here(
+pub(super) async fn drawn_here(
     state: &AppState,
     vessel: Address,
     plan_id: String,

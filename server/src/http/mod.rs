@@ -57,6 +57,9 @@ mod teleop_tests;
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
+mod told;
+#[cfg(test)]
+mod told_tests;
 
 pub(crate) use assets::path as asset_path;
 pub(crate) use caller::Caller;

@@ -4,7 +4,7 @@ use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
     alarms, assets, charts, commands, control, doors, error::ApiError, export, headers, health, history,
-    imports, live, measure, openapi, pace, people, plans, teleop,
+    imports, live, measure, openapi, pace, people, plans, teleop, told,
 };
 use crate::pages;
 use crate::shore::AppState;
@@ -14,8 +14,9 @@ use api::{
     EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
     LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
     PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery,
-    Session, ShelveAsk, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery,
+    PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series,
+    SeriesQuery, Session, ShelveAsk, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint,
+    TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -82,6 +83,7 @@ pub(crate) fn table() -> Vec<Route> {
     ];
     table.extend(of_vessels());
     table.extend(orders());
+    table.extend(told_by_vessels());
     table.extend(alarms_table());
     table.extend(transfers());
     table.extend(plans());
@@ -199,6 +201,35 @@ fn orders() -> Vec<Route> {
             control::plans,
         )
         .gives::<PlansAboard>(),
+    ]
+}
+
+/// What vessels tell of themselves when they are asked.
+fn told_by_vessels() -> Vec<Route> {
+    let viewer = Need::OnVessel(Role::Viewer);
+    vec![
+        Route::post(
+            "/api/v1/vessels/{vessel}/ask",
+            viewer,
+            "Ask a vessel for its parameters or plans. Commands nothing; the answer comes by itself, or never.",
+            told::ask,
+        )
+        .takes::<VesselAsk>()
+        .gives::<VesselAsked>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/parameters",
+            viewer,
+            "The parameters of a vessel, as it told them last, with what those of Lutra mean.",
+            told::parameters,
+        )
+        .gives::<VesselParameters>(),
+        Route::get(
+            "/api/v1/vessels/{vessel}/plan",
+            viewer,
+            "The plan that a vessel sails, as far as it is known ashore.",
+            told::plan,
+        )
+        .gives::<PlanUnderWay>(),
     ]
 }
 

@@ -43,6 +43,17 @@ impl Boats {
         }
     }
 
+    /// All packets of the next batch with this id that are for the boats.
+    pub(crate) async fn heard_together(&self, id: u16) -> Vec<Bytes> {
+        loop {
+            let mut packets = self.0.outbox.take().await.unwrap();
+            packets.retain(|packet| imc::PacketView::new(packet).is_ok_and(|view| view.id() == id));
+            if !packets.is_empty() {
+                return packets.into_iter().collect();
+            }
+        }
+    }
+
     /// Lets two boats and a system without a name speak ten times a second, for as long as the test lasts. A
     /// third boat speaks once.
     pub(crate) fn sail(&self) {

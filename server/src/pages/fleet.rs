@@ -18,7 +18,7 @@ struct FleetPage {
     researcher: bool,
     /// To export from: all that have names, and all that are there.
     vessels: Vec<Vessel>,
-    /// Names that people gave, as JSON by address, for the script.
+    /// Names that people gave to the vessels that this one may see, as JSON by address, for the script.
     names: String,
 }
 
@@ -29,8 +29,8 @@ pub(super) async fn page(
     frame: Frame,
 ) -> Result<Response, PageError> {
     let vessels = state.people.ask(crate::people::vessels::list).await?;
-    let names: BTreeMap<u16, String> =
-        vessels.into_iter().map(|vessel| (vessel.address, vessel.name)).collect();
+    let seen = vessels.into_iter().filter(|vessel| who.grants.on(vessel.address).is_some());
+    let names: BTreeMap<u16, String> = seen.map(|vessel| (vessel.address, vessel.name)).collect();
     let wanted = Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::default() });
     let mut exportable: BTreeMap<u16, String> =
         state.fleet.systems(wanted).await.unwrap_or_default().into_iter().map(named).collect();

@@ -23,6 +23,8 @@ pub(crate) struct Act<'a> {
 /// Writes it down.
 pub(crate) fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
     let short = |text: &str| text.chars().take(200).collect::<String>();
+    // A parameter with its value before and after.
+    let subject: String = act.subject.chars().take(500).collect();
     db.prepare_cached(
         "INSERT INTO audit (time_us, actor, address, action, subject, outcome) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
     )?
@@ -31,7 +33,7 @@ pub(crate) fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), 
         short(act.actor),
         short(act.address),
         act.action,
-        short(act.subject),
+        subject,
         short(act.outcome)
     ])?;
     let oldest = db.last_insert_rowid() - ENTRIES;

@@ -6,6 +6,7 @@
 
 mod check;
 mod files;
+mod route;
 mod store;
 mod translate;
 
@@ -14,5 +15,6 @@ mod tests;
 
 pub(crate) use check::{aboard, check, check_with, limits, understood};
 pub(crate) use files::{Format, read, write};
+pub(crate) use route::route;
 pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};
 pub(crate) use translate::{document, specification};

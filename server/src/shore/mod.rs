@@ -11,6 +11,7 @@ mod fleet;
 mod helms;
 pub(crate) mod history;
 pub(crate) mod imports;
+pub(crate) mod parameters;
 
 pub(crate) use decode::hex;
 pub(crate) use fleet::Fleet;

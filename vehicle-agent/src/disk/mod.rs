@@ -70,6 +70,8 @@ pub(crate) enum Done {
     LogOpened(Result<String, String>),
     /// A change of the plans is on the disk, or could not be brought there.
     Stored(Ticket, Result<(), String>),
+    /// The parameters of the entity with this label are kept, or could not be.
+    ParametersKept(String, Result<(), String>),
     /// Something else could not be kept.
     NotKept(String),
     /// The state of the computer, at every [`Work::Tick`].

@@ -107,9 +107,8 @@ impl Worker {
                 answer(Done::Stored(effect.ticket(), outcome));
             }
             Work::Parameters(label, values) => {
-                if let Err(error) = self.save(&label, &values) {
-                    answer(Done::NotKept(format!("parameters of {label}: {error:#}")));
-                }
+                let outcome = self.save(&label, &values).map_err(|error| format!("{error:#}"));
+                answer(Done::ParametersKept(label, outcome));
             }
             Work::Record(kind, bytes) => {
                 let outcome = self.tools.recorder.as_mut().map(|recorder| recorder.put(kind, &bytes));

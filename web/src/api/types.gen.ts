@@ -2100,3 +2100,12 @@ address: number,
  * Name on the pages.
  */
 name: string, };
+
+export type VesselAsk = { "about": "parameters", entities: Array<string>, } | { "about": "plans",  } | { "about": "plan", plan_id: string, };
+export type VesselAsked = { time_us: number, packets: number, reached: boolean, entities: Array<string>, };
+export type VesselParameters = { entities: Array<EntityTold>, recorded: boolean, };
+export type EntityTold = { entity: string, time_us: number, parameters: Array<ParameterTold>, left_out: number, };
+export type ParameterTold = { name: string, value: string, saved: string | null, cut: boolean, time_us: number, about: ParameterAbout | null, };
+export type ParameterAbout = { section: string, doc: string, unit: string, items: number | null, min: number | null, max: number | null, default: string, live: boolean, caution: string | null, };
+export type PlanUnderWay = { plan_id: string | null, maneuver: string, source: string | null, digest: string | null, legs: Array<RouteLeg>, repeats: boolean, trouble: string | null, };
+export type RouteLeg = { id: string, kind: string, places: Array<PlanPlace>, radius_m: number | null, };

@@ -19,6 +19,8 @@ export function windowKey(): string {
 export interface Orders {
   lease(action: LeaseAction, reason?: string): Promise<Lease>;
   give(order: Order): Promise<Command>;
+  /** The order with all that became of it, when nothing more is expected. */
+  settle(order: Order): Promise<Command>;
   /** The answer to a question, or an error in the words of who refused. */
   ask(order: Order): Promise<Command>;
 }
@@ -26,15 +28,20 @@ export interface Orders {
 export function createOrders(vessel: number, window: string): Orders {
   const path = `/api/v1/vessels/${vessel}`;
   const give = (order: Order): Promise<Command> => postJson<Command>(`${path}/commands`, PATIENCE_MS, { order, window } satisfies OrderAsk);
+  const settle = async (order: Order): Promise<Command> => {
+    let command = await give(order);
+    while (!command.over) {
+      await new Promise((done) => setTimeout(done, LOOK_MS));
+      command = await getJson<Command>(`${path}/commands/${command.id}`);
+    }
+    return command;
+  };
   return {
     give,
+    settle,
     lease: (action, reason = "") => postJson<Lease>(`${path}/lease`, PATIENCE_MS, { action, reason, window } satisfies LeaseAsk),
     async ask(order) {
-      let command = await give(order);
-      while (!command.over) {
-        await new Promise((done) => setTimeout(done, LOOK_MS));
-        command = await getJson<Command>(`${path}/commands/${command.id}`);
-      }
+      const command = await settle(order);
       const last = command.steps.at(-1);
       if (last?.stage !== "effect seen") throw new Unanswered(last ? `${last.stage}: ${last.text}` : "not sent");
       return command;

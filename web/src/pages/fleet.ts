@@ -5,13 +5,14 @@ import type { System, TrackPoint } from "../api/types.gen";
 import { createMap } from "../map/map";
 import { told } from "../state/alarms";
 import { EMPTY, serverNowUs } from "../state/fleet";
+import { type Listed, unheard } from "../state/order";
 import { Track } from "../state/track";
 import { entities, vitals, worst } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute } from "../ui/dom";
 import { fillExport } from "../ui/export";
 import { isShore, systemName } from "../ui/format";
-import { createList, type Listed } from "../ui/list";
+import { createList } from "../ui/list";
 import { createValues } from "../ui/values";
 
 /** Tables are drawn anew so often, ms; the map at each frame. */
@@ -42,9 +43,12 @@ export function startFleet(root: HTMLElement): void {
   all.addEventListener("click", () => map.showAll());
 
   const systems = (): System[] =>
-    [...state.systems.values()]
+    [
       // The server's own words and those of its people make no vessel.
-      .filter((system) => !isShore(system))
+      ...[...state.systems.values()].filter((system) => !isShore(system)),
+      // A vessel with a name is there before it is heard; while nothing is known of the fleet at all, nothing is said.
+      ...Object.entries(names).flatMap(([address, name]) => (state.serverUs && !state.systems.has(Number(address)) ? [unheard(Number(address), name)] : [])),
+    ]
       .map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }))
       .sort((one, other) => systemName(one).localeCompare(systemName(other)));
   const labels = (system: System): Map<number, string> =>

@@ -1,12 +1,18 @@
 // The list of plans: what there is, new ones, files in and out, and deleting with a way back.
 
 import { deleteAt, getJson, postJson, reason } from "../api/http";
-import type { ImportedPlan, PlanDocument, PlanSummary, StoredPlan } from "../api/types.gen";
+import type { ImportedPlan, PlanDocument, PlansAboard, PlanSummary, StoredPlan, System, VesselAsk, VesselAsked } from "../api/types.gen";
+import { type Aboard, type Pair, pairs } from "../plan/copies";
 import { durationText, energyText, lengthText } from "../plan/steps";
 import { make } from "../ui/dom";
-import { age, utc } from "../ui/format";
+import { age, isShore, systemName, utc } from "../ui/format";
 
 const PATIENCE_MS = 15_000;
+/** How long a vessel's answer is waited for, and how often is looked whether it is there, ms. */
+const ANSWER_MS = 5_000;
+const LOOK_MS = 300;
+/** How a copy is told: never by colour alone. */
+const COPIES: Readonly<Record<Pair["copies"][number]["copy"], string>> = { same: "same", differs: "DIFFERS", "only ashore": "not aboard", "only aboard": "only aboard", unknown: "not known" };
 
 export function startPlans(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["vessels"] ?? "{}") as Record<string, string>;
@@ -24,14 +30,45 @@ export function startPlans(root: HTMLElement): void {
       say("bad", `${what}: ${reason(error)}`);
     }
   };
+  let vessels: readonly Aboard[] = [];
   const show = async (): Promise<void> => {
     try {
-      const plans = await getJson<PlanSummary[]>("/api/v1/plans");
-      table.replaceChildren(plans.length ? tableOf(plans) : empty());
+      const all = pairs(await getJson<PlanSummary[]>("/api/v1/plans"), vessels);
+      table.replaceChildren(all.length ? tableOf(all) : empty());
     } catch (error) {
       table.replaceChildren(make("p", { class: "bad-text" }, reason(error)));
     }
   };
+  /** Asks every vessel that is heard which plans it has; one that does not answer is told as that. */
+  const compare = async (): Promise<void> => {
+    again.disabled = true;
+    try {
+      const systems = (await getJson<System[]>("/api/v1/vessels")).filter((one) => one.kind !== "CCU" && !isShore(one) && (one.liveness === "live" || one.liveness === "late"));
+      asked.textContent = systems.length ? "Asking the vessels which plans they have …" : "No vessel is heard: what is aboard is not known.";
+      vessels = await Promise.all(systems.map(async (system) => ({ address: system.address, name: names[String(system.address)] ?? systemName(system), plans: await aboard(system.address) })));
+      const silent = vessels.filter(({ plans }) => !plans).map(({ name }) => name);
+      asked.textContent = !vessels.length ? asked.textContent : silent.length ? `No answer from ${silent.join(", ")}.` : `As the vessels told ${utc(Math.min(...vessels.map(({ plans }) => plans?.time_us ?? 0)))}.`;
+    } catch (error) {
+      asked.textContent = `What is aboard is not known: ${reason(error)}`;
+    }
+    again.disabled = false;
+    await show();
+  };
+  const aboard = async (address: number): Promise<PlansAboard | undefined> => {
+    const path = `/api/v1/vessels/${address}`;
+    const { time_us, packets } = await postJson<VesselAsked>(`${path}/ask`, PATIENCE_MS, { about: "plans" } satisfies VesselAsk);
+    const end = performance.now() + ANSWER_MS;
+    for (;;) {
+      const plans = await getJson<PlansAboard>(`${path}/plans`);
+      // What others asked for a moment ago is as good.
+      if (plans.time_us !== null && (plans.time_us >= time_us || !packets)) return plans;
+      if (performance.now() > end) return undefined;
+      await new Promise((done) => setTimeout(done, LOOK_MS));
+    }
+  };
+  const asked = make("p", { class: "dim", role: "status" });
+  const again = make("button", { type: "button" }, "Compare with the vessels again");
+  again.addEventListener("click", () => void compare());
 
   const empty = (): HTMLElement =>
     make(
@@ -40,10 +77,18 @@ export function startPlans(root: HTMLElement): void {
       make("p", {}, writable ? "There are no plans yet. Press “New plan” and draw one on the map, or import one from GPX, GeoJSON or the JSON of an IMC PlanSpecification." : "There are no plans yet that you may see. An operator draws them here."),
     );
 
-  const tableOf = (plans: readonly PlanSummary[]): HTMLElement => {
+  const tableOf = (all: readonly Pair[]): HTMLElement => {
     const head = make("tr");
-    for (const name of ["Plan", "For", "State", "Changed", "Takes (energy estimated)", "Digest ashore", ...(writable ? ["Do"] : [])]) head.append(make("th", { scope: "col" }, name));
-    const rows = plans.map((plan) => {
+    for (const name of ["Plan", "For", "State", "Changed", "Takes (energy estimated)", "Digest ashore", ...vessels.map(({ name }) => `Aboard ${name}`), ...(writable ? ["Do"] : [])]) head.append(make("th", { scope: "col" }, name));
+    const rows = all.map((pair) => {
+      const { ashore: plan } = pair;
+      const copies = pair.copies.map(({ copy, aboard }) =>
+        make("td", { "data-copy": copy }, COPIES[copy], ...(aboard ? [" ", make("code", { title: `MD5 ${aboard.md5}` }, aboard.md5.slice(0, 8))] : [])),
+      );
+      if (!plan) {
+        const nobody = ["—", "only aboard", "—", "—", "—"].map((text) => make("td", {}, text));
+        return make("tr", {}, make("th", { scope: "row" }, pair.name), ...nobody, ...copies, ...(writable ? [make("td", {})] : []));
+      }
       const cells: (Node | string)[] = [
         plan.vessel === null ? "any vessel" : (names[String(plan.vessel)] ?? `0x${plan.vessel.toString(16).toUpperCase().padStart(4, "0")}`),
         plan.problems ? make("span", { class: "bad-text" }, plan.problems === 1 ? "1 problem" : `${plan.problems} problems`) : plan.draft ? "draft" : "saved",
@@ -51,7 +96,7 @@ export function startPlans(root: HTMLElement): void {
         plan.problems ? "—" : [lengthText(plan.total.length_m), durationText(plan.total.duration_s), energyText(plan.total.energy_j)].join(" · "),
         plan.digest ? make("code", { title: `MD5 ${plan.digest}` }, plan.digest.slice(0, 8)) : "—",
       ];
-      const row = make("tr", {}, make("th", { scope: "row" }, make("a", { href: `/plans/${plan.id}` }, plan.name)), ...cells.map((cell, index) => make("td", index === 4 ? { class: "num" } : {}, cell)));
+      const row = make("tr", {}, make("th", { scope: "row" }, make("a", { href: `/plans/${plan.id}` }, plan.name)), ...cells.map((cell, index) => make("td", index === 4 ? { class: "num" } : {}, cell)), ...copies);
       if (writable) row.append(make("td", {}, make("div", { class: "actions" }, ...actions(plan))));
       return row;
     });
@@ -110,6 +155,6 @@ export function startPlans(root: HTMLElement): void {
     });
     root.append(make("div", { class: "row plans-new" }, fresh, make("label", {}, "Import (GPX, GeoJSON, IMC JSON)", file)));
   }
-  root.append(told, table);
-  void show();
+  root.append(told, table, make("div", { class: "row" }, again, asked));
+  void show().then(compare);
 }

@@ -7,6 +7,8 @@ import { createMap } from "../map/map";
 import { createMeasure } from "../map/measure";
 import { ends, isLive, panned, type Range, type Source, written, zoomed } from "../plot/model";
 import { createPlots } from "../plot/panel";
+import { createParameters } from "../params/panel";
+import { createUnderWay } from "../plan/underway";
 import { createTimeBar } from "../plot/timebar";
 import { createAsker } from "../replay/asker";
 import { createBar } from "../replay/bar";
@@ -72,7 +74,7 @@ export function startVessel(root: HTMLElement): void {
     location.assign(`${location.pathname}?${next}`);
   });
   const panel = (): HTMLElement => make("div", { class: "tabpanel" });
-  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel(), "Link loss": panel() };
+  const panels = { Control: panel(), Plots: panel(), Values: panel(), Entities: panel(), "Log book": panel(), Tags: panel(), "Link loss": panel(), Parameters: panel() };
 
   let state = EMPTY;
   let control = NO_CONTROL;
@@ -261,6 +263,14 @@ export function startVessel(root: HTMLElement): void {
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
   });
+  const parameters = createParameters(panels.Parameters, {
+    address,
+    me: root.dataset["me"] ?? "",
+    may: root.dataset["operator"] !== undefined,
+    name: () => (system ? systemName(system) : (given ?? String(address))),
+    openControl: () => tabs.open("Control"),
+  });
+  const underWay = createUnderWay(mapFrame, map, address);
   let tab = "";
   const tabs = createTabs(side, "Of this vessel", Object.entries(panels), (name) => {
     tab = name;
@@ -393,7 +403,12 @@ export function startVessel(root: HTMLElement): void {
     const asOf = us === null ? now : (then?.us ?? us);
     const newest = Math.max(...[...known.values()].map((one) => one.time_us));
     const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
-    tiles.update(system, vitals(known, called, asOf), link, asOf, us === null ? linked : true, past);
+    const readings = vitals(known, called, asOf);
+    tiles.update(system, readings, link, asOf, us === null ? linked : true, past);
+    underWay.update(readings, us === null);
+    // Where it is not known that the vessel rests, it may be under way.
+    parameters.update(control, system, now, us !== null || readings.mode.old || readings.mode.word !== "SERVICE", play === null && tabs.shows("Parameters"));
+    panels.Parameters.inert = play !== null;
     timeBar.update(range, now);
     // What the vessel will do without its link is about the present, whatever is looked at.
     if (tabs.shows("Link loss")) loss.update(system, linkLoss(state.values.get(address) ?? new Map(), labels), control.commands, now, linked);
@@ -425,6 +440,7 @@ export function startVessel(root: HTMLElement): void {
       system = found ? { ...found, name: given ?? found.name } : undefined;
       labels = new Map(Object.entries(system?.entities ?? {}).map(([number, label]) => [Number(number), label ?? ""]));
       plots.live(frame.values);
+      parameters.heard(frame);
       chrome.stop?.target({ address, name: system ? systemName(system) : (given ?? String(address)) });
       if (system?.fix && ahead.add(system.fix) && isLive(range)) {
         const { fromUs } = ends(range, nowUs());

@@ -1,10 +1,13 @@
 // The list of systems: who is there, how fresh, where, how fast.
 
-import type { Alarm, Liveness, System } from "../api/types.gen";
+import type { Liveness } from "../api/types.gen";
 import { type Priority, SHAPES } from "../state/alarms";
-import type { EntityReading, Vitals } from "../state/vitals";
+import { inOrder, type Listed, type Order, ORDERS } from "../state/order";
 import { make, setAttribute, setText } from "./dom";
 import { age, bearing, knots, position, systemName } from "./format";
+
+/** Where the browser keeps by what systems are sorted. */
+const KEPT = "lutra-fleet-order";
 
 /** Text and shape, as colour alone tells nobody in night colours. */
 export const LIVENESS: Readonly<Record<Liveness, string>> = {
@@ -27,16 +30,6 @@ interface Card {
   readonly more: HTMLAnchorElement;
 }
 
-/** A system and what is known of how it does. */
-export interface Listed {
-  readonly system: System;
-  readonly vitals: Vitals;
-  /** The part of it in the worst state; undefined where no part has said. */
-  readonly worst: EntityReading | undefined;
-  /** The most urgent alarm that is told of it; undefined for none. */
-  readonly alarm: Alarm | undefined;
-}
-
 export interface SystemList {
   /** `linked`: whether the server is heard; without it nobody knows how anything is. */
   update(systems: readonly Listed[], selected: number | undefined, nowUs: number, linked: boolean): void;
@@ -51,7 +44,16 @@ export function createList(root: HTMLElement, select: (address: number) => void)
     make("p", {}, make("strong", {}, "No system has been heard yet.")),
     make("p", {}, "An admin names a vessel and makes a token for its link under Admin, Vessels. It appears here with its first packet."),
   );
-  root.append(empty, list);
+  const order = make("select", {}, ...ORDERS.map(([value, text]) => make("option", { value }, text)));
+  const head = make("div", { class: "list-head" }, make("label", {}, "Sort by ", order));
+  root.append(head, empty, list);
+  order.value = localStorage.getItem(KEPT) ?? "name";
+  if (order.selectedIndex < 0) order.value = "name";
+  let sorted = "";
+  order.addEventListener("change", () => {
+    localStorage.setItem(KEPT, order.value);
+    sorted = "";
+  });
   const cards = new Map<number, Card>();
 
   const card = (address: number): Card => {
@@ -72,7 +74,14 @@ export function createList(root: HTMLElement, select: (address: number) => void)
         old.root.remove();
         cards.delete(address);
       }
-      systems.forEach((listed, index) => {
+      setAttribute(head, "hidden", systems.length > 1 ? null : "");
+      // Never another system under the same finger: while somebody is in the list its order stays, but for a new choice.
+      const held = sorted === order.value && systems.every(({ system }) => cards.has(system.address)) && (list.matches(":hover") || list.contains(document.activeElement));
+      sorted = order.value;
+      const places = new Map([...list.children].map((child, index) => [child, index]));
+      const place = ({ system }: Listed): number => places.get(cards.get(system.address)?.root as Element) ?? Infinity;
+      const all = held ? [...systems].sort((one, other) => place(one) - place(other)) : inOrder(systems, order.value as Order);
+      all.forEach((listed, index) => {
         const { system } = listed;
         let shown = cards.get(system.address);
         if (!shown) {
@@ -106,12 +115,15 @@ function fill(card: Card, { system, vitals, worst, alarm }: Listed, selected: bo
   setText(card.doing, told.join(" · "));
   setAttribute(card.doing, "data-old", mode.old ? "" : null);
   const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}: ${alarm.text}` : "";
-  const bad = said || (worst && worst.state !== "NORMAL" ? `▲ ${worst.label || worst.entity}: ${worst.state}, ${worst.description}` : "");
-  setAttribute(card.worst, "hidden", bad ? null : "");
-  setText(card.worst, bad);
+  const bad = said || (worst && worst.state !== "NORMAL" ? `▲ ${worst.label || worst.entity}: ${[worst.state, worst.description].filter(Boolean).join(", ")}` : "");
+  setAttribute(card.worst, "data-quiet", bad ? null : "");
+  setText(card.worst, bad || (worst ? `all parts normal${worst.old ? " (old)" : ""}` : "state of its parts unknown"));
   setAttribute(card.more, "aria-label", `Open ${systemName(system)}`);
   const heard = Math.max(0, (nowUs - system.heard_us) / 1e6);
-  setText(card.heard, `heard ${age(heard)} ago${system.doors.length ? ` by ${system.doors.join(", ")}` : ""}`);
+  if (!system.heard_us) {
+    setText(card.state, linked ? "○ not heard" : "? not known");
+    setText(card.heard, "not heard since the server started");
+  } else setText(card.heard, `heard ${age(heard)} ago${system.doors.length ? ` by ${system.doors.join(", ")}` : ""}`);
 }
 
 function span(kind: string): HTMLSpanElement {

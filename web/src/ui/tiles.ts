@@ -36,6 +36,8 @@ const TILES: readonly (readonly [Name, string])[] = [
   ["snr", "Last tag"],
 ];
 
+/** A reading with more letters than this takes more than one line. */
+const LONG = 16;
 /** Of a time in the past, the newest value older than this is an old one, s. */
 const PAST_FRESH_S = 10;
 
@@ -54,7 +56,11 @@ export function createTiles(root: HTMLElement): Tiles {
   const show = (name: Name, text: string, unit: string, note: string, reading: Pick<Reading, "ageS" | "old">, linked: boolean, alert = ""): void => {
     const tile = tiles.get(name);
     if (!tile) return;
-    setText(tile.value, reading.ageS === null ? "—" : text);
+    const told = reading.ageS === null ? "—" : text;
+    setText(tile.value, told);
+    // Long names of plans stand on several lines in place of being cut off.
+    setAttribute(tile.value, "data-long", told.length > LONG ? "" : null);
+    setAttribute(tile.value, "title", told.length > LONG ? told : null);
     setText(tile.unit, reading.ageS === null ? "" : unit);
     setText(tile.note, reading.ageS === null ? (recorded ? "nothing recorded" : "never heard") : note);
     setAttribute(tile.note, "title", note || null);
@@ -76,7 +82,10 @@ export function createTiles(root: HTMLElement): Tiles {
       else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
       show("plan", plan.note || "none", "", plan.word, plan, linked);
-      show("progress", progress.value === null ? "—" : progress.value.toFixed(0), progress.value === null ? "" : "%", progress.note, progress, linked);
+      // What was told of the last plan says nothing of one that does not run.
+      const runs = /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
+      const share = runs ? progress.value : null;
+      show("progress", share === null ? (runs ? "not told" : "no plan runs") : share.toFixed(0), share === null ? "" : "%", runs ? progress.note : "", progress, linked);
       show("speed_mps", bare(knots(speed_mps.value)), "kn", speed_mps.value === null ? "" : `${speed_mps.value.toFixed(2)} m/s`, speed_mps, linked);
       show("course_rad", bearing(course_rad.value), "", course_rad.value === null ? "not moving" : "", course_rad, linked);
       show("heading_rad", bearing(heading_rad.value), "", "", heading_rad, linked);

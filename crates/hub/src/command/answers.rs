@@ -1,11 +1,11 @@
 //! What vessels say, as far as it tells what became of commands.
 
-use super::{Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, Stage};
+use super::{Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, Stage, is_same_value};
 use crate::Now;
 use imc::messages::{
-    EntityParameter, EntityParameters, Payload as _, PlanControl, PlanControlOp, PlanControlState,
-    PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType,
-    PlanSpecification,
+    EntityParameter, EntityParameters, LogBookEntry, Payload as _, PlanControl, PlanControlOp,
+    PlanControlState, PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp,
+    PlanDBState, PlanDBType, PlanSpecification,
 };
 use imc::{Address, PacketView};
 use units::UtcTime;
@@ -14,7 +14,13 @@ impl Commands {
     /// A packet of the present from a vessel.
     pub fn heard(&mut self, now: Now, view: &PacketView<'_>) {
         let vessel = view.src();
+        self.told.heard(now, view);
         match view.id() {
+            LogBookEntry::ID => {
+                if let Ok(Some(entry)) = imc::decode::<LogBookEntry>(view) {
+                    self.entry(now, vessel, &entry.text.to_str_lossy());
+                }
+            }
             PlanControlState::ID => {
                 if let Ok(Some(state)) = imc::decode::<PlanControlState>(view) {
                     self.state(now, vessel, &state);
@@ -163,6 +169,29 @@ impl Commands {
         self.forget(vessel);
     }
 
+    /// What a vessel does not take it says in its log book only: Lutra's to who asked, DUNE's to all.
+    fn entry(&mut self, now: Now, vessel: Address, text: &str) {
+        for id in self.open(vessel, |one| matches!(&one.effect, Effect::Told(_, set) if !set.is_empty())) {
+            let Some(command) = self.all.get_mut(&id) else { continue };
+            let Effect::Told(_, set) = &command.effect else { continue };
+            let why = |name: &str, value: &str| {
+                let by_lutra = text.strip_prefix(&format!("{name} = {value} is refused: "));
+                let by_dune =
+                    || text.strip_prefix("updating entity parameters: ")?.strip_suffix(&format!("'{name}'"));
+                by_lutra.or_else(by_dune).map(|why| why.trim_end_matches([':', ' ']).to_owned())
+            };
+            let refused = set.iter().filter_map(|(name, value)| Some((name.clone(), why(name, value)?)));
+            command.refusals.extend(refused.collect::<Vec<_>>());
+            if command.refusals.len() < set.len() {
+                continue;
+            }
+            let words: Vec<String> =
+                command.refusals.iter().map(|(name, why)| format!("{name}: {why}")).collect();
+            self.works(now, id, "");
+            self.refused(now, id, words.join("; "));
+        }
+    }
+
     fn parameters(&mut self, now: Now, vessel: Address, told: &EntityParameters) {
         let entity = told.name.to_str_lossy();
         let text = |text: &imc::Text| text.to_str_lossy().into_owned();
@@ -171,16 +200,19 @@ impl Commands {
         for id in self.open(vessel, |one| matches!(&one.effect, Effect::Told(of, _) if *of == entity)) {
             let Some(command) = self.all.get_mut(&id) else { continue };
             let Effect::Told(_, set) = &command.effect else { continue };
-            // An answer echoes what was taken, and nothing else.
-            let left_out: Vec<&str> = set
-                .iter()
-                .filter(|(name, _)| !values.iter().any(|(told, _)| told == name))
-                .map(|(name, _)| name.as_str())
-                .collect();
+            // An answer echoes what was taken, and nothing else; one to a question may still tell what was before.
+            let taken = |(name, value): &&(String, String)| {
+                values.iter().any(|(told, now)| told == name && is_same_value(now, value))
+            };
+            let left_out: Vec<&String> = set.iter().filter(|one| !taken(one)).map(|(name, _)| name).collect();
             if left_out.len() == set.len() && !set.is_empty() {
                 continue;
             }
-            let refused = (!left_out.is_empty()).then(|| format!("not taken: {}", left_out.join(", ")));
+            let why = |name: &&String| {
+                command.refusals.get(*name).map_or_else(|| (*name).clone(), |why| format!("{name} ({why})"))
+            };
+            let told: Vec<String> = left_out.iter().map(why).collect();
+            let refused = (!told.is_empty()).then(|| format!("not taken: {}", told.join(", ")));
             command.answer = Some(Answer::Parameters(values.clone()));
             self.works(now, id, "");
             match refused {

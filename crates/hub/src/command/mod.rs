@@ -11,8 +11,10 @@ mod answers;
 mod order;
 #[cfg(test)]
 mod tests;
+mod told;
 
 pub use order::{GOTO_PLAN, Order, TELEOPERATION_PLAN};
+pub use told::{EntityTold, ParameterTold, PlanTold, Question, Told, is_same_value};
 
 use crate::Now;
 use bytes::Bytes;
@@ -149,6 +151,8 @@ pub struct Command {
     pub steps: Vec<Step>,
     /// What the vessel answered.
     pub answer: Option<Answer>,
+    /// Parameters that the vessel did not take, with its words.
+    refusals: BTreeMap<String, String>,
     order: Option<Order>,
     effect: Effect,
     request_id: u16,
@@ -200,6 +204,7 @@ pub struct Commands {
     own: Address,
     all: BTreeMap<CommandId, Command>,
     aboard: BTreeMap<Address, PlansAboard>,
+    told: Told,
     next_request: u16,
     last_id: u64,
     revision: u64,
@@ -208,7 +213,15 @@ pub struct Commands {
 impl Commands {
     /// None yet, to be sent from this address.
     pub fn new(own: Address) -> Self {
-        Self { own, all: BTreeMap::new(), aboard: BTreeMap::new(), next_request: 0, last_id: 0, revision: 0 }
+        Self {
+            own,
+            all: BTreeMap::new(),
+            aboard: BTreeMap::new(),
+            told: Told::new(own),
+            next_request: 0,
+            last_id: 0,
+            revision: 0,
+        }
     }
 
     /// Takes an order that `by` gives under a lease, before it is written into the audit log.
@@ -244,9 +257,10 @@ impl Commands {
             by: by.to_owned(),
             epoch,
             verb: order.verb(),
-            subject: order.subject(),
+            subject: self.subjects(vessel, &order).join("; "),
             steps: Vec::new(),
             answer: None,
+            refusals: BTreeMap::new(),
             effect: order.effect(),
             order: Some(order),
             request_id: self.next_request,
@@ -346,6 +360,26 @@ impl Commands {
     /// The plans that a vessel stores, as far as it said.
     pub fn aboard(&self, vessel: Address) -> Option<&PlansAboard> {
         self.aboard.get(&vessel)
+    }
+
+    /// What vessels tell of themselves.
+    pub fn told(&self) -> &Told {
+        &self.told
+    }
+
+    /// What vessels tell of themselves, to ask them.
+    pub fn told_mut(&mut self) -> &mut Told {
+        &mut self.told
+    }
+
+    /// What an order to a vessel is about, in words: of parameters what they were and shall be, one by one.
+    pub fn subjects(&self, vessel: Address, order: &Order) -> Vec<String> {
+        let Order::SetParameters { entity, values } = order else { return vec![order.subject()] };
+        let change = |(name, value): &(String, String)| {
+            let before = self.told.parameter(vessel, entity, name).map_or("?", |known| known.value.as_str());
+            format!("{entity}: {name} {} -> {}", told::brief(before), told::brief(value))
+        };
+        values.iter().map(change).collect()
     }
 
     /// Counts changes.

@@ -1,7 +1,7 @@
 use super::*;
 use imc::PacketView;
 use imc::messages::{
-    EntityParameter, EntityParameters, Message, PlanControl, PlanControlOp, PlanControlState,
+    EntityParameter, EntityParameters, LogBookEntry, Message, PlanControl, PlanControlOp, PlanControlState,
     PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType,
     PlanSpecification,
 };
@@ -222,6 +222,27 @@ fn parameters_are_set_when_the_vessel_echoes_them() {
     let (id, _) = bench.order(2, Order::QueryParameters { entity: "Path Control".to_owned() }, None);
     bench.says(2, SHORE, told(&["A", "B"]));
     assert_eq!(bench.commands.get(id).unwrap().answer, Some(Answer::Parameters(values(&["A", "B"]))));
+    // Refusals stand in the log book only, and a question's answer may tell what was before.
+    let (id, _) = bench.order(
+        2,
+        Order::SetParameters {
+            entity: "Path Control".to_owned(),
+            values: vec![("A".to_owned(), "5.0".to_owned())],
+        },
+        None,
+    );
+    assert_eq!(bench.commands.get(id).unwrap().subject, "Path Control: A 1 -> 5.0");
+    bench.says(2, SHORE, told(&["A", "B"]));
+    assert_eq!(bench.last(id).0, Stage::Sent);
+    bench.says(2, SHORE, LogBookEntry { text: "B = 5.0 is refused: x".into(), ..LogBookEntry::default() });
+    assert_eq!(bench.last(id).0, Stage::Sent);
+    let text = "A = 5.0 is refused: 5 m is above 4 m".into();
+    bench.says(2, SHORE, LogBookEntry { text, ..LogBookEntry::default() });
+    assert_eq!(bench.last(id), (Stage::Refused, "A: 5 m is above 4 m".to_owned()));
+    let (id, _) = bench.order(2, set(&["A"]), None);
+    let text = "updating entity parameters: invalid parameter: 'A'".into();
+    bench.says(2, Address(0xFFFF), LogBookEntry { text, ..LogBookEntry::default() });
+    assert_eq!(bench.last(id), (Stage::Refused, "A: invalid parameter".to_owned()));
     // Saving is answered by nobody: that it arrived is all there is.
     let (id, _) = bench.order(3, Order::SaveParameters { entity: "Path Control".to_owned() }, None);
     bench.commands.receipt(at(3), id, Receipt::Received);

@@ -166,6 +166,12 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
             let (epoch, lasts) = (take.u64()?, Duration::from_micros(take.u64()?));
             Input::Lease(Lease { epoch, lasts, holder: take.text()? })
         }
+        17 => {
+            let label = take.text()?;
+            let ok = take.flag()?;
+            let text = take.text()?;
+            Input::ParametersKept(label, if ok { Ok(()) } else { Err(text) })
+        }
         _ => return Err(Garbled),
     })
 }
@@ -218,6 +224,8 @@ mod tests {
             Input::NotKept("plan".into()),
             Input::Stored(Ticket(3), Ok(())),
             Input::Stored(Ticket(4), Err("disk full".into())),
+            Input::ParametersKept("Path Control".into(), Ok(())),
+            Input::ParametersKept("Path Control".into(), Err("disk full".into())),
             Input::Shutdown,
             Input::Order(Peer::Tcp(3), 1 << 50, vec![1, 2, 3]),
             Input::Lease(Lease { epoch: 7, lasts: Duration::from_secs(30), holder: "nils".into() }),

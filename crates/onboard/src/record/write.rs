@@ -168,6 +168,12 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.u64(lasts.as_micros() as u64);
             put.bytes(holder.as_bytes());
         }
+        Input::ParametersKept(label, outcome) => {
+            put.u8(17);
+            put.bytes(label.as_bytes());
+            put.u8(u8::from(outcome.is_ok()));
+            put.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
+        }
     }
 }
 

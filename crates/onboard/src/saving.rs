@@ -1,0 +1,72 @@
+//! What the next start will have: the values of the files, and what was saved since.
+//!
+//! Consoles that ask with visibility `developer` are told it, so that nobody takes a value for kept that is gone
+//! with the next start.
+
+use crate::brain::Brain;
+use crate::entity::Entity;
+use crate::output::{Keep, Level, Output};
+use crate::parameters::{self, Access};
+use crate::settings::Settings;
+use std::collections::BTreeMap;
+
+/// Values by name.
+type Values = Vec<(&'static str, String)>;
+
+/// What is saved of each parameter, and what is on its way to the disk.
+#[derive(Debug)]
+pub(crate) struct Saving {
+    saved: BTreeMap<(Entity, &'static str), String>,
+    /// The latest values of an entity that the disk was handed, and how many of its answers are to come.
+    waiting: BTreeMap<Entity, (Values, u32)>,
+}
+
+impl Saving {
+    /// At the start all is as the files say.
+    pub(crate) fn new(settings: &Settings) -> Self {
+        let value = |one: parameters::Parameter| Some(((one.entity, one.name), one.get(settings)?));
+        Self { saved: parameters::all().into_iter().filter_map(value).collect(), waiting: BTreeMap::new() }
+    }
+
+    /// What the next start will have.
+    pub(crate) fn value(&self, entity: Entity, name: &'static str) -> Option<&str> {
+        self.saved.get(&(entity, name)).map(String::as_str)
+    }
+}
+
+impl Brain {
+    /// Has the values of an entity kept for the next start.
+    pub(crate) fn save_parameters(&mut self, label: &str) {
+        let Some(entity) = self.settings.labels.find(label) else { return };
+        let values: Values = parameters::all()
+            .iter()
+            .filter(|parameter| parameter.entity == entity && parameter.access == Access::Live)
+            .filter_map(|parameter| Some((parameter.name, parameter.get(&self.settings)?)))
+            .collect();
+        let texts = values.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        self.bus.put(Output::Keep(Keep::Parameters(label.to_owned(), texts)));
+        let waiting = self.saving.waiting.entry(entity).or_default();
+        *waiting = (values, waiting.1.saturating_add(1));
+    }
+
+    /// The disk tells what became of the values of an entity.
+    pub(crate) fn parameters_kept(&mut self, label: &str, outcome: Result<(), String>) {
+        let Some(entity) = self.settings.labels.find(label) else { return };
+        let Some((values, count)) = self.saving.waiting.get_mut(&entity) else { return };
+        *count = count.saturating_sub(1);
+        let last = *count == 0;
+        match outcome {
+            // Of several that were on their way the last one stands.
+            Ok(()) if last => {
+                let values = std::mem::take(values);
+                self.saving.saved.extend(values.into_iter().map(|(name, value)| ((entity, name), value)));
+                self.bus.entry(entity, Level::Info, "parameters are saved");
+            }
+            Ok(()) => {}
+            Err(why) => self.bus.entry(entity, Level::Error, format!("parameters are not saved: {why}")),
+        }
+        if last {
+            self.saving.waiting.remove(&entity);
+        }
+    }
+}

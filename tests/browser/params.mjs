@@ -1,0 +1,149 @@
+// The Parameters tab on a simulated Otter: node params.mjs URL PASSWORD. Prints what it wants done to processes.
+
+import { check, inBrowser, logIn, look } from "./browser.mjs";
+
+const [url, password] = process.argv.slice(2);
+const OTTER = 10449;
+const NAME = "ILOS Lookahead Distance";
+
+await inBrowser(async (open) => {
+  const page = await open();
+  page.context().setDefaultTimeout(40_000);
+  await logIn(page, url, "admin", password);
+  await page.goto(`${url}/admin`);
+  const form = page.locator("main form.card");
+  await form.getByLabel("Name").fill("vera");
+  await form.getByLabel("Role").selectOption("viewer");
+  await form.getByRole("button", { name: "Add" }).click();
+  const secret = await page.locator(".secret").innerText();
+  const button = (of, name) => of.getByRole("button", { name, exact: true });
+  const box = (of) => of.getByRole("tabpanel", { name: "Parameters" });
+  const row = (of, name) => box(of).getByRole("row", { name: new RegExp(`^${name}`) });
+  const field = (of, name, entity = "Path Control") => of.getByRole("textbox", { name: `${name} of ${entity}` });
+
+  // It is read by itself, with unit, range, default and meaning.
+  await page.goto(`${url}/vessels/${OTTER}`);
+  await page.getByText("Live", { exact: true }).waitFor();
+  await page.getByRole("tab", { name: "Parameters" }).click();
+  await field(page, NAME).waitFor();
+  const first = await field(page, NAME).inputValue();
+  check(Number(first) > 0, `${NAME} is ${first}`);
+  const words = await row(page, NAME).innerText();
+  check(/1 to 50\b/.test(words) && /\bm\b/.test(words), words);
+  await box(page).getByRole("region", { name: "Path Control" }).getByText(/told \d+(\.\d)? s ago/).waitFor();
+  check(await field(page, "Maximum Speed", "Operational Limits").evaluate((node) => node.readOnly), "a limit of safety is set in the file only");
+
+  // A viewer reads and cannot write, and the server says so too.
+  const viewer = await open();
+  viewer.context().setDefaultTimeout(40_000);
+  await logIn(viewer, url, "vera", secret, "seven small boats at sea");
+  await viewer.goto(`${url}/vessels/${OTTER}?tab=Parameters`);
+  await field(viewer, NAME).waitFor();
+  check(await field(viewer, NAME).evaluate((node) => node.readOnly), "a viewer cannot type");
+  check((await box(viewer).getByRole("button").count()) === 1, "a viewer can read anew, and no more");
+  await button(viewer, "Read from vessel").click();
+  await box(viewer).getByText(/^Read\./).waitFor();
+  const send = (of, order) =>
+    of.evaluate(async ([path, order]) => {
+      const headers = { "content-type": "application/json", "x-csrf-token": document.querySelector('meta[name="csrf"]').content };
+      const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify({ order, window: sessionStorage.getItem("lutra-window") ?? "" }) });
+      return answer.status;
+    }, [`/api/v1/vessels/${OTTER}/commands`, order]);
+  const set = (value) => ({ kind: "parameters.set", entity: "Path Control", values: [{ name: NAME, value }] });
+  check((await send(viewer, set("12"))) === 403, "a viewer is refused");
+  check((await send(page, set("12"))) === 409, "without control nobody writes");
+  await look(viewer, "params-viewer");
+
+  // What is typed is judged at once, kept through a reload, and taken back by a key.
+  await field(page, NAME).fill("1000");
+  await row(page, NAME).getByText("1000 is not within 1 to 50 m.").waitFor();
+  await page.keyboard.press("Escape");
+  check((await field(page, NAME).inputValue()) === first, "Escape takes it back");
+  await field(page, NAME).fill("17");
+  check(await button(page, "Write 1").isDisabled(), "not without control");
+  await page.reload();
+  await field(page, NAME).waitFor();
+  await page.waitForFunction(([name]) => document.querySelector(`input[aria-label="${name} of Path Control"]`)?.value === "17", [NAME]);
+  await button(page, "Control …").click();
+  await button(page, "Take control").click();
+  await page.getByText("You have control of this vessel.").waitFor();
+  await page.getByRole("tab", { name: "Parameters" }).click();
+  await box(page).getByText("You have control: changes can be written.").waitFor();
+
+  // Searching, by keys alone; Enter goes on to the next one.
+  await box(page).getByLabel("Find").fill("corridor");
+  await field(page, NAME).waitFor({ state: "hidden" });
+  await box(page).getByLabel("Find").fill("no such parameter");
+  await box(page).getByText("Nothing here is like that.").waitFor();
+  await box(page).getByLabel("Find").fill("ilos");
+  await field(page, NAME).focus();
+  await page.keyboard.press("ArrowUp");
+  check((await page.evaluate(() => document.activeElement.getAttribute("aria-label"))).startsWith("ILOS Integrator Gain"), "arrows go along");
+  await box(page).getByLabel("Find").fill("");
+
+  // What is wrong is not written; then two steps with old and new, and the vessel's word for it.
+  await field(page, "Corridor -- Width").fill("x");
+  await button(page, "Write 2").click();
+  await box(page).getByRole("alert").getByText(/Corridor -- Width of Path Control: “x” is no number/).waitFor();
+  await look(page, "params-wrong");
+  await page.keyboard.press("Escape");
+  await field(page, "Corridor -- Width").press("Escape");
+  await button(page, "Write 1").click();
+  const confirm = box(page).getByRole("group", { name: "Write 1 parameter to otter-1?" });
+  await confirm.getByText(`Path Control, ${NAME}: ${first} → 17 m`).waitFor();
+  await confirm.getByText("Take care: it changes at once how the vessel steers.").waitFor();
+  await look(page, "params-confirm");
+  if (!(await confirm.isVisible())) await button(page, "Write 1").click();
+  await button(page, "Write to vessel").press("Enter");
+  await row(page, NAME).getByText(/confirmed: The vessel tells 17\./).waitFor();
+  await row(page, NAME).getByText(`≠ saved ${first}`).waitFor();
+  await box(page).getByLabel("Show").selectOption("differs from saved");
+  check((await box(page).getByRole("textbox").count()) === 1, "one differs from what is saved");
+  await look(page, "params-written");
+  await box(page).getByLabel("Show").selectOption("all");
+  await button(viewer, "Read from vessel").waitFor();
+  await viewer.waitForFunction(([name]) => document.querySelector(`input[aria-label="${name} of Path Control"]`)?.value === "17", [NAME]);
+
+  // What the vessel itself refuses comes back in its words.
+  check((await send(page, set("1000"))) === 202, "the server lets the vessel judge");
+  await page.getByRole("tab", { name: "Control" }).click();
+  await page.locator('.commands > li[data-order="parameters.set"]').first().getByText(/refused .*ILOS Lookahead Distance: .*1000/).waitFor();
+  await page.getByRole("tab", { name: "Parameters" }).click();
+
+  // Saved, it outlives the vessel's next start.
+  await button(page, "Save to vessel …").click();
+  await box(page).getByText(`Path Control, ${NAME}: ${first} → 17`).waitFor();
+  await button(page, "Save").click();
+  await box(page).getByText("Saved: the vessel tells that its next start has these values.").waitFor();
+  await row(page, NAME).getByText(/≠ saved/).waitFor({ state: "detached" });
+  const killedUs = Date.now() * 1_000;
+  console.log("kill otter-1");
+  await page.waitForFunction(async ([path]) => {
+    const answer = await fetch(`${path}&to_us=${Date.now() * 1_000}`);
+    return (await answer.json()).entries.some((entry) => entry.text.endsWith(" begins"));
+  }, [`/api/v1/vessels/${OTTER}/logbook?from_us=${killedUs}`], { timeout: 90_000, polling: 500 });
+  await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
+  await button(page, "Read from vessel").click();
+  await box(page).getByText(/^Read\./).waitFor();
+  check((await field(page, NAME).inputValue()) === "17", "it is there after a start");
+
+  // A vessel that does not answer: what was typed stays, and what is shown tells its age.
+  await button(page, "Write").waitFor();
+  await field(page, NAME).fill("19");
+  console.log("silence otter-1");
+  await button(page, "Write 1").click();
+  await button(page, "Write to vessel").click();
+  await row(page, NAME).getByText(/timed out: /).waitFor({ timeout: 90_000 });
+  check((await field(page, NAME).inputValue()) === "19", "no work is lost");
+  await box(page).getByText(/otter-1 is not heard: these are its last known values, .* old\./).waitFor();
+  await page.locator(".under-way").getByText(/^When last heard it sailed square: maneuver \d of 4/).waitFor();
+  await look(page, "params-offline");
+  console.log("wake otter-1");
+  await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
+  await button(page, "Forget changes").click();
+  check((await field(page, NAME).inputValue()) !== "19", "forgotten");
+
+  // Who wrote what, with old and new.
+  await page.goto(`${url}/admin/audit`);
+  await page.getByText(`0x28D1 Path Control: ${NAME} ${first} -> 17`).first().waitFor();
+});
