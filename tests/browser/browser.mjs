@@ -79,12 +79,24 @@ export async function look(page, name) {
       await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
       await page.screenshot({ path: join(folder, `${name}-${palette}-${size.width}.png`), fullPage: true });
     }
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() =>
-      window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] }),
-    );
-    const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
-    check(!told.length, `${name} in ${palette}: ${told.join("\n")}`);
+    await violations(page, `${name} in ${palette}`);
   }
   await page.setViewportSize(SIZES[0]);
+}
+
+/** Axe's violations in all palettes, of which there must be none. */
+export async function judge(page, name) {
+  for (const palette of PALETTES) {
+    await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
+    await violations(page, `${name} in ${palette}`);
+  }
+}
+
+async function violations(page, where) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() =>
+    window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] }),
+  );
+  const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
+  check(!told.length, `${where}: ${told.join("\n")}`);
 }

@@ -13,7 +13,7 @@ import { createBar } from "../replay/bar";
 import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
-import { EMPTY, serverNowUs } from "../state/fleet";
+import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, type Values, vitals } from "../state/vitals";
@@ -101,11 +101,15 @@ export function startVessel(root: HTMLElement): void {
   };
   /** Brings everything that depends on the cursor's time up to date, once for each picture. */
   let due = false;
+  /** Whether all the rest is to be drawn as well. */
+  let whole = false;
   const point = (): void => {
     if (due) return;
     due = true;
     requestAnimationFrame(() => {
       due = false;
+      if (whole) draw();
+      whole = false;
       const us = atUs();
       asker.want(us);
       // The plot that is pointed to has its cursor by itself, and has told the others.
@@ -132,8 +136,11 @@ export function startVessel(root: HTMLElement): void {
     point();
     draw();
     if (began) playOn(performance.now(), performance.now(), ++run);
+    rememberSoon(told);
+  };
+  const rememberSoon = (now: boolean): void => {
     window.clearTimeout(dragged);
-    if (told) remember();
+    if (now) remember();
     else dragged = window.setTimeout(remember, SETTLE_MS);
   };
   let dragged: number | undefined;
@@ -184,21 +191,21 @@ export function startVessel(root: HTMLElement): void {
     else return;
     event.preventDefault();
   });
-  const choose = (next: Range, fit = true): void => {
+  const choose = (next: Range, fit = true, told = true): void => {
     range = next;
     const before = play;
     play = within(play, range, speed0);
     if (!before !== !play) hoverUs = null;
     plots.range(range);
-    timeBar.update(range, nowUs());
-    remember();
+    rememberSoon(told);
+    whole = true;
     point();
-    draw();
     askPast(fit);
   };
   const moves = {
-    pan: (part: number): void => choose(panned(range, part, nowUs())),
-    scale: (factor: number): void => choose(play && !isLive(range) ? zoomedAbout(range, play.atUs, factor, nowUs()) : zoomed(range, factor, nowUs())),
+    // A wheel turns faster than pictures are drawn, and than a browser lets its address be changed.
+    pan: (part: number): void => choose(panned(range, part, nowUs()), true, false),
+    scale: (factor: number): void => choose(play && !isLive(range) ? zoomedAbout(range, play.atUs, factor, nowUs()) : zoomed(range, factor, nowUs()), true, false),
   };
   const timeBar = createTimeBar(timeBox, {
     ...moves,
@@ -360,7 +367,7 @@ export function startVessel(root: HTMLElement): void {
       const known: Values = asItWas()?.values ?? new Map();
       map.track(address, track, play.atUs);
       map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs)], address, play.atUs);
-    } else if (system) map.update([system], address, nowUs());
+    } else if (system) map.update([asSeen(system, state.values.get(address), nowUs(), linked)], address, nowUs());
   };
   const draw = (): void => {
     const now = nowUs();

@@ -2,6 +2,7 @@
 
 import { getJson, reason } from "../api/http";
 import type { Buckets, Gap, Series, Update } from "../api/types.gen";
+import { freshForS } from "../state/fleet";
 import { make, setAttribute, setText } from "../ui/dom";
 import { type Chart, createChart } from "./chart";
 import { type Choice, createChooser } from "./chooser";
@@ -162,7 +163,7 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
     for (const { chart, lines, csv } of plots) {
       if (!chart) continue;
       chart.update(
-        lines.map((line) => ({ label: label(line.source), table: line.table(shownUnit(unitOf(line.source)).factor, GAP_PERIODS * periodUs(line.source)) })),
+        lines.map((line) => ({ label: label(line.source), table: line.table(shownUnit(unitOf(line.source)).factor, GAP_PERIODS * periodUs(line.source)), freshS: isLive(range) ? freshForS({ period_s: periodUs(line.source) / 1e6 }) : undefined })),
         fromUs,
         toUs,
         gaps,

@@ -30,6 +30,8 @@ interface Card {
 /** A system and what is known of how it does. */
 export interface Listed {
   readonly system: System;
+  /** Whether its place is not told any more. */
+  readonly placeIsOld: boolean;
   readonly vitals: Vitals;
   /** The part of it in the worst state; undefined where no part has said. */
   readonly worst: EntityReading | undefined;
@@ -86,12 +88,14 @@ export function createList(root: HTMLElement, select: (address: number) => void)
   };
 }
 
-function fill(card: Card, { system, vitals, worst, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
+function fill(card: Card, { system, placeIsOld, vitals, worst, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
   setAttribute(card.button, "aria-pressed", String(selected));
   setAttribute(card.button, "data-liveness", linked ? system.liveness : "lost");
   setText(card.name, system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system));
   setText(card.state, linked ? LIVENESS[system.liveness] : "? not known");
-  setText(card.place, system.fix ? position(system.fix) : "no position");
+  setText(card.place, system.fix ? `${position(system.fix)}${placeIsOld ? " (old)" : ""}` : "no position");
+  setAttribute(card.place, "data-old", placeIsOld ? "" : null);
+  setAttribute(card.motion, "data-old", placeIsOld ? "" : null);
   const { fix } = system;
   const motion = fix
     ? `SOG ${knots(fix.speed_mps)}  COG ${bearing(fix.course_rad)}  HDG ${bearing(fix.heading_rad)}`
