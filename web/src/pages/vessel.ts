@@ -387,6 +387,8 @@ export function startVessel(root: HTMLElement): void {
     setAttribute(root, "data-time", play ? "replay" : us === null ? "live" : "cursor");
     setAttribute(fromPast, "hidden", play ? null : "");
     controlBox.inert = play !== null;
+    // With nothing in it that takes the focus, keys could not scroll it.
+    setAttribute(panels.Control, "tabindex", play ? "0" : null);
     if (tabs.shows("Plots")) {
       plots.draw(now);
       if (hoverUs === null) plots.cursor(us);
