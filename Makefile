@@ -86,7 +86,7 @@ interop: setup
 	$(call say,A mission by a foreign console)
 	@sh scripts/interop-pyimclsts
 
-bench: setup
+bench: setup web chromium
 	$(call say,Speeds on one core)
 	cargo bench --locked --package imc --bench imc
 	@sh scripts/bench-pyimclsts
@@ -98,6 +98,8 @@ bench: setup
 	cargo bench --locked --package server --bench relay
 	@sh scripts/bench-agent
 	@sh scripts/bench-live
+	$(call say,The pages in a browser)
+	@sh scripts/bench-pages
 
 fuzz: setup
 	@cargo fuzz --version >/dev/null 2>&1 || { \

@@ -5,44 +5,25 @@
 
 #![expect(clippy::unwrap_used, reason = "a benchmark ends where it unwraps nothing")]
 
+mod support;
+
 use imc::messages::EstimatedState;
 use imc::{Address, Header};
-use server::config::Config;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
+use support::{config, connect};
 
 /// Packets written at once by a sender that goes as fast as it can.
 const BURST: usize = 64;
 
-/// A connection after its handshake.
-fn connect(to: SocketAddr) -> TcpStream {
-    let mut stream = TcpStream::connect(to).unwrap();
-    stream.set_nodelay(true).unwrap();
-    let request = "GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
-                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n";
-    stream.write_all(request.as_bytes()).unwrap();
-    let mut head = Vec::new();
-    while !head.ends_with(b"\r\n\r\n") {
-        let mut byte = [0];
-        stream.read_exact(&mut byte).unwrap();
-        head.push(byte[0]);
-    }
-    stream
-}
-
-/// A client's frame of a packet; the mask is zero, which leaves the bytes as they are.
+/// A frame of a boat's state at a time.
 fn frame(out: &mut Vec<u8>, timestamp: f64, state: &EstimatedState) {
     let header = Header { timestamp, src: Address(0x2810), src_ent: 42, ..Header::default() };
-    let start = out.len();
-    out.extend_from_slice(&[0x82, 0x80, 0, 0, 0, 0]);
-    imc::encode_into(out, &header, state).unwrap();
-    let length = out.len() - start - 6;
-    assert!(length < 126, "the short frame of the protocol");
-    out[start + 1] |= length as u8;
+    support::frame(out, &header, state);
 }
 
 /// Reads frames and tells each packet's bytes.
@@ -70,11 +51,7 @@ fn main() {
     let span = Duration::from_secs(span);
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
     let data = tempfile::tempdir().unwrap();
-    let mut config = Config { data: data.path().to_owned(), ..Config::default() };
-    config.http.listen = "127.0.0.1:0".parse().unwrap();
-    config.imc.active = false;
-    config.doors.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
-    let serving = runtime.block_on(server::serve(config)).unwrap();
+    let serving = runtime.block_on(server::serve(config(data.path()))).unwrap();
     let at = serving.doors.imcproxy.unwrap();
     for receivers in [1, 20] {
         let rate = throughput(at, receivers, span);

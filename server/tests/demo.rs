@@ -14,6 +14,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use support::browser::Browser;
+use support::slow::SlowLine;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
 /// Longer than anything here takes on a loaded machine.
@@ -285,6 +286,43 @@ fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {
         "wake otter-1" => signal(agents["otter-1"], "CONT"),
         _ => {}
     });
+}
+
+/// A plan is drawn, brought aboard, started and stopped without a pointer.
+#[test]
+fn everything_is_done_by_keyboard_alone_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "1"]);
+    let server = demo.wait_for(&["server", "log in as admin"]);
+    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+    let password = server.rsplit(' ').next().unwrap().to_owned();
+    demo.sails(&["otter-1"]);
+    testkit::browser::run("keyboard.mjs", &[&url, &password], |_| {});
+}
+
+/// Behind a slow and lossy way: pages come, values go on, orders tell their stages, and no work is lost.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn work_goes_on_behind_a_slow_and_lossy_link() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let script = tokio::task::spawn_blocking(|| {
+        let mut demo = Demo::start(&["--otters", "1"]);
+        let server = demo.wait_for(&["server", "log in as admin"]);
+        let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
+        let password = server.rsplit(' ').next().unwrap().to_owned();
+        demo.sails(&["otter-1"]);
+        let line = SlowLine::to(url.trim_start_matches("http://").parse().unwrap());
+        let slow = format!("http://{}", line.address);
+        testkit::browser::run("slow.mjs", &[&url, &slow, &password], |said| match said {
+            "cut the line" => line.cut(true),
+            "mend the line" => line.cut(false),
+            _ => {}
+        });
+    });
+    script.await.unwrap();
 }
 
 /// The past on a vessel's page: a DUNE vehicle's log and a simulated Otter, played, pointed to and taken away.

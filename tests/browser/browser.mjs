@@ -28,10 +28,10 @@ export async function inBrowser(work) {
     context.setDefaultTimeout(15_000);
     const page = await context.newPage();
     page.on("console", (message) => {
-      // A refusal that a test provokes is told by the browser itself; a map that is folded away for a moment by
-      // OpenLayers, which also tries at its first click which way of reading a canvas is faster.
+      // A refusal or a broken line that a test provokes is told by the browser itself; a map that is folded away for a
+      // moment by OpenLayers, which also tries at its first click which way of reading a canvas is faster.
       const told =
-        /status of (401|403|404|409|422|429|503)|WebSocket connection|ERR_CONNECTION_(REFUSED|RESET)|ERR_EMPTY_RESPONSE|ERR_FAILED|No map visible|willReadFrequently/.test(message.text());
+        /status of (401|403|404|409|422|429|503)|WebSocket connection|ERR_CONNECTION_(REFUSED|RESET|CLOSED)|ERR_FAILED|ERR_CONTENT_LENGTH_MISMATCH|ERR_SOCKET_NOT_CONNECTED|ERR_EMPTY_RESPONSE|No map visible|willReadFrequently/.test(message.text());
       if (["error", "warning"].includes(message.type()) && !told) complaints.push(message.text());
     });
     page.on("pageerror", (error) => complaints.push(String(error)));
@@ -79,12 +79,24 @@ export async function look(page, name) {
       await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
       await page.screenshot({ path: join(folder, `${name}-${palette}-${size.width}.png`), fullPage: true });
     }
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() =>
-      window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] }),
-    );
-    const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
-    check(!told.length, `${name} in ${palette}: ${told.join("\n")}`);
+    await violations(page, `${name} in ${palette}`);
   }
   await page.setViewportSize(SIZES[0]);
+}
+
+/** Axe's violations in all palettes, of which there must be none. */
+export async function judge(page, name) {
+  for (const palette of PALETTES) {
+    await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
+    await violations(page, `${name} in ${palette}`);
+  }
+}
+
+async function violations(page, where) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() =>
+    window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] }),
+  );
+  const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
+  check(!told.length, `${where}: ${told.join("\n")}`);
 }

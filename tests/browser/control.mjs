@@ -31,6 +31,9 @@ await inBrowser(async (open) => {
     await page.getByRole("tab", { name: "Control" }).click();
     await page.getByText("Nobody has control of this vessel.").waitFor();
   }
+  // Which window of a person has control is known to that window and to the server.
+  const windows = new Map();
+  for (const page of all) page.on("request", (request) => request.url().endsWith("/lease") && request.method() === "POST" && windows.set(page, request.postDataJSON().window));
   const button = (page, name) => page.getByRole("button", { name, exact: true });
   const who = (page, text) => page.locator(".control .who").getByText(text).waitFor();
   check((await viewer.locator(".control button").count()) === 0, "a viewer sees and cannot");
@@ -97,11 +100,11 @@ await inBrowser(async (open) => {
 
   // What the vessel refuses is told with its reason.
   const order = (page, order) =>
-    page.evaluate(async ([path, order]) => {
+    page.evaluate(async ([path, order, window]) => {
       const headers = { "content-type": "application/json", "x-csrf-token": document.querySelector('meta[name="csrf"]').content };
-      const body = JSON.stringify({ order, window: sessionStorage.getItem("lutra-window") });
+      const body = JSON.stringify({ order, window });
       return (await fetch(path, { method: "POST", headers, body })).status;
-    }, [`/api/v1/vessels/${OTTER}/commands`, order]);
+    }, [`/api/v1/vessels/${OTTER}/commands`, order, windows.get(page) ?? "another"]);
   check((await order(one, { kind: "plan.start", plan_id: "nowhere" })) === 202, "taken");
   await row(one, "plan.start").getByText(/refused undefined plan/i).waitFor();
   check((await order(viewer, { kind: "plan.stop" })) === 403, "a viewer is refused by the server too");

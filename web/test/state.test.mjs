@@ -214,3 +214,42 @@ test("what a vessel will do without the link is told in its own words, with the 
   assert.deepEqual([told.entity, told.dueUs, told.lost], ["Lost Communications", at(12, 5), false]);
   assert.equal(loss.linkLoss(new Map(), new Map()).entity, null, "unknown is said to be");
 });
+
+const { Arrivals, Awake } = await load("state/arrival");
+
+test("what waited on the way is as old as it is, and clocks that drift apart are no way", () => {
+  const arrivals = new Arrivals();
+  assert.equal(arrivals.dueMs(1_000_000, 50), 50);
+  assert.equal(arrivals.dueMs(2_000_000, 1_050), 1_050);
+  // Three seconds late, and then the rest of the queue at once.
+  assert.ok(Math.abs(arrivals.dueMs(3_000_000, 5_050) - 2_054) < 1);
+  assert.ok(Math.abs(arrivals.dueMs(5_000_000, 5_060) - 4_054) < 1);
+  // Who comes sooner than any before shows the way.
+  assert.equal(arrivals.dueMs(7_000_000, 5_900), 5_900);
+  const drifting = new Arrivals();
+  for (let second = 0; second < 36_000; second++) {
+    const atMs = second * 1_000.1;
+    assert.ok(atMs - drifting.dueMs(second * 1e6, atMs) < 1, String(second));
+  }
+});
+
+test("sleep and a clock that is set are noticed once, slewing is not", () => {
+  const awake = new Awake();
+  assert.equal(awake.jumped(1_000_000, 10), false);
+  assert.equal(awake.jumped(1_000_250, 260), false);
+  assert.equal(awake.jumped(1_600_500, 510), true);
+  assert.equal(awake.jumped(1_600_750, 760), false);
+  assert.equal(awake.jumped(1_001_000, 1_010), true);
+  for (let step = 1; step < 1_000; step++) assert.equal(awake.jumped(1_001_000 + step * 260, 1_010 + step * 250), false);
+});
+
+test("a place that is not told any more is old, and without the server all is", () => {
+  const system = { address: 7, liveness: "live", fix: { lat_deg: 63, lon_deg: 10 } };
+  const values = new Map([["a", update(7, "EstimatedState", 1)], ["b", { ...update(7, "GpsFix", 1), received_us: 9e6 }]]);
+  assert.equal(fleet.asSeen(system, values, 2.9e6, true).liveness, "live");
+  // What tells best is what the place is from; another that goes on does not make it fresh.
+  assert.equal(fleet.asSeen(system, values, 3.1e6, true).liveness, "stale");
+  assert.equal(fleet.asSeen({ ...system, liveness: "lost" }, values, 2e6, true).liveness, "lost");
+  assert.equal(fleet.asSeen(system, values, 2e6, false).liveness, "lost");
+  assert.equal(fleet.asSeen(system, undefined, 9e6, true).liveness, "live");
+});

@@ -5,9 +5,10 @@ use super::testing::{Boats, an_hour, boat, packet};
 use crate::clock;
 use crate::config::Config;
 use imc::messages::{
-    EntityInfo, EntityParameter, EntityParameters, EntityState, EntityStateState, FuelLevel, Payload as _,
-    QueryEntityParameters, VehicleState, VehicleStateOpMode,
+    EntityInfo, EntityParameter, EntityParameters, EntityState, EntityStateState, EstimatedState, FuelLevel,
+    Payload as _, QueryEntityParameters, VehicleState, VehicleStateOpMode,
 };
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,11 +18,8 @@ async fn the_first_page_shows_the_fleet() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
-    config.imc.active = false;
-    config.http.listen = "127.0.0.1:0".parse().unwrap();
     an_hour(folder.path(), clock::now());
-    let serving = serve(config).await.unwrap();
+    let serving = serve(quiet(folder.path())).await.unwrap();
     Boats::join(&serving.relay).await.sail();
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
@@ -39,12 +37,54 @@ async fn the_first_page_shows_the_fleet() {
     script.await.unwrap();
 }
 
-/// What the boat of the test of alarms does, as its script says.
+/// What the boat of a test does, as its script says.
 #[derive(Default)]
 struct Doing {
     silent: AtomicBool,
     empty: AtomicBool,
     astray: AtomicBool,
+    /// It tells everything but where it is.
+    placeless: AtomicBool,
+}
+
+/// Lets the boat speak five times a second, for as long as the test lasts.
+async fn speak(boats: Boats, doing: Arc<Doing>) {
+    let mut interval = tokio::time::interval(std::time::Duration::from_millis(200));
+    loop {
+        interval.tick().await;
+        if doing.silent.load(Ordering::Relaxed) {
+            continue;
+        }
+        let now = clock::now();
+        let (op_mode, maneuver_type) = (VehicleStateOpMode::Maneuver, 450);
+        let value = if doing.empty.load(Ordering::Relaxed) { 24.0 } else { 87.0 };
+        let state = if doing.astray.load(Ordering::Relaxed) {
+            EntityStateState::Error
+        } else {
+            EntityStateState::Normal
+        };
+        // Without the log book's line, which is the other test's.
+        let mut said = boat(0, now);
+        said.pop();
+        if doing.placeless.load(Ordering::Relaxed) {
+            said.retain(|packet| {
+                imc::PacketView::new(packet).is_ok_and(|view| view.id() != EstimatedState::ID)
+            });
+        }
+        let act = units::UtcTime::from_micros(now.micros() + 300_000_000);
+        let act = clock::written(act)[11..19].to_owned();
+        let words = format!("in contact; without: hold at {act} UTC");
+        let (state_of_loss, description) = (EntityStateState::Normal, words.as_str().into());
+        let label = "Lost Communications".into();
+        said.extend([
+            packet(0, 255, now, EntityInfo { id: 9, label, ..EntityInfo::default() }),
+            packet(0, 9, now, EntityState { state: state_of_loss, description, ..EntityState::default() }),
+            packet(0, 255, now, VehicleState { op_mode, maneuver_type, ..VehicleState::default() }),
+            packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
+            packet(0, 1, now, EntityState { state, ..EntityState::default() }),
+        ]);
+        boats.say(said).await;
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -53,50 +93,9 @@ async fn alarms_are_told_acknowledged_and_over() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
-    config.imc.active = false;
-    config.http.listen = "127.0.0.1:0".parse().unwrap();
-    let serving = serve(config).await.unwrap();
-    let (boats, doing) = (Boats::join(&serving.relay).await, Arc::new(Doing::default()));
-    let sailing = Arc::clone(&doing);
-    tokio::spawn(async move {
-        let mut interval = tokio::time::interval(std::time::Duration::from_millis(200));
-        loop {
-            interval.tick().await;
-            if sailing.silent.load(Ordering::Relaxed) {
-                continue;
-            }
-            let now = clock::now();
-            let (op_mode, maneuver_type) = (VehicleStateOpMode::Maneuver, 450);
-            let value = if sailing.empty.load(Ordering::Relaxed) { 24.0 } else { 87.0 };
-            let state = if sailing.astray.load(Ordering::Relaxed) {
-                EntityStateState::Error
-            } else {
-                EntityStateState::Normal
-            };
-            // Without the log book's line, which is the other test's.
-            let mut said = boat(0, now);
-            said.pop();
-            let act = units::UtcTime::from_micros(now.micros() + 300_000_000);
-            let act = clock::written(act)[11..19].to_owned();
-            let words = format!("in contact; without: hold at {act} UTC");
-            let (state_of_loss, description) = (EntityStateState::Normal, words.as_str().into());
-            let label = "Lost Communications".into();
-            said.extend([
-                packet(0, 255, now, EntityInfo { id: 9, label, ..EntityInfo::default() }),
-                packet(
-                    0,
-                    9,
-                    now,
-                    EntityState { state: state_of_loss, description, ..EntityState::default() },
-                ),
-                packet(0, 255, now, VehicleState { op_mode, maneuver_type, ..VehicleState::default() }),
-                packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
-                packet(0, 1, now, EntityState { state, ..EntityState::default() }),
-            ]);
-            boats.say(said).await;
-        }
-    });
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    let doing = Arc::new(Doing::default());
+    tokio::spawn(speak(Boats::join(&serving.relay).await, Arc::clone(&doing)));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let script = tokio::task::spawn_blocking(move || {
@@ -158,4 +157,41 @@ async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
     });
     script.await.unwrap();
     serving.stop().await;
+}
+
+/// Nothing old looks fresh: a silent vessel, a silent receiver, a tab that slept, a clock that was set, no server.
+#[tokio::test(flavor = "multi_thread")]
+async fn nothing_old_looks_fresh_on_any_view() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    let doing = Arc::new(Doing::default());
+    tokio::spawn(speak(Boats::join(&serving.relay).await, Arc::clone(&doing)));
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);
+    let script = tokio::task::spawn_blocking(move || {
+        testkit::browser::run("freshness.mjs", &[&address, &password], |line| match line {
+            "silence" => doing.silent.store(true, Ordering::Relaxed),
+            "speak" => doing.silent.store(false, Ordering::Relaxed),
+            "no place" => doing.placeless.store(true, Ordering::Relaxed),
+            "place" => doing.placeless.store(false, Ordering::Relaxed),
+            "stop the server" => ask_to_stop.blocking_send(()).unwrap(),
+            _ => {}
+        });
+    });
+    if asked.recv().await.is_some() {
+        serving.stop().await;
+    }
+    script.await.unwrap();
+}
+
+/// A server on a free port that says nothing itself.
+fn quiet(data: &Path) -> Config {
+    let mut config = Config { data: data.to_owned(), ..Config::default() };
+    config.imc.active = false;
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    config
 }

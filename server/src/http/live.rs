@@ -1,7 +1,9 @@
 //! `/api/live`: the fleet as it changes, over a WebSocket.
 //!
 //! The socket's task asks the fleet what changed since the revision it sent last, not more often than its client
-//! wants, so that a slow client gets the latest of everything and holds up nobody. At least once a second it
+//! wants, so that a slow client gets the latest of everything and holds up nobody. Each frame is followed by a ping,
+//! which every client answers by itself: frames whose ping was not answered are still on the way, and only so many
+//! may be, or what a slow way holds would be old when it comes. At least once a second it
 //! sends a frame, by which the client knows that the server lives. When somebody's rights change, it looks again
 //! whether its own still hold.
 
@@ -16,6 +18,7 @@ use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use bytes::Bytes;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,6 +34,8 @@ const READ_BYTES: usize = 1 << 20;
 const HEARTBEAT: Duration = Duration::from_secs(1);
 /// How systems are is told again not more often than this: each of their packets changes it a little.
 const SYSTEMS_EVERY: Duration = Duration::from_millis(100);
+/// Frames that may be on the way to a client: enough for ten a second at 300 ms there and back.
+const ON_THE_WAY: u64 = 4;
 /// A client that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Rights are looked at again at least so often, as tokens and sessions also end by themselves.
@@ -73,10 +78,15 @@ struct Client {
     /// When the next frame may be sent, and when it must.
     not_before: Instant,
     not_after: Instant,
+    /// Frames that were sent, those that arrived, and when the last of either was.
+    sent: u64,
+    arrived: u64,
+    moved: Instant,
 }
 
 /// Why a socket is closed: code and words of the protocol.
 type End = (u16, &'static str);
+const TOO_SLOW: End = (close_code::POLICY, "too slow");
 
 const TOO_LARGE: End =
     (close_code::SIZE, "a request has 65536 bytes at most; list fewer systems and messages");
@@ -104,6 +114,9 @@ impl Client {
             systems_not_before: now,
             not_before: now,
             not_after: now + HEARTBEAT,
+            sent: 0,
+            arrived: 0,
+            moved: now,
         }
     }
 
@@ -122,9 +135,10 @@ impl Client {
         loop {
             let step = tokio::select! {
                 request = socket.recv() => self.heed(request),
-                () = due(self.not_before, self.not_after, &mut revision), if self.wanted.is_some() => {
+                () = due(self.not_before, self.not_after, &mut revision), if self.wanted.is_some() && !self.full() => {
                     self.send(socket).await
                 }
+                () = tokio::time::sleep_until(self.moved + PATIENCE), if self.full() => Err(TOO_SLOW),
                 _ = rights.changed() => self.check_rights().await,
                 _ = rights_due.tick() => self.check_rights().await,
                 () = self.state.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
@@ -142,7 +156,11 @@ impl Client {
             Some(Ok(Message::Binary(bytes))) if bytes.len() > REQUEST_BYTES => return Err(TOO_LARGE),
             Some(Err(error)) if is_too_large(&error) => return Err(TOO_LARGE),
             Some(Ok(Message::Text(text))) => text,
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
+            Some(Ok(Message::Ping(_))) => return Ok(()),
+            Some(Ok(Message::Pong(answer))) => {
+                self.answered(&answer);
+                return Ok(());
+            }
             Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),
             Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
         };
@@ -166,6 +184,20 @@ impl Client {
             events,
         }));
         Ok(())
+    }
+
+    /// Whether as much is on the way as may be.
+    fn full(&self) -> bool {
+        self.sent - self.arrived >= ON_THE_WAY
+    }
+
+    /// A ping was answered: its frame and those before it have arrived.
+    fn answered(&mut self, answer: &[u8]) {
+        let Ok(number) = answer.try_into().map(u64::from_be_bytes) else { return };
+        if number > self.arrived && number <= self.sent {
+            self.arrived = number;
+            self.moved = Instant::now();
+        }
     }
 
     /// Sends what changed.
@@ -201,12 +233,17 @@ impl Client {
         self.known = changes.revision.max(1);
         self.known_control = changes.control;
         let text = serde_json::to_string(&frame).map_err(|_| (close_code::ERROR, "the server failed"))?;
-        match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
-            Ok(Ok(())) => {}
-            Ok(Err(_)) => return Err((close_code::NORMAL, "")),
-            Err(_) => return Err((close_code::POLICY, "too slow")),
+        self.sent += 1;
+        let ping = Message::Ping(Bytes::copy_from_slice(&self.sent.to_be_bytes()));
+        for message in [Message::Text(text.into()), ping] {
+            match tokio::time::timeout(PATIENCE, socket.send(message)).await {
+                Ok(Ok(())) => {}
+                Ok(Err(_)) => return Err((close_code::NORMAL, "")),
+                Err(_) => return Err(TOO_SLOW),
+            }
         }
         let now = Instant::now();
+        self.moved = now;
         self.not_before = now + self.every;
         self.not_after = now + HEARTBEAT.max(self.every);
         Ok(())

@@ -69,9 +69,12 @@ async fn subscribe(socket: &mut Socket, subscription: &str) {
 }
 
 async fn frame(socket: &mut Socket) -> Option<LiveFrame> {
-    match tokio::time::timeout(DEADLINE, socket.next()).await.unwrap() {
-        Some(Ok(Message::Text(text))) => Some(serde_json::from_str(&text).unwrap()),
-        _ => None,
+    loop {
+        match tokio::time::timeout(DEADLINE, socket.next()).await.unwrap() {
+            Some(Ok(Message::Text(text))) => return Some(serde_json::from_str(&text).unwrap()),
+            Some(Ok(Message::Ping(_))) => {}
+            _ => return None,
+        }
     }
 }
 
@@ -118,6 +121,79 @@ async fn what_was_replaced_is_counted_and_events_all_come() {
     }
     assert_eq!((skipped + values, events), (1_000, 501));
     assert!(skipped > 800, "a frame a second carries the latest only, but {values} came");
+}
+
+/// A client that answers pings when it is told to.
+struct Raw(TcpStream);
+
+impl Raw {
+    async fn subscribed(shore: &Shore, token: &str, subscription: &str) -> Self {
+        let mut stream = TcpStream::connect(shore.serving.address).await.unwrap();
+        let request = format!(
+            "GET /api/live HTTP/1.1\r\nhost: x\r\nauthorization: Bearer {token}\r\nupgrade: websocket\r\n\
+             connection: upgrade\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nsec-websocket-version: 13\r\n\r\n"
+        );
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut head = Vec::new();
+        while !head.ends_with(b"\r\n\r\n") {
+            head.push(stream.read_u8().await.unwrap());
+        }
+        let mut raw = Self(stream);
+        raw.say(1, format!("{{\"subscribe\":{subscription}}}").as_bytes()).await;
+        raw
+    }
+
+    /// A frame of a client; the mask is zero, which leaves the bytes as they are.
+    async fn say(&mut self, opcode: u8, payload: &[u8]) {
+        let mut bytes = vec![0x80 | opcode, 0x80 | u8::try_from(payload.len()).unwrap(), 0, 0, 0, 0];
+        bytes.extend_from_slice(payload);
+        self.0.write_all(&bytes).await.unwrap();
+    }
+
+    /// What the server said next, with the ping after it.
+    async fn frame(&mut self) -> (LiveFrame, Vec<u8>) {
+        let mut said = Vec::new();
+        for opcode in [1, 9] {
+            assert_eq!(self.0.read_u8().await.unwrap(), 0x80 | opcode);
+            let length = match self.0.read_u8().await.unwrap() {
+                126 => u64::from(self.0.read_u16().await.unwrap()),
+                127 => self.0.read_u64().await.unwrap(),
+                short => u64::from(short),
+            };
+            let mut payload = vec![0; usize::try_from(length).unwrap()];
+            self.0.read_exact(&mut payload).await.unwrap();
+            said.push(payload);
+        }
+        (serde_json::from_slice(&said[0]).unwrap(), said.remove(1))
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_behind_a_slow_way_gets_what_is_and_no_queue_of_what_was() {
+    let shore = Shore::start().await;
+    let token = shore.token(None, Role::Viewer);
+    let now = clock::now().micros();
+    let at = |index: i64| UtcTime::from_micros(now + index * 1_000);
+    shore.boats.say(vec![voltage(0, at(0))]).await;
+    let wanted = "{\"every_ms\":2,\"messages\":[\"Voltage\"]}";
+    let work = async {
+        let mut client = Raw::subscribed(&shore, &token, wanted).await;
+        // Nothing of it is answered, as if nothing had arrived yet.
+        let mut ping = Vec::new();
+        for _ in 0..4 {
+            ping = client.frame().await.1;
+        }
+        for index in 1..=20 {
+            shore.boats.say(vec![voltage(0, at(index))]).await;
+        }
+        client.say(10, b"nonsense").await;
+        client.say(10, &99_u64.to_be_bytes()).await;
+        client.say(10, &ping).await;
+        let (frame, _) = client.frame().await;
+        assert_eq!((frame.values.len(), frame.skipped), (1, 19), "{frame:?}");
+        assert_eq!(frame.values[0].time_us, at(20).micros());
+    };
+    tokio::time::timeout(DEADLINE, work).await.unwrap();
 }
 
 #[tokio::test(flavor = "multi_thread")]

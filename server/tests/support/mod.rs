@@ -20,6 +20,7 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 pub(crate) mod ashore;
 pub(crate) mod browser;
 pub(crate) mod program;
+pub(crate) mod slow;
 
 pub(crate) const OTTER: Address = Address(0x2810);
 pub(crate) const CONSOLE: Address = Address(0x4001);

@@ -15,6 +15,7 @@ export class Refusal extends Error {
 
 /** What to show for a question that failed. */
 export function reason(error: unknown): string {
+  if (error instanceof Refusal && error.status === 401) return "You are not logged in any more: this was not done. Log in again, here or in another tab.";
   if (error instanceof Refusal) return error.message;
   if (error instanceof DOMException && error.name === "TimeoutError") return "The server did not answer in time.";
   return "The server cannot be reached.";

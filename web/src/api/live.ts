@@ -1,16 +1,23 @@
-// The live socket: connects, subscribes, and comes back by itself when the link breaks.
+// The live socket: connects, subscribes, and comes back by itself when the link breaks, when the computer has slept,
+// and when what comes has waited too long on the way.
 
+import { Arrivals, Awake } from "../state/arrival";
 import { getJson, Refusal } from "./http";
 import type { Me } from "./types.gen";
 import type { LiveFrame, Subscription } from "./types.gen";
 
-/** The server sends a frame every second; after this silence it counts as gone. */
-export const SILENCE_MS = 3_000;
+/** The server sends a frame every second; after this silence it counts as gone. The page greys within 3 s. */
+const SILENCE_MS = 2_800;
+/** A connection has so long to begin: the page is grey meanwhile. */
+const BEGIN_MS = 10_000;
+/** How often it is looked whether the computer slept, ms. */
+const LOOK_MS = 250;
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 5_000;
 
 export interface LiveHandlers {
-  frame(frame: LiveFrame): void;
+  /** `atMs`: when it could have come by the quickest way so far, ms of the steady clock. */
+  frame(frame: LiveFrame, atMs: number): void;
   /** Nothing was heard for too long, or the socket closed. */
   lost(): void;
   /** Nobody is logged in any more. */
@@ -22,16 +29,28 @@ export class Live {
   private watchdog: number | undefined;
   private wait = FIRST_WAIT_MS;
   private ended = false;
+  private arrivals = new Arrivals();
+  private readonly awake = new Awake();
+  /** When something was heard last, ms of the steady clock; undefined before. */
+  private heardMs: number | undefined;
+  private readonly looks: number;
 
   constructor(
     private readonly subscription: Subscription,
     private readonly handlers: LiveHandlers,
   ) {
     this.connect();
+    this.looks = window.setInterval(this.look, LOOK_MS);
+    // A tab that was hidden had its timers held back: it is looked before anything is drawn.
+    document.addEventListener("visibilitychange", this.look);
+    window.addEventListener("pageshow", this.look);
   }
 
   close(): void {
     this.ended = true;
+    window.clearInterval(this.looks);
+    document.removeEventListener("visibilitychange", this.look);
+    window.removeEventListener("pageshow", this.look);
     window.clearTimeout(this.watchdog);
     this.socket?.close();
   }
@@ -40,23 +59,39 @@ export class Live {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/api/live`);
     this.socket = socket;
-    this.watch();
+    this.arrivals = new Arrivals();
+    this.heardMs = undefined;
+    this.watch(BEGIN_MS);
     socket.onopen = () => socket.send(JSON.stringify({ subscribe: this.subscription }));
     socket.onmessage = (event: MessageEvent<string>) => {
+      // What was said before the computer slept is not what is.
+      this.look();
       if (socket !== this.socket) return;
+      const frame = JSON.parse(event.data) as LiveFrame;
+      const nowMs = performance.now();
+      const dueMs = this.arrivals.dueMs(frame.now_us, nowMs);
+      // Behind this one others wait that are old too; a new connection begins with the present.
+      if (nowMs - dueMs > SILENCE_MS) return this.again();
       this.wait = FIRST_WAIT_MS;
-      this.watch();
-      this.handlers.frame(JSON.parse(event.data) as LiveFrame);
+      this.heardMs = nowMs;
+      this.watch(SILENCE_MS);
+      this.handlers.frame(frame, dueMs);
     };
     socket.onclose = () => {
       if (socket === this.socket) this.again();
     };
   }
 
-  private watch(): void {
+  private watch(ms: number): void {
     window.clearTimeout(this.watchdog);
-    this.watchdog = window.setTimeout(() => this.again(), SILENCE_MS);
+    this.watchdog = window.setTimeout(() => this.again(), ms);
   }
+
+  /** Gives up a connection of which it is not known how old what it says is. */
+  private readonly look = (): void => {
+    const [jumped, nowMs] = [this.awake.jumped(Date.now(), performance.now()), performance.now()];
+    if (this.socket && (jumped || nowMs - (this.heardMs ?? nowMs) > SILENCE_MS)) this.again();
+  };
 
   private again(): void {
     const socket = this.socket;

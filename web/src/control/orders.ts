@@ -7,14 +7,7 @@ const PATIENCE_MS = 8_000;
 /** How often a question that is open is looked at, ms. */
 const LOOK_MS = 300;
 
-/** Tells this window from others of the same person, as long as it is open. */
-export function windowKey(): string {
-  const known = sessionStorage.getItem("lutra-window");
-  if (known) return known;
-  const key = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-  sessionStorage.setItem("lutra-window", key);
-  return key;
-}
+export { windowKey } from "../state/window";
 
 export interface Orders {
   lease(action: LeaseAction, reason?: string): Promise<Lease>;

@@ -6,18 +6,20 @@ import Feature from "ol/Feature";
 import { Circle, LineString, Point } from "ol/geom";
 import Graticule from "ol/layer/Graticule";
 import VectorLayer from "ol/layer/Vector";
+import VectorImageLayer from "ol/layer/VectorImage";
 import VectorSource from "ol/source/Vector";
 import { defaults as defaultControls, MousePosition, ScaleLine } from "ol/control";
 import { boundingExtent } from "ol/extent";
 import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
-import { latitude, longitude, position } from "../ui/format";
+import { latitude, longitude, position, systemName } from "../ui/format";
 import { type ChartOnMap, createChart } from "./chart/chart";
+import { setAttribute } from "../ui/dom";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { placeAt, pointsUntil } from "../state/track";
-import { aheadStyle, courseStyle, ringStyle, trackStyle, vesselStyle } from "./symbols";
+import { aheadStyle, courseStyle, ringStyle, trackStyle, type VesselStyle, vesselStyle } from "./symbols";
 
 /** The course vector shows so many seconds ahead. */
 const AHEAD_S = 60;
@@ -28,15 +30,29 @@ const EARTH_M = 6_371_000;
 const FASTEST_MPS = 3;
 /** A circle larger than this says nothing any more, m. */
 const FARTHEST_M = 50_000;
+/** The newest points of a track that are drawn apart from the rest, at most. */
+const TAIL_POINTS = 200;
+/** Tracks are kept as a picture, this much larger than the map, which is what is shown while the map is led. */
+const TRACK_RATIO = 1.2;
 
 interface Drawn {
   readonly vessel: Feature<Point>;
   readonly course: Feature<LineString>;
+  /** What changes seldom of the track, and the newest of it. */
   readonly track: Feature<LineString>;
+  readonly tail: Feature<LineString>;
   /** What a replay has yet to come to. */
   readonly coming: Feature<LineString>;
   /** Where it can be by now, when it is old. */
   readonly ring: Feature<Circle>;
+  /** How it is drawn, and for what. */
+  style: VesselStyle | undefined;
+  look: string;
+  at: string;
+  /** The track that is drawn, how much of it as what changes seldom, and up to when. */
+  points: readonly TrackPoint[];
+  settled: number;
+  until: number | undefined;
 }
 
 export interface FleetMap {
@@ -60,11 +76,16 @@ export interface FleetMap {
 export function createMap(root: HTMLElement, select: (address: number) => void, first: readonly number[] = []): FleetMap {
   let palette = readPalette(first);
   const drawn = new Map<number, Drawn>();
-  const source = new VectorSource();
+  // Tracks are long and grow a little at a time: what is not their newest part is drawn anew seldom.
+  const [moving, tracks] = [new VectorSource(), new VectorSource()];
   let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
   const map = new OlMap({
     target: root,
-    layers: [graticule, new VectorLayer({ source, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true })],
+    layers: [
+      graticule,
+      new VectorImageLayer({ source: tracks, zIndex: 1, imageRatio: TRACK_RATIO }),
+      new VectorLayer({ source: moving, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true }),
+    ],
     controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up" } }).extend([
       new ScaleLine({ units: "metric", minWidth: 80 }),
       new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
@@ -100,43 +121,68 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     if (known) return known;
     const made: Drawn = {
       track: new Feature(new LineString([])),
+      tail: new Feature(new LineString([])),
       coming: new Feature(new LineString([])),
       course: new Feature(new LineString([])),
       ring: new Feature(new Circle([0, 0], 0)),
       vessel: new Feature(new Point([])),
+      style: undefined,
+      look: "",
+      at: "",
+      points: [],
+      settled: 0,
+      until: undefined,
     };
-    for (const feature of Object.values(made) as Feature[]) feature.set("address", address, true);
-    made.track.setStyle(trackStyle(address, palette));
-    made.coming.setStyle(aheadStyle(address, palette));
-    source.addFeatures([made.ring, made.coming, made.track, made.course, made.vessel]);
+    for (const feature of [made.track, made.tail, made.coming, made.course, made.ring, made.vessel]) feature.set("address", address, true);
+    colour(address, made);
+    tracks.addFeatures([made.coming, made.track]);
+    moving.addFeatures([made.ring, made.tail, made.course, made.vessel]);
     drawn.set(address, made);
     return made;
+  };
+  /** Gives lines the colours in force. */
+  const colour = (address: number, { track, tail, coming, course }: Drawn): void => {
+    for (const line of [track, tail]) line.setStyle(trackStyle(address, palette));
+    coming.setStyle(aheadStyle(address, palette));
+    course.setStyle(courseStyle(address, palette));
   };
 
   const update = (systems: readonly System[], selected: number | undefined, nowUs: number): void => {
     last = { systems, selected, nowUs };
-    for (const system of systems) {
-      if (!system.fix) continue;
-      const { vessel, course, ring } = features(system.address);
-      const old = system.liveness === "stale" || system.liveness === "lost";
-      const radius = old ? Math.max(0, (nowUs - system.heard_us) / 1e6) * FASTEST_MPS : 0;
-      // A metre on the ground is more on this projection, the farther from the equator.
-      ring.getGeometry()?.setCenterAndRadius(fromLonLat([system.fix.lon_deg, system.fix.lat_deg]), radius / Math.cos((system.fix.lat_deg * Math.PI) / 180));
-      ring.setStyle(radius > 0 && radius < FARTHEST_M ? ringStyle(system, palette) : []);
-      vessel.getGeometry()?.setCoordinates(fromLonLat([system.fix.lon_deg, system.fix.lat_deg]));
-      vessel.setStyle(vesselStyle(system, palette, system.address === selected));
-      course.getGeometry()?.setCoordinates(system.liveness === "live" ? ahead(system.fix) : []);
-      course.setStyle(courseStyle(system, palette));
-    }
+    setAttribute(root, "data-old", systems.filter(({ fix, liveness }) => fix && (liveness === "stale" || liveness === "lost")).map(({ address }) => address).join(" ") || null);
+    for (const system of systems) if (system.fix) place(features(system.address), system, system.fix, system.address === selected, nowUs);
     if (!seen && systems.some((system) => system.fix)) {
       seen = true;
       showAll();
     }
   };
 
+  /** Draws a vessel where it is; what has not changed is left alone, so that the map rests while nothing moves. */
+  const place = (one: Drawn, system: System, fix: Fix, selected: boolean, nowUs: number): void => {
+    const old = system.liveness === "stale" || system.liveness === "lost";
+    const radius = old ? Math.max(0, (nowUs - system.heard_us) / 1e6) * FASTEST_MPS : 0;
+    const ring = radius > 0 && radius < FARTHEST_M ? Math.ceil(radius) : 0;
+    const look = [system.liveness, systemName(system), selected, fix.heading_rad === null, ring > 0].join("/");
+    const at = [look, fix.lat_deg, fix.lon_deg, fix.heading_rad, fix.course_rad, fix.speed_mps, ring].join("/");
+    if (one.style && at === one.at) return;
+    if (!one.style || look !== one.look) {
+      one.style = vesselStyle(system, palette, selected);
+      one.vessel.setStyle(one.style.styles);
+      one.ring.setStyle(ring > 0 ? ringStyle(system.address, palette) : []);
+    }
+    one.look = look;
+    one.at = at;
+    one.style.turn(fix.heading_rad ?? 0);
+    const centre = fromLonLat([fix.lon_deg, fix.lat_deg]);
+    one.vessel.getGeometry()?.setCoordinates(centre);
+    one.course.getGeometry()?.setCoordinates(system.liveness === "live" ? ahead(fix) : []);
+    // A metre on the ground is more on this projection, the farther from the equator.
+    one.ring.getGeometry()?.setCenterAndRadius(centre, ring / Math.cos((fix.lat_deg * Math.PI) / 180));
+  };
+
   const showAll = (): void => {
     const places = last.systems.flatMap((system) => (system.fix ? [fromLonLat([system.fix.lon_deg, system.fix.lat_deg])] : []));
-    for (const { track, coming } of drawn.values()) for (const part of [track, coming]) places.push(...(part.getGeometry()?.getCoordinates() ?? []));
+    for (const { track, tail, coming } of drawn.values()) for (const part of [track, tail, coming]) places.push(...(part.getGeometry()?.getCoordinates() ?? []));
     if (places.length) map.getView().fit(boundingExtent(places), { padding: [80, 80, 80, 80], maxZoom: 16, duration: 0 });
   };
 
@@ -145,9 +191,9 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     map.removeLayer(graticule);
     graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
     map.getLayers().insertAt(0, graticule);
-    for (const [address, { track, coming }] of drawn) {
-      track.setStyle(trackStyle(address, palette));
-      coming.setStyle(aheadStyle(address, palette));
+    for (const [address, one] of drawn) {
+      colour(address, one);
+      one.style = undefined;
     }
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
@@ -167,8 +213,16 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     onRepaint: (then) => void repainted.push(then),
     update,
     track(address, points, untilUs) {
-      const { track, coming } = features(address);
+      const one = features(address);
       const on = (point: TrackPoint): number[] => fromLonLat([point.lon_deg, point.lat_deg]);
+      const grew = points.length - one.settled;
+      if (untilUs === undefined && one.until === undefined && points === one.points && grew >= 0 && grew < TAIL_POINTS) {
+        one.tail.getGeometry()?.setCoordinates(grew ? points.slice(Math.max(0, one.settled - 1)).map(on) : []);
+        return;
+      }
+      if (untilUs !== undefined && untilUs === one.until && points === one.points && points.length === one.settled) return;
+      Object.assign(one, { points, settled: points.length, until: untilUs });
+      one.tail.getGeometry()?.setCoordinates([]);
       // A replay asks for the same points in each picture.
       const known = untilUs === undefined ? undefined : projected.get(points);
       const all = known?.length === points.length ? known : points.map(on);
@@ -176,8 +230,8 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
       const here = untilUs === undefined ? undefined : placeAt(points, untilUs);
       const split = untilUs === undefined ? points.length : pointsUntil(points, untilUs);
       const middle = here ? [on(here)] : [];
-      track.getGeometry()?.setCoordinates([...all.slice(0, split), ...(split && untilUs !== undefined ? middle : [])]);
-      coming.getGeometry()?.setCoordinates(split < points.length ? [...middle, ...all.slice(split)] : []);
+      one.track.getGeometry()?.setCoordinates([...all.slice(0, split), ...(split && untilUs !== undefined ? middle : [])]);
+      one.coming.getGeometry()?.setCoordinates(split < points.length ? [...middle, ...all.slice(split)] : []);
     },
     showAll,
     dispose() {

@@ -5,12 +5,18 @@ import type { System } from "../api/types.gen";
 import { systemName } from "../ui/format";
 import { type Palette, seriesColour } from "./palette";
 
-/** The style of a vessel: a hull that points where the vessel does, hollow when its position is old. */
-export function vesselStyle(system: System, palette: Palette, selected: boolean): Style[] {
+/** How a vessel looks: a hull that points where the vessel does, hollow when its position is old. */
+export interface VesselStyle {
+  readonly styles: Style[];
+  /** Points it; where the heading is not known it is a circle. */
+  turn(heading_rad: number): void;
+}
+
+export function vesselStyle(system: System, palette: Palette, selected: boolean): VesselStyle {
   const colour = seriesColour(palette, system.address);
   const old = system.liveness === "stale" || system.liveness === "lost";
   const fill = new Fill({ color: old ? "rgba(0, 0, 0, 0)" : colour });
-  const heading = system.fix?.heading_rad ?? null;
+  const circle = (system.fix?.heading_rad ?? null) === null;
   const label = new Text({
     text: systemName(system) + (old ? ` (${system.liveness})` : ""),
     font: "600 13px system-ui, sans-serif",
@@ -20,24 +26,26 @@ export function vesselStyle(system: System, palette: Palette, selected: boolean)
   });
   const halo = new Stroke({ color: palette.halo, width: 5 });
   const edge = new Stroke({ color: old ? colour : palette.ink, width: old ? 2.5 : 1.5 });
-  const styles = [halo, edge].map((stroke, index) => {
-    const image =
-      heading === null
-        ? new Circle({ radius: 7, fill, stroke })
-        : new RegularShape({ points: 3, radius: 12, scale: [0.72, 1.15], rotation: heading, rotateWithView: true, fill, stroke });
-    return index === 0 ? new Style({ image }) : new Style({ image, text: label });
-  });
+  const hulls = [halo, edge].map((stroke) =>
+    circle ? new Circle({ radius: 7, fill, stroke }) : new RegularShape({ points: 3, radius: 12, scale: [0.72, 1.15], rotateWithView: true, fill, stroke }),
+  );
+  const styles = hulls.map((image, index) => (index === 0 ? new Style({ image }) : new Style({ image, text: label })));
   if (selected) {
     styles.unshift(new Style({ image: new Circle({ radius: 19, stroke: new Stroke({ color: palette.ink, width: 2, lineDash: [5, 4] }) }) }));
   }
-  return styles;
+  return {
+    styles,
+    turn(heading_rad) {
+      for (const hull of hulls) hull.setRotation(heading_rad);
+    },
+  };
 }
 
 /** Where the vessel will be in a minute if it goes on like this. */
-export function courseStyle(system: System, palette: Palette): Style[] {
+export function courseStyle(address: number, palette: Palette): Style[] {
   return [
     new Style({ stroke: new Stroke({ color: palette.halo, width: 5 }) }),
-    new Style({ stroke: new Stroke({ color: seriesColour(palette, system.address), width: 2, lineDash: [6, 4] }) }),
+    new Style({ stroke: new Stroke({ color: seriesColour(palette, address), width: 2, lineDash: [6, 4] }) }),
   ];
 }
 
@@ -50,10 +58,10 @@ export function trackStyle(address: number, palette: Palette): Style[] {
 }
 
 /** Where an old vessel can be by now. */
-export function ringStyle(system: System, palette: Palette): Style[] {
+export function ringStyle(address: number, palette: Palette): Style[] {
   return [
     new Style({ stroke: new Stroke({ color: palette.halo, width: 5 }) }),
-    new Style({ stroke: new Stroke({ color: seriesColour(palette, system.address), width: 2, lineDash: [2, 6] }) }),
+    new Style({ stroke: new Stroke({ color: seriesColour(palette, address), width: 2, lineDash: [2, 6] }) }),
   ];
 }
 

@@ -4,7 +4,7 @@ import { getJson } from "../api/http";
 import type { System, TrackPoint } from "../api/types.gen";
 import { createMap } from "../map/map";
 import { told } from "../state/alarms";
-import { EMPTY, serverNowUs } from "../state/fleet";
+import { asSeen, EMPTY, placeIsOld, serverNowUs } from "../state/fleet";
 import { type Listed, unheard } from "../state/order";
 import { Track } from "../state/track";
 import { entities, vitals, worst } from "../state/vitals";
@@ -55,10 +55,13 @@ export function startFleet(root: HTMLElement): void {
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
     const [known, label] = [state.values.get(system.address) ?? new Map(), labels(system)];
-    return { system, vitals: vitals(known, label, nowUs), worst: worst(entities(known, label, nowUs)), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
+    return { system, placeIsOld: placeIsOld(state.values.get(system.address), nowUs), vitals: vitals(known, label, nowUs), worst: worst(entities(known, label, nowUs)), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
   };
 
-  const drawMap = (): void => map.update(systems(), selected, serverNowUs(state, performance.now()));
+  const drawMap = (): void => {
+    const nowUs = serverNowUs(state, performance.now());
+    map.update(systems().map((system) => asSeen(system, state.values.get(system.address), nowUs, linked)), selected, nowUs);
+  };
   const drawTables = (): void => {
     const nowUs = serverNowUs(state, performance.now());
     const known = systems();
@@ -106,6 +109,7 @@ export function startFleet(root: HTMLElement): void {
     lost() {
       linked = false;
       drawTables();
+      drawMap();
     },
   });
   window.setInterval(() => {

@@ -11,7 +11,7 @@ import { createVerdict } from "../plan/verdict";
 import { createKeeper, forget, type Keeper, type Keeping, type Left, leftovers } from "../plan/keeper";
 import { createSteps, durationText, energyText, lengthText, UNITS } from "../plan/steps";
 import { displaced, History, KINDS, middle, placeAt, placesOf, same, type TaskKind, type Vertex, vertices, withBetween, withName, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint, withSpeed, withTask, wayOfAll } from "../state/plan";
-import { serverNowUs } from "../state/fleet";
+import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
@@ -19,6 +19,8 @@ import { utc } from "../ui/format";
 /** What is drawn is judged this long after the last change, ms. */
 const CHECK_MS = 200;
 const PATIENCE_MS = 10_000;
+/** Vessels are drawn anew at least so often, for they grow old, ms. */
+const VESSELS_MS = 500;
 /** The depth beside the plan is looked at this far, m. */
 const BESIDE_M = 5;
 /** Arrow keys move a vertex by this; with Shift by ten times as much, m. */
@@ -461,10 +463,22 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
         mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
       })
     : undefined;
-  createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {
+  let fleet = EMPTY;
+  let linked = true;
+  const drawVessels = (): void => {
+    const nowUs = serverNowUs(fleet, performance.now());
+    map.update(systems.map((system) => asSeen(system, fleet.values.get(system.address), nowUs, linked)), undefined, nowUs);
+  };
+  window.setInterval(drawVessels, VESSELS_MS);
+  createChrome({ messages: ["VehicleState", "EstimatedState", "GpsFix", "Announce"], events: false, every_ms: 500 }, {
+    lost() {
+      linked = false;
+      drawVessels();
+    },
     frame(state, frame) {
+      [fleet, linked] = [state, true];
       systems = [...state.systems.values()].map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }));
-      map.update(systems, undefined, serverNowUs(state, performance.now()));
+      drawVessels();
       aboard?.frame(frame, systems, serverNowUs(state, performance.now()));
       // The map goes to the vessels at first; a plan that has places counts for more.
       if (seen && systems.some((system) => system.fix)) {

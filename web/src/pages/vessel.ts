@@ -16,7 +16,7 @@ import { createBeside } from "../replay/beside";
 import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
-import { EMPTY, serverNowUs } from "../state/fleet";
+import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
 import { guardOf } from "../state/teleop";
 import { placeAt, Track } from "../state/track";
@@ -115,11 +115,15 @@ export function startVessel(root: HTMLElement): void {
   };
   /** Brings everything that depends on the cursor's time up to date, once for each picture. */
   let due = false;
+  /** Whether all the rest is to be drawn as well. */
+  let whole = false;
   const point = (): void => {
     if (due) return;
     due = true;
     requestAnimationFrame(() => {
       due = false;
+      if (whole) draw();
+      whole = false;
       const us = atUs();
       asker.want(us);
       // The plot that is pointed to has its cursor by itself, and has told the others.
@@ -146,8 +150,11 @@ export function startVessel(root: HTMLElement): void {
     point();
     draw();
     if (began) playOn(performance.now(), performance.now(), ++run);
+    rememberSoon(told);
+  };
+  const rememberSoon = (now: boolean): void => {
     window.clearTimeout(dragged);
-    if (told) remember();
+    if (now) remember();
     else dragged = window.setTimeout(remember, SETTLE_MS);
   };
   let dragged: number | undefined;
@@ -198,21 +205,21 @@ export function startVessel(root: HTMLElement): void {
     else return;
     event.preventDefault();
   });
-  const choose = (next: Range, fit = true): void => {
+  const choose = (next: Range, fit = true, told = true): void => {
     range = next;
     const before = play;
     play = within(play, range, speed0);
     if (!before !== !play) hoverUs = null;
     plots.range(range);
-    timeBar.update(range, nowUs());
-    remember();
+    rememberSoon(told);
+    whole = true;
     point();
-    draw();
     askPast(fit);
   };
   const moves = {
-    pan: (part: number): void => choose(panned(range, part, nowUs())),
-    scale: (factor: number): void => choose(play && !isLive(range) ? zoomedAbout(range, play.atUs, factor, nowUs()) : zoomed(range, factor, nowUs())),
+    // A wheel turns faster than pictures are drawn, and than a browser lets its address be changed.
+    pan: (part: number): void => choose(panned(range, part, nowUs()), true, false),
+    scale: (factor: number): void => choose(play && !isLive(range) ? zoomedAbout(range, play.atUs, factor, nowUs()) : zoomed(range, factor, nowUs()), true, false),
   };
   const timeBar = createTimeBar(timeBox, {
     ...moves,
@@ -391,7 +398,7 @@ export function startVessel(root: HTMLElement): void {
       const known: Values = asItWas()?.values ?? new Map();
       map.track(address, track, play.atUs);
       map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs), ...others], address, play.atUs);
-    } else if (system) map.update([system, ...others], address, nowUs());
+    } else if (system) map.update([system, ...others].map((one) => asSeen(one, state.values.get(one.address), nowUs(), linked)), address, nowUs());
   };
   const draw = (): void => {
     const now = nowUs();
@@ -416,6 +423,8 @@ export function startVessel(root: HTMLElement): void {
     setAttribute(root, "data-time", play ? "replay" : us === null ? "live" : "cursor");
     setAttribute(fromPast, "hidden", play ? null : "");
     controlBox.inert = play !== null;
+    // With nothing in it that takes the focus, keys could not scroll it.
+    setAttribute(panels.Control, "tabindex", play ? "0" : null);
     if (tabs.shows("Plots")) {
       plots.draw(now);
       if (hoverUs === null) plots.cursor(us);

@@ -3,6 +3,7 @@
 import { putJson, reason, Refusal } from "../api/http";
 import type { PlanChange, PlanDocument, StoredPlan } from "../api/types.gen";
 import { same } from "../state/plan";
+import { windowKey } from "../state/window";
 
 /** A change goes to the server this long after the last one, ms. */
 const SETTLE_MS = 700;
@@ -58,7 +59,7 @@ export function forget(left: Left): void {
 }
 
 export function createKeeper(first: StoredPlan, told: (keeping: Keeping) => void): Keeper {
-  const key = `${PREFIX}${first.id}.${tab()}`;
+  const key = `${PREFIX}${first.id}.${windowKey()}`;
   let revision = first.revision;
   let waiting: PlanDocument | undefined;
   let underWay: Promise<boolean> | undefined;
@@ -159,13 +160,4 @@ export function createKeeper(first: StoredPlan, told: (keeping: Keeping) => void
       return waiting === undefined;
     },
   };
-}
-
-/** A name of this tab that outlives reloading. */
-function tab(): string {
-  const known = sessionStorage.getItem("lutra.tab");
-  if (known) return known;
-  const made = Math.random().toString(36).slice(2);
-  sessionStorage.setItem("lutra.tab", made);
-  return made;
 }

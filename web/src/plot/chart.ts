@@ -3,9 +3,10 @@
 import uPlot from "uplot";
 import type { Gap } from "../api/types.gen";
 import { readPalette } from "../map/palette";
-import { make, setText } from "../ui/dom";
-import { utc } from "../ui/format";
+import { make, setAttribute, setText } from "../ui/dom";
+import { age, utc } from "../ui/format";
 import type { Table } from "./model";
+import { thinned } from "./thin";
 
 const HEIGHT_PX = 190;
 /** Drags shorter than this are clicks, px. */
@@ -19,6 +20,8 @@ const DASHES: readonly (readonly number[])[] = [[], [8, 4], [2, 3], [10, 3, 2, 3
 export interface ChartLine {
   readonly label: string;
   readonly table: Table;
+  /** So long after the last of it the line is still fresh, s; undefined where the end of the time is not the present. */
+  readonly freshS?: number | undefined;
 }
 
 /** How a line is drawn; lines that another brings along go with it. */
@@ -75,6 +78,7 @@ export function createChart(title: string, unit: string, looks: readonly LineLoo
 
   let silent = false;
   let gaps: readonly Gap[] = [];
+  let fresh: readonly (number | undefined)[] = [];
   let data: uPlot.AlignedData = [[]];
   const series: uPlot.Series[] = [{}];
   const bands: uPlot.Band[] = [];
@@ -128,7 +132,13 @@ export function createChart(title: string, unit: string, looks: readonly LineLoo
       const [max, min] = [value(data, 3 * index + 1, at), value(data, 3 * index + 2, at)];
       const spread = max !== null && min !== null && max - min > 1e-9 ? ` (${figure(min)} to ${figure(max)})` : "";
       const node = values[index];
-      if (node) setText(node, mean === null ? "—" : `${figure(mean)}${unit ? ` ${unit}` : ""}${spread}`);
+      const limit = left < 0 ? fresh[index] : undefined;
+      const ageS = (self.scales["x"]?.max ?? 0) - (data[0]?.[at ?? 0] ?? 0);
+      const old = limit !== undefined && mean !== null && ageS > limit;
+      if (node) {
+        setText(node, mean === null ? "—" : `${figure(mean)}${unit ? ` ${unit}` : ""}${old ? ` (old: ${age(ageS)})` : spread}`);
+        setAttribute(node, "data-old", old ? "" : null);
+      }
     });
     if (!silent) handlers.cursor(left < 0 ? null : self.posToVal(left, "x") * 1e6);
   };
@@ -182,8 +192,10 @@ export function createChart(title: string, unit: string, looks: readonly LineLoo
 
   return {
     root,
-    update(lines, fromUs, toUs, declared) {
+    update(given, fromUs, toUs, declared) {
       gaps = declared;
+      fresh = given.map(({ freshS }) => freshS);
+      const lines = given.map(({ label, table }) => ({ label, table: thinned(table, fromUs / 1e6, toUs / 1e6, plot.bbox.width) }));
       const tables = lines.map(({ table }) => table as uPlot.AlignedData);
       const joined = tables.length === 1 ? tables[0] : tables.length ? uPlot.join(tables) : undefined;
       data = joined ?? [[]];
@@ -253,12 +265,17 @@ function lastKnown(data: uPlot.AlignedData, column: number): number | null {
   return null;
 }
 
-function described(line: ChartLine, unit: string): string {
-  const known = line.table[3].filter((one): one is number => one !== null);
-  if (!known.length) return `${line.label}: nothing in this time.`;
-  const [least, most] = [Math.min(...known), Math.max(...known)];
-  const last = line.table[0].at(-1) ?? 0;
-  return `${line.label}: ${known.length} points, least ${figure(least)}, greatest ${figure(most)}, last ${figure(known.at(-1) ?? 0)} ${unit} at ${utc(last * 1e6)}.`;
+function described({ label, table: [times, maxima, minima, means] }: ChartLine, unit: string): string {
+  let [count, least, most, last] = [0, Infinity, -Infinity, 0];
+  means.forEach((mean, at) => {
+    if (mean === null) return;
+    count += 1;
+    least = Math.min(least, minima[at] ?? mean);
+    most = Math.max(most, maxima[at] ?? mean);
+    last = mean;
+  });
+  if (!count) return `${label}: nothing in this time.`;
+  return `${label}: ${count} points, least ${figure(least)}, greatest ${figure(most)}, last ${figure(last)} ${unit} at ${utc((times.at(-1) ?? 0) * 1e6)}.`;
 }
 
 /** A number as plots show it: enough of it to tell neighbours apart. */

@@ -3,6 +3,7 @@
 import { getJson, reason } from "../api/http";
 import type { Buckets, Gap, Series, Update } from "../api/types.gen";
 import { readPalette } from "../map/palette";
+import { freshForS } from "../state/fleet";
 import { make, setAttribute, setText } from "../ui/dom";
 import { type Chart, createChart, type LineLook } from "./chart";
 import { type Choice, createChooser } from "./chooser";
@@ -191,7 +192,12 @@ export function createPlots(root: HTMLElement, vessel: number, researcher: boole
       chart.update(
         drawn(plot).map((line, index) => {
           const source = like[index] ?? line.source;
-          return { label: told[index]?.label ?? "", table: line.table(shownUnit(unitOf(source)).factor, GAP_PERIODS * periodUs(source)) };
+          const period = periodUs(source);
+          return {
+            label: told[index]?.label ?? "",
+            table: line.table(shownUnit(unitOf(source)).factor, GAP_PERIODS * period),
+            freshS: isLive(range) ? freshForS({ period_s: period / 1e6 }) : undefined,
+          };
         }),
         fromUs,
         toUs,

@@ -17,7 +17,7 @@ export interface FleetState {
   readonly recording: string | null;
   /** The server's clock when the last frame came, µs since 1970 UTC. */
   readonly serverUs: number;
-  /** This browser's steady clock then, ms. */
+  /** This browser's steady clock when that was so, ms. */
   readonly atMs: number;
 }
 
@@ -73,7 +73,27 @@ export function ageS(update: Update, nowUs: number): number {
   return Math.max(0, (nowUs - update.received_us) / 1e6);
 }
 
+/** What tells where a system is, the best first. */
+const PLACES = ["EstimatedState", "GpsFix", "Announce"];
+
+/** Whether the place of a system is not told any more; not known where nothing of it was heard here. */
+export function placeIsOld(values: ReadonlyMap<string, Update> | undefined, nowUs: number): boolean {
+  const all = [...(values?.values() ?? [])];
+  for (const abbrev of PLACES) {
+    const told = all.filter((update) => update.abbrev === abbrev);
+    if (told.length) return told.every((update) => ageS(update, nowUs) > freshForS(update));
+  }
+  return false;
+}
+
+/** A system as it may be drawn: without the server nothing is known, and a place that is not told any more is old. */
+export function asSeen(system: System, values: ReadonlyMap<string, Update> | undefined, nowUs: number, linked: boolean): System {
+  if (!linked) return { ...system, liveness: "lost" };
+  const heard = system.liveness === "live" || system.liveness === "late";
+  return heard && placeIsOld(values, nowUs) ? { ...system, liveness: "stale" } : system;
+}
+
 /** After so many seconds a value is old: three of its usual intervals, within bounds. */
-export function freshForS(update: Update): number {
+export function freshForS(update: Pick<Update, "period_s">): number {
   return update.period_s === null ? 10 : Math.min(60, Math.max(2, 3 * update.period_s));
 }

@@ -21,6 +21,8 @@ const STATES = ["FAILURE", "ERROR", "FAULT", "BOOT", "NORMAL"];
 /** A system and what is known of how it does. */
 export interface Listed {
   readonly system: System;
+  /** Whether its place is not told any more. */
+  readonly placeIsOld: boolean;
   readonly vitals: Vitals;
   /** The part of it in the worst state; undefined where no part has said. */
   readonly worst: EntityReading | undefined;

@@ -4,6 +4,7 @@ import { Live } from "../api/live";
 import type { LiveFrame, Subscription, System } from "../api/types.gen";
 import { type Alarms, NO_ALARMS } from "../state/alarms";
 import { EMPTY, type FleetState, withFrame } from "../state/fleet";
+import { windowKey } from "../state/window";
 import { createAlarms } from "./alarms";
 import { setAttribute, setText } from "./dom";
 import { createStop, type Stop } from "./stop";
@@ -33,9 +34,11 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   let alarms = NO_ALARMS;
   let state = EMPTY;
   palette();
+  // On every page, so that the key goes on with the tab.
+  windowKey();
   new Live(subscription, {
-    frame(frame) {
-      state = withFrame(state, frame, performance.now());
+    frame(frame, atMs) {
+      state = withFrame(state, frame, atMs);
       setAttribute(document.body, "data-link", "up");
       if (link) setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
       if (trouble) {

@@ -95,12 +95,14 @@ export function createList(root: HTMLElement, select: (address: number) => void)
   };
 }
 
-function fill(card: Card, { system, vitals, worst, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
+function fill(card: Card, { system, placeIsOld, vitals, worst, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
   setAttribute(card.button, "aria-pressed", String(selected));
   setAttribute(card.button, "data-liveness", linked ? system.liveness : "lost");
   setText(card.name, system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system));
   setText(card.state, linked ? LIVENESS[system.liveness] : "? not known");
-  setText(card.place, system.fix ? position(system.fix) : "no position");
+  setText(card.place, system.fix ? `${position(system.fix)}${placeIsOld ? " (old)" : ""}` : "no position");
+  setAttribute(card.place, "data-old", placeIsOld ? "" : null);
+  setAttribute(card.motion, "data-old", placeIsOld ? "" : null);
   const { fix } = system;
   const motion = fix
     ? `SOG ${knots(fix.speed_mps)}  COG ${bearing(fix.course_rad)}  HDG ${bearing(fix.heading_rad)}`

@@ -58,9 +58,11 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
     body.append(row.root);
   };
 
+  // Asking for these while the page changes makes the browser lay all of it out at once.
+  let [top, height] = [0, 0];
   const draw = (): void => {
-    const first = Math.max(0, Math.min(cells.length - 1, Math.floor(box.scrollTop / ROW_PX) - SPARE));
-    const shown = Math.min(cells.length - Math.max(0, first), Math.ceil((box.clientHeight || 400) / ROW_PX) + 2 * SPARE);
+    const first = Math.max(0, Math.min(cells.length - 1, Math.floor(top / ROW_PX) - SPARE));
+    const shown = Math.min(cells.length - Math.max(0, first), Math.ceil((height || 400) / ROW_PX) + 2 * SPARE);
     while (rows.length < shown) add();
     rows.forEach((row, index) => {
       const cell = index < shown ? cells[first + index] : undefined;
@@ -72,7 +74,14 @@ export function createValues(root: HTMLElement, plot?: (cell: Cell) => void): Va
     stretch(below, Math.max(0, cells.length - first - shown));
     setAttribute(table, "aria-rowcount", String(cells.length + 1));
   };
-  box.addEventListener("scroll", draw, { passive: true });
+  box.addEventListener("scroll", () => {
+    top = box.scrollTop;
+    draw();
+  }, { passive: true });
+  new ResizeObserver(() => {
+    height = box.clientHeight;
+    draw();
+  }).observe(box);
   filter.addEventListener("input", () => (box.scrollTop = 0));
 
   return {
