@@ -45,7 +45,18 @@ struct Doing {
     astray: AtomicBool,
     /// It tells everything but where it is.
     placeless: AtomicBool,
+    /// Of each priority something is wrong with it.
+    wrecked: AtomicBool,
 }
+
+/// Parts that are not well, an alarm of each priority together.
+const WRECK: [(u8, &str, EntityStateState); 5] = [
+    (20, "Grounding", EntityStateState::Error),
+    (21, "Motor Port", EntityStateState::Error),
+    (22, "Motor Starboard", EntityStateState::Error),
+    (23, "Camera", EntityStateState::Error),
+    (24, "Lights", EntityStateState::Fault),
+];
 
 /// Lets the boat speak five times a second, for as long as the test lasts.
 async fn speak(boats: Boats, doing: Arc<Doing>) {
@@ -83,8 +94,33 @@ async fn speak(boats: Boats, doing: Arc<Doing>) {
             packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
             packet(0, 1, now, EntityState { state, ..EntityState::default() }),
         ]);
+        if doing.wrecked.load(Ordering::Relaxed) {
+            for (id, label, state) in WRECK {
+                let info = EntityInfo { id, label: label.into(), ..EntityInfo::default() };
+                let description = "as a test wants it".into();
+                let worst = EntityState { state, description, ..EntityState::default() };
+                said.extend([packet(0, 255, now, info), packet(0, id, now, worst)]);
+            }
+        }
         boats.say(said).await;
     }
+}
+
+/// Every page and what opens on it, with an alarm of each priority, before axe.
+#[tokio::test(flavor = "multi_thread")]
+async fn every_page_is_accessible_in_all_palettes_and_with_every_alarm() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    let doing = Arc::new(Doing { wrecked: AtomicBool::new(true), ..Doing::default() });
+    tokio::spawn(speak(Boats::join(&serving.relay).await, doing));
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let script = move || testkit::browser::run("every-page.mjs", &[&address, &password], |_| {});
+    tokio::task::spawn_blocking(script).await.unwrap();
+    serving.stop().await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

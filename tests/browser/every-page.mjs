@@ -1,0 +1,71 @@
+// Every page and what opens on it, with an alarm of each priority told: node every-page.mjs URL ONE-TIME-PASSWORD.
+
+import { check, inBrowser, judge, logIn, look } from "./browser.mjs";
+
+const [url, oneTime] = process.argv.slice(2);
+const BOAT = 2068;
+
+await inBrowser(async (open) => {
+  const page = await open();
+  page.context().setDefaultTimeout(60_000);
+  await page.goto(`${url}/login`);
+  await judge(page, "login");
+  await logIn(page, url, "admin", oneTime, "nine grey otters");
+  await judge(page, "password changed");
+  const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
+  const goto = (id, lat_deg) => ({ id, speed: { value: 1.5, unit: "mps" }, task: { kind: "goto", at: { lat_deg, lon_deg: 10.4 } } });
+  const made = await page.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: { name: "a plan", description: "", vessel: null, repeat: false, maneuvers: [goto("a", 63.44), goto("b", 63.45)] } });
+  const plan = (await made.json()).id;
+  const go = async (path) => {
+    await page.goto(url + path);
+    await page.getByText("Live", { exact: true }).waitFor();
+    await page.locator('#alarms[data-priority="emergency"]').waitFor();
+  };
+
+  // All four priorities in the bar and in its list, which also holds the form for putting aside.
+  await go("/");
+  await page.locator("#alarms .open").click();
+  for (const priority of ["emergency", "alarm", "warning", "caution"]) await page.locator(`#alarm-list li[data-priority="${priority}"]`).first().waitFor();
+  await page.locator("#alarm-list .shelf summary").first().click();
+  await look(page, "every-alarm");
+  await page.locator("#alarm-list").press("Escape");
+  await page.getByRole("list", { name: "Systems" }).getByText(/emergency: Grounding/).first().waitFor();
+  await judge(page, "fleet");
+
+  // A vessel: each tab, and what opens in it.
+  const tabs = ["Plots", "Values", "Entities", "Log book", "Tags", "Link loss", "Control"];
+  for (const tab of tabs) {
+    await go(`/vessels/${BOAT}?tab=${encodeURIComponent(tab)}`);
+    await page.locator('[data-tile="mode"]').getByText("MANEUVER").waitFor();
+    if (tab === "Plots") {
+      await page.getByRole("button", { name: "Add a field" }).click();
+      await judge(page, "vessel with the list of fields");
+      await page.keyboard.press("Escape");
+    }
+    await look(page, `every-${tab.toLowerCase().replace(" ", "-")}`);
+  }
+  await page.getByRole("button", { name: "Take control" }).click();
+  await page.getByText("You have control of this vessel.").waitFor();
+  await page.getByLabel("Latitude, °").fill("63.44");
+  await page.getByLabel("Longitude, °").fill("10.4");
+  await page.getByRole("button", { name: "Go there …" }).click();
+  await page.getByRole("group", { name: /^Send otter-0 there/ }).waitFor();
+  await judge(page, "vessel with a question");
+  await page.keyboard.press("Escape");
+  await page.getByRole("button", { name: "STOP otter-0" }).click();
+  await page.getByText(/STOP otter-0: /).first().waitFor();
+  await judge(page, "vessel with a stop");
+  await page.getByRole("button", { name: "Replay what is shown" }).click();
+  await judge(page, "vessel in the past");
+
+  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/account", "account"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/audit", "audit"]]) {
+    await go(path);
+    if (name === "plans") await page.getByText("STOP …").click();
+    if (name === "plan") await page.locator(".steps .step").first().click();
+    if (name === "people") await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
+    await judge(page, name);
+  }
+  const missing = await page.goto(`${url}/nowhere`);
+  check(missing.status() === 404, "there is no such page");
+  await judge(page, "no such page");
+});
