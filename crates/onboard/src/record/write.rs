@@ -168,6 +168,12 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.u64(lasts.as_micros() as u64);
             put.bytes(holder.as_bytes());
         }
+        Input::Chart(chart) => {
+            put.u8(17);
+            put.bytes(chart.name().as_bytes());
+            put.0.extend(chart.digest());
+            put.bytes(&chart.index().to_bytes());
+        }
     }
 }
 
