@@ -10,7 +10,7 @@ use crate::{
     Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace,
     PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUploadAsk, PlansAboard,
     Recorded, Recording, Role, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit,
-    StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel,
+    StoredPlan, Subscription, System, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel, VesselChart,
 };
 use ts_rs::TS;
 
@@ -109,6 +109,7 @@ fn text() -> String {
         Update::decl(),
         ValueKind::decl(),
         Vessel::decl(),
+        VesselChart::decl(),
     ];
     let mut text = "// Made from crates/api by `make types`. Do not edit.\n".to_owned();
     for declaration in declarations {

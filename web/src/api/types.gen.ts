@@ -1061,7 +1061,11 @@ repeated: number,
 /**
  * Connections that stood so far.
  */
-connections: number, };
+connections: number, 
+/**
+ * The sea chart aboard.
+ */
+chart: VesselChart, };
 
 export type LiveFrame = { 
 /**
@@ -2018,3 +2022,30 @@ address: number,
  * Name on the pages.
  */
 name: string, };
+
+export type VesselChart = { 
+/**
+ * `same` as ashore, `fetching` the shore's, `waiting` until the vessel rests, `failed` to take it, `declined` by
+ * the vessel's configuration, `other` than ashore, `none`, or `unknown`.
+ */
+state: string, 
+/**
+ * The same in words, with the reason where it could not be taken.
+ */
+text: string, 
+/**
+ * What the chart in force aboard holds; null for none.
+ */
+edition: string | null, 
+/**
+ * SHA-256 of its file in hexadecimal digits; null for none.
+ */
+digest: string | null, 
+/**
+ * How much of the shore's is aboard while it is fetched (%).
+ */
+percent: number | null, 
+/**
+ * When the vessel said so, µs since 1970 UTC; null while unknown.
+ */
+told_us: number | null, };

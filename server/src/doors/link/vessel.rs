@@ -2,16 +2,18 @@
 
 use super::figures::Figures;
 use super::{Event, Out};
+use crate::charts::{ChartsAboard, Parcel};
 use crate::relay::{Connection, Recorder, Relay};
 use bytes::Bytes;
 use hub::{CommandId, Door, Incoming, Lane, LinkSeq, Outgoing, Peer, Receipt, Role, Sources, TIME_TO_LIVE};
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
-    ByeCode, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
+    ByeCode, ChartAsk, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
     ShoreSettings, ShoreStatus,
 };
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
@@ -28,24 +30,28 @@ const FIGURES: Duration = Duration::from_secs(1);
 /// Every so many times its latency is recorded.
 const RECORD_EVERY: u32 = 10;
 
-/// What the recorder answers.
-#[derive(Clone, Copy)]
-enum Answer {
+/// What the disk answers.
+pub(super) enum Answer {
     /// What is durable of the stream that greeted on this connection.
     Durable(ConnectionId, u64, Option<u64>),
     /// A gap of a stream is kept: its first number and the one after its last.
     Kept(u64, u64, u64),
+    /// A part of the chart was read.
+    Part(ConnectionId, ChartAsk, Option<Bytes>),
 }
 
 /// Owns a vessel's session.
 pub(super) struct Task {
-    vessel: Address,
+    pub(super) vessel: Address,
     relay: Relay,
     recorder: Recorder,
     shore: Shore,
     connections: BTreeMap<ConnectionId, mpsc::Sender<Out>>,
-    /// What comes back from the recorder.
-    answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
+    /// The chart that vessels are offered, and what they say of theirs.
+    pub(super) chart: watch::Receiver<Option<Arc<Parcel>>>,
+    pub(super) aboard: ChartsAboard,
+    /// What comes back from the disk.
+    pub(super) answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     stream: Option<u64>,
     /// Highest durable number of the stream, as the store said.
     durable: Option<u64>,
@@ -67,6 +73,7 @@ impl Task {
         vessel: Address,
         relay: Relay,
         recorder: Recorder,
+        (chart, aboard): (watch::Receiver<Option<Arc<Parcel>>>, ChartsAboard),
         status: watch::Sender<ShoreStatus>,
         index: usize,
     ) -> Self {
@@ -81,6 +88,8 @@ impl Task {
             recorder,
             shore: Shore::new(ShoreSettings::default()),
             connections: BTreeMap::new(),
+            chart,
+            aboard,
             answers: mpsc::channel(16),
             stream: None,
             durable: None,
@@ -103,6 +112,8 @@ impl Task {
         let mut figures = tokio::time::interval(FIGURES);
         let mut control = self.relay.control();
         self.tell_control();
+        let mut chart = self.chart.clone();
+        self.offer_chart();
         loop {
             let due = self.shore.poll_timeout();
             tokio::select! {
@@ -137,6 +148,7 @@ impl Task {
                     }
                     self.tell_control();
                 }
+                Ok(()) = chart.changed() => self.offer_chart(),
                 _ = figures.tick() => self.figures().await,
             }
             if self.carry_out(&hub).await.is_err() {
@@ -153,7 +165,7 @@ impl Task {
         link::Now { mono: now.mono, utc: now.utc }
     }
 
-    fn handle(&mut self, input: ShoreInput) {
+    pub(super) fn handle(&mut self, input: ShoreInput) {
         let now = self.now();
         self.shore.handle(now, input);
     }
@@ -230,6 +242,8 @@ impl Task {
                         |record: Record| Incoming { packet: record.packet, link: None, lane: Lane::Live };
                     hub.give(records.into_iter().map(live).collect()).await?;
                 }
+                ShoreOutput::ChartPart(id, ask) => self.read_chart(id, ask),
+                ShoreOutput::ChartReport(report) => self.chart_aboard(report),
                 ShoreOutput::Outcome(id, outcome) => {
                     self.outcome(id, &outcome);
                     if let Some(command) = self.orders.remove(&id) {
@@ -282,6 +296,7 @@ impl Task {
                 let durable = self.acknowledgeable();
                 self.handle(ShoreInput::Resume(id, durable));
             }
+            Answer::Part(id, ask, bytes) => self.handle(ShoreInput::ChartPart(id, ask, bytes)),
             Answer::Kept(stream, from, to) => {
                 if self.stream == Some(stream) {
                     self.gaps.insert(from, to);
