@@ -4,8 +4,8 @@
 use bytes::Bytes;
 use link::frame::{self, Frame, Welcome};
 use link::{
-    Capabilities, ConnectionId, MAX_BATCH_RAW_BYTES, Now, Shore, ShoreInput, ShoreOutput, ShoreSettings,
-    SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, unpack,
+    Capabilities, ChartAboard, ChartOffer, ConnectionId, MAX_BATCH_RAW_BYTES, Now, Shore, ShoreInput,
+    ShoreOutput, ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, unpack,
 };
 
 const ONE: ConnectionId = ConnectionId(1);
@@ -49,6 +49,13 @@ fn vessel() -> Vessel {
     vessel
 }
 
+/// A chart of the shore's.
+fn offer() -> ChartOffer {
+    let mut digest = [0; 32];
+    digest.iter_mut().zip(0..).for_each(|(byte, value)| *byte = value);
+    ChartOffer { digest, bytes: 5000, edition: String::new() }
+}
+
 fn to_vessel(bytes: &Bytes, welcomed: bool) {
     let mut vessel = vessel();
     if welcomed {
@@ -61,11 +68,20 @@ fn to_vessel(bytes: &Bytes, welcomed: bool) {
         };
         let message = frame::message(&Frame::Welcome(welcome));
         vessel.handle(Now::default(), VesselInput::Message(ONE, message));
+        let aboard = ChartAboard { takes: true, ..ChartAboard::default() };
+        vessel.handle(Now::default(), VesselInput::ChartAboard(aboard));
+        vessel.handle(Now::default(), VesselInput::Message(ONE, frame::message(&Frame::Chart(offer()))));
+        vessel.handle(Now::default(), VesselInput::ChartGoOn(offer().digest, 4096));
     }
     vessel.handle(Now::default(), VesselInput::Message(ONE, bytes.clone()));
     vessel.poll_timeout(Now::default());
     vessel.status(Now::default());
-    while vessel.poll_output().is_some() {}
+    while let Some(output) = vessel.poll_output() {
+        if let VesselOutput::ChartPart { digest, offset, bytes } = output {
+            assert_eq!((digest, offset), (offer().digest, 4096), "only what was asked for");
+            assert!(offset + bytes.len() as u64 <= offer().bytes);
+        }
+    }
 }
 
 fn to_shore(bytes: &Bytes, welcomed: bool) {
@@ -79,6 +95,7 @@ fn to_shore(bytes: &Bytes, welcomed: bool) {
             }
         }
         shore.handle(Now::default(), ShoreInput::Resume(ONE, None));
+        shore.handle(Now::default(), ShoreInput::Chart(Some(offer())));
     }
     shore.handle(Now::default(), ShoreInput::Message(ONE, bytes.clone()));
     shore.poll_timeout();
@@ -95,6 +112,10 @@ fn to_shore(bytes: &Bytes, welcomed: bool) {
             ShoreOutput::Gap { gap, .. } => {
                 assert_eq!(gap.from, expected);
                 expected = gap.to;
+            }
+            ShoreOutput::ChartPart(_, ask) => {
+                assert_eq!(ask.digest, offer().digest);
+                assert!(ask.offset + u64::from(ask.length) <= offer().bytes, "only what there is");
             }
             _ => {}
         }

@@ -18,6 +18,7 @@ await inBrowser(async (open) => {
   await tile("mode").getByText("MANEUVER").waitFor();
   await tile("plan").getByText("square").waitFor();
   await tile("link").getByText(/by link/).waitFor();
+  await tile("chart").getByText("as ashore").waitFor();
   for (const name of ["link", "mode", "plan", "speed_mps", "heading_rad", "port_rpm", "starboard_rpm", "battery", "voltage"]) {
     await page.waitForFunction((name) => !document.querySelector(`[data-tile="${name}"]`).hasAttribute("data-old"), name);
     check(/\d/.test(await tile(name).locator(".age").innerText()), `${name} has an age`);

@@ -11,6 +11,7 @@ mod open_loop;
 mod plan;
 mod run;
 mod say;
+mod sea_chart;
 mod setup;
 mod simulate;
 mod track;

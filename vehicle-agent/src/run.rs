@@ -9,6 +9,7 @@ use crate::edge::Edge;
 use crate::ending::{Ending, Fault};
 use crate::net::{Event, Losses, Net};
 use crate::say::{LogFormat, briefly, say};
+use crate::sea_chart::ChartFolder;
 use crate::setup;
 use crate::transports::{self, Given};
 use crate::uplink::{FromShore, Uplink, UplinkSettings};
@@ -16,12 +17,13 @@ use crate::world::{Happening, Motors, World};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::Config;
-use onboard::{Brain, COMMAND_LIFE, Input, Keep, LeaseGate, Level, Now, Output, Peer};
+use link::ChartAboard;
+use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Now, Output, Peer};
 use sim::Vessel;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
@@ -92,6 +94,8 @@ struct Agent {
     net: Net,
     disk: Disk,
     uplink: Option<Uplink>,
+    /// Whether the shore's chart takes the place of the configured one.
+    takes_chart: bool,
     happened: Vec<(Now, Happening)>,
     next_second: Duration,
     next_lost: Duration,
@@ -157,6 +161,8 @@ impl Agent {
             None => None,
         };
         let shore = UplinkSettings::read(&config, &arguments.config, &arguments.data, &mut doubts)?;
+        let takes_chart = setup::takes_chart(&config);
+        let chart = if takes_chart { chart_of_shore(&arguments.data, &mut doubts) } else { None };
         for doubt in doubts {
             tracing::warn!("{doubt}");
         }
@@ -165,7 +171,6 @@ impl Agent {
         }
         let net = Net::open(&ports, settings.address)?;
         let inbox = Arc::clone(&net.inbox);
-        let uplink = shore.map(|shore| start_uplink(shore, &net)).transpose()?;
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
         let (device, commands) = channel();
@@ -177,6 +182,8 @@ impl Agent {
         let motors = Motors::Gated(Box::new(move |motors| gate.command(motors)), commands);
         let mut world = World::new(vessel, Brain::new(settings, now, kept)?);
         (world.virtual_disk, world.motors) = (false, motors);
+        let aboard = chart_aboard(&world.brain, takes_chart);
+        let uplink = shore.map(|shore| start_uplink(shore, aboard, &net)).transpose()?;
         let mut agent = Self {
             clock,
             edge,
@@ -184,6 +191,7 @@ impl Agent {
             net,
             disk,
             uplink,
+            takes_chart,
             happened: Vec::new(),
             next_second: Duration::ZERO,
             next_lost: Duration::ZERO,
@@ -192,6 +200,10 @@ impl Agent {
         };
         let reachable = agent.net.reachable.clone();
         agent.tell(Input::Reachable(reachable));
+        if let Some(chart) = chart {
+            agent.tell(Input::Chart(chart));
+            agent.tell_chart();
+        }
         Ok(agent)
     }
 
@@ -287,8 +299,13 @@ impl Agent {
             Event::Disk(Done::ParametersKept(label, outcome)) => Input::ParametersKept(label, outcome),
             Event::Disk(Done::NotKept(what)) => Input::NotKept(what),
             Event::Disk(Done::Host(reading)) => Input::Host(reading),
+            Event::Disk(Done::Chart(chart)) => Input::Chart(chart),
         };
+        let charted = matches!(input, Input::Chart(_));
         self.tell(input);
+        if charted {
+            self.tell_chart();
+        }
     }
 
     /// Carries out all that is wanted.
@@ -338,6 +355,13 @@ impl Agent {
         }
     }
 
+    /// Tells the shore which chart is in force.
+    fn tell_chart(&self) {
+        if let Some(uplink) = &self.uplink {
+            uplink.chart(chart_aboard(&self.world.brain, self.takes_chart));
+        }
+    }
+
     /// What the log needs once a second, and what was lost on the way.
     fn each_second(&mut self) {
         let elapsed = self.clock.elapsed();
@@ -347,6 +371,7 @@ impl Agent {
         self.next_second = elapsed + SECOND;
         let now = self.world.now();
         self.disk.hand(Work::Tick(now.mono, now.utc));
+        self.tell_chart();
         let lapses = self.edge.lapses();
         if lapses > self.lapses {
             tracing::error!(
@@ -380,7 +405,7 @@ impl Agent {
 }
 
 /// Commands of the shore wait with those of other peers; it is told when there is no room.
-fn start_uplink(settings: UplinkSettings, net: &Net) -> anyhow::Result<Uplink> {
+fn start_uplink(settings: UplinkSettings, chart: ChartAboard, net: &Net) -> anyhow::Result<Uplink> {
     let inbox = Arc::clone(&net.inbox);
     // The shore hears at once of what the brain will not obey; the brain looks again when the order's turn comes.
     let (mut gate, begun) = (LeaseGate::default(), Instant::now());
@@ -398,10 +423,37 @@ fn start_uplink(settings: UplinkSettings, net: &Net) -> anyhow::Result<Uplink> {
                 }
                 inbox.order(SHORE, lease, packet)
             }
+            FromShore::Chart(chart) => {
+                inbox.done(Done::Chart(chart));
+                true
+            }
         };
         taken.then_some(()).ok_or_else(|| "too many packets wait for the vessel".to_owned())
     };
-    Uplink::start(settings, Box::new(deliver))
+    Uplink::start(settings, chart, Box::new(deliver))
+}
+
+/// The chart in force, as the shore is told.
+fn chart_aboard(brain: &Brain, takes: bool) -> ChartAboard {
+    let edition = match brain.chart() {
+        Chart::Loaded(file) => file.edition(),
+        Chart::Off | Chart::Unreadable { .. } => String::new(),
+    };
+    ChartAboard {
+        held: brain.chart().digest().unwrap_or_default(),
+        edition,
+        takes,
+        waits: brain.chart_waits().unwrap_or_default().to_owned(),
+    }
+}
+
+/// The chart that the shore sent last, or that an operator put there.
+fn chart_of_shore(data: &Path, doubts: &mut Vec<String>) -> Option<ChartFile> {
+    let loaded = ChartFolder::new(data).load();
+    loaded.unwrap_or_else(|error| {
+        doubts.push(format!("the shore's chart cannot be read and is fetched again: {error}"));
+        None
+    })
 }
 
 /// What the brain says, into the program's log; answers the level's name.

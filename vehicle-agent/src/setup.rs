@@ -333,6 +333,12 @@ fn grounding(config: &Config, settings: &mut Settings) {
     };
 }
 
+/// Whether the shore's chart takes the place of the configured one.
+pub(crate) fn takes_chart(config: &Config) -> bool {
+    use watch::grounding as schema;
+    config.running(&schema::GROUNDING).next().is_some_and(|section| section.get(&schema::FROM_SHORE))
+}
+
 fn remedy(action: &str, home: &str) -> Option<Remedy> {
     match action {
         "hold" => Some(Remedy::Hold),

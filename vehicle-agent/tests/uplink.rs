@@ -179,8 +179,12 @@ impl<'a> SmallShore<'a> {
                     self.pending.extend((gap.from..gap.to).map(|seq| (seq, Vec::new())));
                     self.disk.gaps.push(gap);
                 }
-                ShoreOutput::Send(..) | ShoreOutput::Close(..) | ShoreOutput::Live(_) | ShoreOutput::Down => {
-                }
+                ShoreOutput::Send(..)
+                | ShoreOutput::Close(..)
+                | ShoreOutput::Live(_)
+                | ShoreOutput::ChartPart(..)
+                | ShoreOutput::ChartReport(_)
+                | ShoreOutput::Down => {}
             }
         }
     }

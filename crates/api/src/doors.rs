@@ -64,6 +64,28 @@ pub struct LinkStatus {
     /// Connections that stood so far.
     #[cfg_attr(test, ts(type = "number"))]
     pub connections: u64,
+    /// The sea chart aboard.
+    pub chart: VesselChart,
+}
+
+/// Which sea chart a vessel holds, as it said last.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct VesselChart {
+    /// `same` as ashore, `fetching` the shore's, `waiting` until the vessel rests, `failed` to take it, `declined` by
+    /// the vessel's configuration, `other` than ashore, `none`, or `unknown`.
+    pub state: String,
+    /// The same in words, with the reason where it could not be taken.
+    pub text: String,
+    /// What the chart in force aboard holds; null for none.
+    pub edition: Option<String>,
+    /// SHA-256 of its file in hexadecimal digits; null for none.
+    pub digest: Option<String>,
+    /// How much of the shore's is aboard while it is fetched (%).
+    pub percent: Option<f64>,
+    /// When the vessel said so, µs since 1970 UTC; null while unknown.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub told_us: Option<i64>,
 }
 
 /// How recording goes.

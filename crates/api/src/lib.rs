@@ -30,7 +30,7 @@ pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
     OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,
 };
-pub use doors::{DoorPeer, LinkStatus, Recording};
+pub use doors::{DoorPeer, LinkStatus, Recording, VesselChart};
 pub use events::{
     Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,
 };

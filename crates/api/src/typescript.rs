@@ -12,7 +12,7 @@ use crate::{
     PlanUploadAsk, PlansAboard, Recorded, Recording, Role, RouteLeg, SampleRow, Samples, Series, SeriesField,
     Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System, TeleopPhase, TeleopSample, TeleopSay,
     TeleopStop, TeleopTold, Token, TokenMade, TrackPoint, Update, ValueKind, Vessel, VesselAsk, VesselAsked,
-    VesselParameters,
+    VesselChart, VesselParameters,
 };
 use ts_rs::TS;
 
@@ -124,6 +124,7 @@ fn text() -> String {
         VesselAsk::decl(),
         VesselAsked::decl(),
         VesselParameters::decl(),
+        VesselChart::decl(),
     ];
     let mut text = "// Made from crates/api by `make types`. Do not edit.\n".to_owned();
     for declaration in declarations {

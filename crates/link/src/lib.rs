@@ -20,6 +20,9 @@
 //!   the most pessimistic reading of the clocks.
 //! - Who commands the vessel ([`Lease`]) is told before the first command of every connection and while it holds;
 //!   the vessel's driver refuses the commands of everyone else.
+//! - The shore's sea chart is offered by its digest and fetched by the vessel, part by part, with what the link has
+//!   to spare; it goes on where it was after any cut or restart of either end. That the whole is what the digest says
+//!   is the vessel's driver's to check.
 
 mod backoff;
 mod batch;
@@ -36,12 +39,16 @@ mod wire;
 
 pub use batch::{MAX_BATCH_RAW_BYTES, Packer, Record, pack, unpack};
 pub use clocks::ClockEstimate;
-pub use frame::{ByeCode, Capabilities, Gap, GapReason, Hello, Lease, MAX_MESSAGE_BYTES, VERSION};
+pub use frame::{
+    ByeCode, Capabilities, ChartAsk, ChartDigest, ChartOffer, ChartReport, ChartStage, Gap, GapReason, Hello,
+    Lease, MAX_MESSAGE_BYTES, VERSION,
+};
 pub use latency::Latency;
 pub use now::Now;
 pub use shore::{Outcome, PeerBacklog, Shore, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
 pub use vessel::{
-    Answer, Entry, Failure, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, VesselStatus,
+    Answer, ChartAboard, Entry, Failure, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
+    VesselStatus,
 };
 pub use wire::DecodeError;
 

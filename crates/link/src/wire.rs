@@ -68,7 +68,7 @@ impl Reader {
         Ok(self.bytes.split_to(count))
     }
 
-    fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], DecodeError> {
+    pub(crate) fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], DecodeError> {
         let taken = self.take(N, what)?;
         let mut array = [0; N];
         array.copy_from_slice(&taken);

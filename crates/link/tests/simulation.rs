@@ -2,6 +2,7 @@
 
 mod world;
 
+use link::ChartStage;
 use proptest::prelude::*;
 use world::chance::Chance;
 use world::{Event, Fault, SECOND, World};
@@ -106,6 +107,88 @@ fn a_budget_is_not_exceeded_over_time() {
     assert!(world.missing() > 1000);
 }
 
+/// The worst of ten minutes on a link: age of the newest value on the map, a command's way, a packet's way to the
+/// shore's disk (all µs); and how long the chart took, if there is one.
+fn worst(bytes_per_s: u64, chart: Option<u64>) -> ([u64; 3], Option<u64>) {
+    let mut world = World::new(8, SECOND / 20, None).with_commands(SECOND / 3);
+    world.network.bytes_per_s = bytes_per_s;
+    world.run(20 * SECOND);
+    let (from_us, first) = (world.now_us, world.shore.commands);
+    if let Some(bytes) = chart {
+        world.publish(bytes);
+    }
+    let (mut oldest, mut behind, mut aboard) = (0, 0, None);
+    for _ in 0..6_000 {
+        world.run(SECOND / 10);
+        oldest = oldest.max(world.now_us - world.shore.newest_us);
+        behind = behind.max(world.missing() * (SECOND / 20));
+        if chart.is_some() && aboard.is_none() && world.chart_is_aboard() {
+            aboard = Some(world.now_us - from_us);
+        }
+    }
+    let late = |(id, at): &(u64, u64)| (*id > first).then(|| at - world.shore.asked[id].0);
+    let slowest = world.vessel.delivered.iter().filter_map(late).max().unwrap();
+    assert!(world.vessel.delivered.len() > 1_000);
+    world.check_commands();
+    ([oldest, slowest, behind], aboard)
+}
+
+/// A chart comes down with what the link has to spare.
+#[test]
+fn a_chart_on_its_way_delays_neither_live_values_nor_commands_nor_records() {
+    for (bytes_per_s, chart) in [(16_000, 300_000), (80_000, 2_000_000), (1_000_000, 6_000_000)] {
+        let (without, _) = worst(bytes_per_s, None);
+        let (with, took) = worst(bytes_per_s, Some(chart));
+        let took = took.expect("aboard within ten minutes");
+        let share = (chart * SECOND) as f64 / took as f64 / bytes_per_s as f64;
+        println!(
+            "{bytes_per_s} B/s: {without:?} us without, {with:?} us with a chart of {chart} B in {took} us ({share:.2})"
+        );
+        for (without, with) in without.into_iter().zip(with) {
+            assert!(with <= without + 150_000, "{with} instead of {without} us");
+        }
+    }
+}
+
+#[test]
+fn a_chart_goes_on_where_it_was_after_cuts_and_restarts_of_both() {
+    let mut world = World::new(11, SECOND, None);
+    world.network.bytes_per_s = 80_000;
+    let whole = 5_000_000;
+    world.publish(whole);
+    let faults = [Fault::Cut(20 * SECOND), Fault::KillVessel(SECOND), Fault::KillShore(SECOND), Fault::Reset];
+    for (at, fault) in (1_usize..).zip(faults) {
+        world.run_to(5 * MINUTE, "further", |world| world.chart_bytes_aboard() >= at * 200_000);
+        let before = world.chart_bytes_aboard();
+        world.at(0, Event::Fault(fault));
+        world.run(30 * SECOND);
+        assert!(world.chart_bytes_aboard() >= before, "nothing is fetched twice");
+    }
+    world.run_to(5 * MINUTE, "aboard", World::chart_is_aboard);
+    world.run(2 * SECOND);
+    // Each program that dies may take a part along that was under way, and nothing else.
+    assert_eq!((world.vessel.chart.came, world.vessel.chart.used), (whole, whole));
+    let report = world.shore.chart.report.clone().unwrap();
+    assert_eq!((report.stage, report.have, report.of), (ChartStage::Settled, 0, 0), "{report:?}");
+}
+
+#[test]
+fn a_chart_that_came_damaged_is_refused_told_and_fetched_again_later_and_later() {
+    let mut world = World::new(12, SECOND, None);
+    world.publish(100_000);
+    let mut pauses = Vec::new();
+    for round in 1..=3 {
+        world.at(0, Event::Fault(Fault::CorruptChart));
+        world.run_to(2 * MINUTE, "refused", |world| world.vessel.chart.refused == round);
+        world.run(SECOND);
+        let report = world.shore.chart.report.clone().unwrap();
+        assert_eq!((report.stage, &report.text[..]), (ChartStage::Failed, "not what its digest says"));
+        pauses.push(world.run_to(2 * MINUTE, "begun again", |world| world.chart_bytes_aboard() > 0));
+    }
+    assert!(pauses.windows(2).all(|two| two[1] > two[0] * 3 / 2), "{pauses:?}");
+    world.run_to(MINUTE, "aboard", World::chart_is_aboard);
+}
+
 fn fault() -> impl Strategy<Value = (u64, Fault)> {
     (0..3 * MINUTE, any::<u64>()).prop_map(|(at, seed)| (at, random_fault(&mut Chance::new(seed))))
 }
@@ -127,5 +210,30 @@ proptest! {
         world.run_to(10 * MINUTE, "complete", |world| world.missing() == 0);
         world.check_everything_arrived();
         world.check_commands();
+    }
+
+    #[test]
+    fn any_faults_bring_the_last_chart_aboard(
+        seed: u64,
+        faults in proptest::collection::vec(fault(), 0..12),
+        charts in proptest::collection::vec((0..3 * MINUTE, 1_000..600_000_u64), 1..4),
+        corrupted in proptest::collection::vec(0..3 * MINUTE, 0..4),
+    ) {
+        let mut world = World::new(seed, SECOND, None);
+        world.network.bytes_per_s = 60_000;
+        for (at, fault) in faults {
+            world.at(at, Event::Fault(fault));
+        }
+        for (at, bytes) in charts {
+            world.at(at, Event::Fault(Fault::NewChart(bytes)));
+        }
+        for at in corrupted {
+            world.at(at, Event::Fault(Fault::CorruptChart));
+        }
+        world.run(14 * MINUTE);
+        world.run_to(15 * MINUTE, "aboard", World::chart_is_aboard);
+        world.stop_saying();
+        world.run_to(10 * MINUTE, "complete", |world| world.missing() == 0);
+        world.check_everything_arrived();
     }
 }

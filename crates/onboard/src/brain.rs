@@ -190,6 +190,7 @@ impl Brain {
             Input::Packet(from, bytes) => self.packet(from, 0, bytes),
             Input::Order(from, lease, bytes) => self.packet(from, lease, bytes),
             Input::Lease(lease) => self.leased(&lease),
+            Input::Chart(chart) => self.charted(chart),
             Input::Connected(peer) => self.bus.node.connected(peer),
             Input::Disconnected(peer) => self.bus.node.disconnected(peer),
             Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
@@ -366,6 +367,7 @@ impl Brain {
             (Drive::Off | Drive::Path, _) => "inactive".to_owned(),
         };
         set(&mut self.states, &mut self.bus, Entity::Remote, text);
+        self.look_at_waiting_chart();
         self.with_desk(Supervise::watch);
     }
 

@@ -4,6 +4,7 @@
 //! range). Refusing those is the business of [`Navigation`](crate::Navigation) and its neighbours. SI units
 //! and radians.
 
+use crate::grounding::ChartFile;
 use crate::lease::Lease;
 use mission::Ticket;
 use std::net::SocketAddrV4;
@@ -41,6 +42,8 @@ pub enum Input {
     Order(Peer, u64, Vec<u8>),
     /// The shore says who commands the vessel.
     Lease(Lease),
+    /// Another sea chart came, to take the place of the one in force as soon as that is safe.
+    Chart(ChartFile),
     /// A peer connected by TCP.
     Connected(Peer),
     /// A peer is gone.

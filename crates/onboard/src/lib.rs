@@ -32,6 +32,7 @@ pub mod parameters;
 mod path_wire;
 mod pilot;
 mod plans;
+mod rechart;
 pub mod record;
 mod saving;
 mod sensors;

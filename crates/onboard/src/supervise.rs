@@ -91,6 +91,11 @@ impl Supervise {
         self.lost_comms.handle_input(now, LostCommsInput::Contact);
     }
 
+    /// The run of a remedy, if one runs.
+    pub(crate) fn remedy_run(&self) -> Option<RunId> {
+        self.arbiter.run()
+    }
+
     pub(crate) fn poll_timeout(&self) -> Option<MonoTime> {
         self.lost_comms.poll_timeout()
     }

@@ -6,9 +6,9 @@ mod common;
 
 use common::*;
 use imc::messages::*;
-use onboard::{Chart, Entity, GroundingSettings, Settings};
+use onboard::{Chart, Entity, GroundingSettings, Input, Settings};
 use testkit::sea::{Ground, Sea as Chartmaker};
-use units::LocalPoint;
+use units::{LatLon, LocalPoint};
 
 fn chartmaker() -> Chartmaker {
     Chartmaker::new(frame().origin(), 1500.0, 20.0)
@@ -214,4 +214,86 @@ fn a_reference_towards_land_ends_in_deep_water() {
     assert!(nearest_m < 120.0, "it was sent there: {nearest_m}");
     assert_eq!(sea.plan_state().plan_id, "deep water");
     assert!(says(&sea, Entity::Grounding, "land (LNDARE of XX5SEA01)"));
+}
+
+fn came(chart: &Chartmaker) -> Input {
+    let Chart::Loaded(file) = Chart::of("chart.lutra-index", chart.index()) else { panic!() };
+    Input::Chart(file)
+}
+
+#[test]
+fn a_plan_under_way_is_held_against_a_chart_that_comes_and_the_vessel_acts_by_it() {
+    let mut sea = afloat(&chartmaker());
+    let request = sea.ask(PlanControlOp::Start, "through", Some(through().into()));
+    sea.run(20.0);
+    assert!(sea.replies(request).iter().all(|reply| reply.r#type != PlanControlType::Failure));
+    assert!(sea.position().north_m > 5.0, "{:?}", sea.position());
+    assert_eq!(state(&sea, Entity::Grounding).state, EntityStateState::Normal);
+
+    sea.tell(came(&islet()));
+    sea.run(1.0);
+    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
+    assert!(says(&sea, Entity::Grounding, "'through' would be refused"));
+    let told = state(&sea, Entity::Grounding);
+    assert_eq!(told.state, EntityStateState::Fault, "{}", told.description);
+    assert!(told.description.to_str_lossy().contains("turns back before danger"), "{}", told.description);
+    assert_eq!(sea.mode(), VehicleStateOpMode::Maneuver, "the danger is far away: it goes on");
+
+    let mut nearest_m = f64::INFINITY;
+    for _ in 0..400 {
+        sea.run(0.5);
+        nearest_m = nearest_m.min(sea.position().distance_m(point(200.0, 0.0)));
+    }
+    assert!((61.2..120.0).contains(&nearest_m), "{nearest_m}");
+    assert!(says(&sea, Entity::Grounding, "back to deep water"));
+    sea.ask(PlanControlOp::Stop, "", None);
+    sea.run(30.0);
+    let told = state(&sea, Entity::Grounding).description.to_str_lossy().into_owned();
+    assert!(!told.contains("would be refused"), "it ends with its plan: {told}");
+}
+
+#[test]
+fn a_chart_of_somewhere_else_waits_until_the_vessel_rests() {
+    let far = LatLon::from_deg(59.0, 5.0).unwrap();
+    let elsewhere = Chartmaker::new(far, 500.0, 20.0);
+    let mut sea = afloat(&chartmaker());
+    let before = sea.world.brain.chart().clone();
+    sea.ask(PlanControlOp::Start, "through", Some(through().into()));
+    sea.run(10.0);
+    sea.tell(came(&elsewhere));
+    sea.run(30.0);
+    assert_eq!(sea.world.brain.chart(), &before);
+    assert!(sea.world.brain.chart_waits().is_some_and(|why| why.contains("no data where the vessel is")));
+    assert!(says(&sea, Entity::Grounding, "came and waits"));
+    assert_eq!(sea.mode(), VehicleStateOpMode::Maneuver);
+    sea.ask(PlanControlOp::Stop, "", None);
+    sea.run(2.0);
+    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", elsewhere.index()));
+    assert_eq!(sea.world.brain.chart_waits(), None);
+    // The same again changes nothing; another is in force at once, as the vessel rests.
+    sea.tell(came(&elsewhere));
+    sea.tell(came(&islet()));
+    sea.run(0.5);
+    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
+}
+
+#[test]
+fn a_vessel_without_a_chart_is_guarded_by_one_that_comes_where_it_has_data() {
+    let elsewhere = Chartmaker::new(LatLon::from_deg(59.0, 5.0).unwrap(), 500.0, 20.0);
+    let mut sea = Sea::new();
+    sea.tell(came(&elsewhere));
+    assert!(sea.world.brain.chart_waits().is_some_and(|why| why.contains("is not known yet")));
+    let mut sea = sea.ready();
+    sea.run(11.0);
+    assert_eq!(sea.world.brain.chart(), &Chart::Off);
+    let told = state(&sea, Entity::Grounding);
+    assert_eq!(told.state, EntityStateState::Normal);
+    assert!(
+        told.description.to_str_lossy().contains("has no data where the vessel is"),
+        "{}",
+        told.description
+    );
+    sea.tell(came(&islet()));
+    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
+    assert_eq!(sea.world.brain.chart_waits(), None);
 }

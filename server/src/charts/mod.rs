@@ -4,12 +4,16 @@
 //! takes the new set as a whole; whoever asks meanwhile gets answers of the old one. No file is no chart; a file
 //! that cannot be read is a trouble, and the guard refuses plans until it is gone.
 
+mod aboard;
 mod answer;
 mod cache;
 mod guard;
+mod parcel;
 
+pub(crate) use aboard::ChartsAboard;
 pub(crate) use answer::{at, corridor, described, way_m};
 pub(crate) use guard::told;
+pub(crate) use parcel::Parcel;
 
 use crate::config::Config;
 use cache::Cache;
@@ -26,6 +30,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, SystemTime};
+use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use units::LatLon;
 
@@ -43,6 +48,8 @@ struct Shared {
     now: RwLock<Now>,
     /// The state of the file that `now` was made of; held while a new one is read.
     seen: Mutex<Option<Stamp>>,
+    /// What vessels are offered.
+    offered: watch::Sender<Option<Arc<Parcel>>>,
 }
 
 /// What there is.
@@ -75,6 +82,8 @@ pub(crate) struct Set {
     pub(crate) charts: Vec<Chart>,
     /// How deep it is.
     pub(crate) index: DepthIndex,
+    /// What vessels get of it; nothing where that cannot be read.
+    parcel: Option<Arc<Parcel>>,
     path: PathBuf,
     sheet: OnceLock<Result<Sheet, String>>,
     tiles: Mutex<Cache>,
@@ -95,6 +104,7 @@ impl Charts {
             cache_bytes,
             now: RwLock::default(),
             seen: Mutex::default(),
+            offered: watch::channel(None).0,
         }))
     }
 
@@ -106,6 +116,11 @@ impl Charts {
     /// The set, if there is one.
     pub(crate) fn set(&self) -> Option<Arc<Set>> {
         self.now().set
+    }
+
+    /// What vessels are offered, as it changes.
+    pub(crate) fn offered(&self) -> watch::Receiver<Option<Arc<Parcel>>> {
+        self.0.offered.subscribe()
     }
 
     /// Why there is none although there is a file.
@@ -143,7 +158,14 @@ impl Charts {
                 Now { set: None, trouble: Some(error.to_string()) }
             }
         };
+        let parcel = now.set.as_ref().and_then(|set| set.parcel.clone());
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
+        self.0.offered.send_if_modified(|offered| {
+            let digest = |parcel: &Option<Arc<Parcel>>| parcel.as_ref().map(|parcel| parcel.digest());
+            let differs = digest(offered) != digest(&parcel);
+            *offered = parcel;
+            differs
+        });
         *seen = stamp;
     }
 
@@ -175,13 +197,17 @@ impl Charts {
 
 fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
     let loaded = chartdb::load_index(path)?;
-    if let Some(why) = loaded.rebuilt {
+    if let Some(why) = &loaded.rebuilt {
         tracing::warn!("{why}; made anew from the charts");
     }
+    let parcel = Parcel::open(path, &loaded).inspect_err(|error| {
+        tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
+    });
     Ok(Set {
         digest: hex(&loaded.sealed.digest),
         charts: ChartDb::open(path)?.charts()?,
         index: loaded.sealed.index,
+        parcel: parcel.ok().map(Arc::new),
         path: path.to_owned(),
         sheet: OnceLock::new(),
         tiles: Mutex::new(Cache::new(cache_bytes)),

@@ -5,7 +5,7 @@ use super::guard::Who;
 use crate::people::Grants;
 use crate::relay::{PeerFigures, RecorderState, WAITING_BYTES};
 use crate::shore::AppState;
-use api::{DoorPeer, LinkStatus, Recording};
+use api::{DoorPeer, LinkStatus, Recording, VesselChart};
 use axum::Json;
 use axum::extract::State;
 use imc::Address;
@@ -42,11 +42,11 @@ fn describe(figures: PeerFigures, grants: &Grants) -> Option<DoorPeer> {
 
 /// `GET /api/v1/links`.
 pub(crate) async fn links(State(state): State<AppState>, Who(who): Who) -> Json<Vec<LinkStatus>> {
-    let all = state.links.status().into_iter();
-    Json(all.filter(|(vessel, _)| who.grants.on(vessel.0).is_some()).map(link_status).collect())
+    let seen = state.links.status().into_iter().filter(|(vessel, _)| who.grants.on(vessel.0).is_some());
+    Json(seen.map(|(vessel, status)| link_status(vessel, status, state.links.chart(vessel))).collect())
 }
 
-fn link_status((vessel, status): (Address, ShoreStatus)) -> LinkStatus {
+fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> LinkStatus {
     LinkStatus {
         vessel: vessel.0,
         up: status.up,
@@ -60,6 +60,7 @@ fn link_status((vessel, status): (Address, ShoreStatus)) -> LinkStatus {
         received_bytes: status.received_bytes,
         repeated: status.repeated,
         connections: status.connections,
+        chart,
     }
 }
 
@@ -102,11 +103,11 @@ mod tests {
             backlog,
             ..ShoreStatus::default()
         };
-        let status = link_status((Address(7), known));
+        let status = link_status(Address(7), known, VesselChart::default());
         assert_eq!((status.vessel, status.up, status.backlog_records), (7, true, 7));
         assert_eq!((status.clock_ahead_s, status.clock_uncertainty_s), (Some(-1.5), Some(0.000_25)));
         assert_eq!((status.round_trip_s, status.backlog_age_s, status.keeping_s), (Some(0.003), 2.5, 0.04));
-        let status = link_status((Address(7), ShoreStatus::default()));
+        let status = link_status(Address(7), ShoreStatus::default(), VesselChart::default());
         assert_eq!(
             (status.up, status.round_trip_s, status.clock_ahead_s, status.transit_s),
             (false, None, None, None)

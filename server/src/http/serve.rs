@@ -2,7 +2,7 @@
 
 use super::listen::Web;
 use super::{control, routes};
-use crate::charts::Charts;
+use crate::charts::{Charts, ChartsAboard};
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::doors::{self, Open};
@@ -98,6 +98,8 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     tokio::task::spawn_blocking(move || first_load.look()).await?;
     tasks.spawn(kept.keep(stop.clone()));
     let sink = Sink::new(&config.sinks.influx, &config.data, recorder.clone())?;
+    let known = (charts.clone(), ChartsAboard::open(&config.data));
+    let links = Links::new(relay.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
     let state = AppState {
         influx: sink.as_ref().map(Sink::state),
         config: Arc::new(config),
@@ -109,7 +111,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         metrics: figures(&tasks, stop.clone()),
         stop: stop.clone(),
         tasks: tasks.clone(),
-        links: Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone()),
+        links,
         helms: Helms::default(),
         relay: relay.clone(),
         recorder: recorder.clone(),

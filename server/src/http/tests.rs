@@ -3,7 +3,7 @@
 use super::listen::Peer;
 use super::route::{Kind, Need};
 use super::{routes, serve};
-use crate::charts::Charts;
+use crate::charts::{Charts, ChartsAboard};
 use crate::clock;
 use crate::config::Config;
 use crate::doors::link::Links;
@@ -76,11 +76,12 @@ impl Shore {
         let (recorder, _recording) = Recorder::start(Store::open(&config.data).unwrap()).unwrap();
         let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
         let fleet = Fleet::new(relay.clone());
-        let links = Links::new(relay.clone(), recorder.clone(), tasks.clone(), stop.clone());
         let people_too = people.clone();
         let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
         let charts = Charts::new(&config);
         charts.look();
+        let known = (charts.clone(), ChartsAboard::open(&config.data));
+        let links = Links::new(relay.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
         let config = Arc::new(config);
         let state = AppState {
             config,

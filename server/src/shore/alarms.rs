@@ -193,10 +193,17 @@ fn outside(state: &AppState, disk: Option<(u64, u64)>) -> Outside {
         let ahead_s = clocks.utc_ahead_us as f64 / 1e6;
         Some(LinkClock { vessel, ahead_s, uncertainty_s: clocks.uncertainty_us as f64 / 1e6 })
     });
+    let charts =
+        state.links.status().into_iter().filter(|(_, status)| status.up).filter_map(|(vessel, _)| {
+            let chart = state.links.chart(vessel);
+            let other = ["fetching", "waiting", "failed", "other"].contains(&&chart.state[..]);
+            other.then_some((vessel, chart.text))
+        });
     let recorder = state.recorder.state();
     let recorder = recorder.borrow();
     Outside {
         clocks: clocks.collect(),
+        charts: charts.collect(),
         recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
         history: recorder.history_behind.clone(),
         disk,

@@ -176,7 +176,7 @@ impl Agent {
     ) -> Self {
         let otter = testkit::repository().join("vehicle-agent/etc/otter.ini");
         let link = format!(
-            "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n"
+            "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n{more}"
         );
         let config = folder.join("otter.ini");
         std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link + more).unwrap();
@@ -237,6 +237,8 @@ pub(crate) struct Line {
     pub(crate) address: SocketAddr,
     state: watch::Sender<Cable>,
     accepted: Arc<AtomicU64>,
+    /// Bytes a second each way; 0 for no bound.
+    rate: Arc<AtomicU64>,
 }
 
 impl Line {
@@ -245,19 +247,25 @@ impl Line {
         let address = listener.local_addr().unwrap();
         let (state, watching) = watch::channel(Cable::Passes(server));
         let accepted = Arc::new(AtomicU64::new(0));
-        let count = Arc::clone(&accepted);
+        let (count, rate) = (Arc::clone(&accepted), Arc::new(AtomicU64::new(0)));
+        let bound = Arc::clone(&rate);
         tokio::spawn(async move {
             while let Ok((stream, _)) = listener.accept().await {
                 count.fetch_add(1, Ordering::Relaxed);
-                tokio::spawn(connect(stream, watching.clone()));
+                tokio::spawn(connect(stream, watching.clone(), Arc::clone(&bound)));
             }
         });
-        Self { address, state, accepted }
+        Self { address, state, accepted, rate }
     }
 
     /// Connections that were asked for so far.
     pub(crate) fn accepted(&self) -> u64 {
         self.accepted.load(Ordering::Relaxed)
+    }
+
+    /// Carries so many bytes a second from here on, each way of each connection; 0 for as many as come.
+    pub(crate) fn carries(&self, bytes_per_s: u64) {
+        self.rate.store(bytes_per_s, Ordering::Relaxed);
     }
 
     pub(crate) fn passes(&self, server: SocketAddr) {
@@ -274,7 +282,7 @@ impl Line {
 }
 
 /// Carries one connection to the server, when it can, until it is cut.
-async fn connect(vessel: TcpStream, mut state: watch::Receiver<Cable>) {
+async fn connect(vessel: TcpStream, mut state: watch::Receiver<Cable>, rate: Arc<AtomicU64>) {
     let Ok(now) = state.wait_for(|state| *state != Cable::Silent).await.map(|state| *state) else { return };
     let Cable::Passes(server) = now else { return };
     let Ok(shore) = TcpStream::connect(server).await else { return };
@@ -283,19 +291,27 @@ async fn connect(vessel: TcpStream, mut state: watch::Receiver<Cable>) {
     let ((from_vessel, to_vessel), (from_shore, to_shore)) = (vessel.into_split(), shore.into_split());
     let mut cut = state.clone();
     tokio::select! {
-        () = carry(from_vessel, to_shore, state.clone()) => {}
-        () = carry(from_shore, to_vessel, state) => {}
+        () = carry(from_vessel, to_shore, state.clone(), &rate) => {}
+        () = carry(from_shore, to_vessel, state, &rate) => {}
         // Another server is another connection.
         _ = cut.wait_for(|state| *state != Cable::Silent && *state != Cable::Passes(server)) => {}
     }
 }
 
-async fn carry(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut state: watch::Receiver<Cable>) {
-    let mut buffer = vec![0; 16_384];
+async fn carry(
+    mut from: OwnedReadHalf,
+    mut to: OwnedWriteHalf,
+    mut state: watch::Receiver<Cable>,
+    rate: &AtomicU64,
+) {
+    let mut buffer = vec![0; 4_096];
     loop {
         let Ok(length @ 1..) = from.read(&mut buffer).await else { return };
         if state.wait_for(|state| *state != Cable::Silent).await.is_err() {
             return;
+        }
+        if let Some(us) = (length as u64 * 1_000_000).checked_div(rate.load(Ordering::Relaxed)) {
+            tokio::time::sleep(std::time::Duration::from_micros(us)).await;
         }
         if to.write_all(&buffer[..length]).await.is_err() {
             return;

@@ -30,7 +30,7 @@ pub(crate) use store::Store;
 pub(crate) use worker::{Tools, Worker};
 
 use mission::{Effect, Ticket};
-use onboard::HostReading;
+use onboard::{ChartFile, HostReading};
 use queue::Queue;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
@@ -76,6 +76,8 @@ pub(crate) enum Done {
     NotKept(String),
     /// The state of the computer, at every [`Work::Tick`].
     Host(HostReading),
+    /// A sea chart of the shore's is on the disk.
+    Chart(ChartFile),
 }
 
 /// Whether a packet is a record that must not be dropped for others: detections, what the vessel was told to do

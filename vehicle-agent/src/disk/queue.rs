@@ -58,6 +58,9 @@ struct Waiting {
     closed: bool,
 }
 
+/// No other record of a run is larger than a chart.
+const LARGE_RECORD_BYTES: usize = 128 << 10;
+
 /// How far the queue may be filled for something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Share {
@@ -139,6 +142,8 @@ fn share(work: &Work) -> Share {
             let is_record = PacketView::unchecked(bytes).is_ok_and(|view| is_record(view.id()));
             if is_record { Share::All } else { Share::Most }
         }
+        // A chart, which comes once in a while.
+        Work::Record(_, bytes) if bytes.len() > LARGE_RECORD_BYTES => Share::Always,
         Work::Line(..) | Work::Record(..) => Share::Most,
         Work::Open(..)
         | Work::Close(_)

@@ -17,8 +17,8 @@ use std::path::Path;
 use units::{MonoTime, UtcTime};
 
 const FORMAT: &str = concat!("lutra-recording 1 ", env!("CARGO_PKG_VERSION"));
-/// No record is longer (bytes).
-const LONGEST: u32 = 16 << 20;
+/// No record is longer (bytes): a chart.
+const LONGEST: u32 = 512 << 20;
 
 /// Writes a recording.
 #[derive(Debug)]

@@ -5,6 +5,7 @@
 //! rules of [`link`], and hands commands on as they come. A fault of its own (a panic) is told and it begins anew: it
 //! ends neither the vessel's voyage nor the record of it.
 
+mod chart;
 mod filter;
 mod queue;
 mod settings;
@@ -21,6 +22,7 @@ use crate::clock::Clock;
 use crate::disk::InUse;
 use crate::ending::UPLINK_THREADS;
 use anyhow::Context as _;
+use link::ChartAboard;
 use queue::Queue;
 use spool::Spool;
 use std::os::unix::net::UnixStream;
@@ -50,6 +52,8 @@ pub(crate) enum FromShore<'a> {
         /// The packet.
         packet: &'a [u8],
     },
+    /// A chart of the shore's is on the disk.
+    Chart(onboard::ChartFile),
 }
 
 /// Takes what the shore says; an error says why it is refused.
@@ -70,7 +74,11 @@ impl Uplink {
     ///
     /// # Errors
     /// When another agent uses the spool, or the thread cannot be started.
-    pub(crate) fn start(settings: UplinkSettings, deliver: Deliver) -> anyhow::Result<Self> {
+    pub(crate) fn start(
+        settings: UplinkSettings,
+        chart: ChartAboard,
+        deliver: Deliver,
+    ) -> anyhow::Result<Self> {
         let clock = Clock::system();
         let opened = match open(&settings, &clock) {
             Ok(spool) => Some(spool),
@@ -81,6 +89,7 @@ impl Uplink {
             }
         };
         let (queue, wake) = Queue::new().context("making the queue to the shore")?;
+        queue.put_chart(chart);
         let queue = Arc::new(queue);
         let shared = Arc::clone(&queue);
         let work = move || work(&settings, &shared, &wake, opened, deliver);
@@ -96,6 +105,11 @@ impl Uplink {
     /// Lets the thread take what was recorded: packets of one moment go to the disk and ashore together.
     pub(crate) fn flush(&self) {
         self.queue.flush();
+    }
+
+    /// The chart aboard is this, as the shore is told.
+    pub(crate) fn chart(&self, chart: ChartAboard) {
+        self.queue.put_chart(chart);
     }
 
     /// Puts what is queued on disk and says farewell; answers whether that was done in time.

@@ -1,5 +1,6 @@
 //! From the loop to the thread: packets in memory, bounded, never waited for.
 
+use link::ChartAboard;
 use std::collections::VecDeque;
 use std::io::{self, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
@@ -17,6 +18,8 @@ pub(super) struct Queue {
     waiting: Mutex<Waiting>,
     /// The thread was woken and has not looked yet.
     woken: AtomicBool,
+    /// The chart aboard, the latest word.
+    chart: Mutex<ChartAboard>,
     bell: UnixStream,
 }
 
@@ -43,7 +46,8 @@ impl Queue {
         let (bell, wake) = UnixStream::pair()?;
         bell.set_nonblocking(true)?;
         wake.set_nonblocking(true)?;
-        Ok((Self { waiting: Mutex::default(), woken: AtomicBool::new(false), bell }, wake))
+        let (waiting, woken, chart) = (Mutex::default(), AtomicBool::new(false), Mutex::default());
+        Ok((Self { waiting, woken, chart, bell }, wake))
     }
 
     /// Takes a packet, or counts it where there is no room. Once one was lost the following are too until the
@@ -69,6 +73,21 @@ impl Queue {
         if !is_empty {
             self.ring();
         }
+    }
+
+    /// The chart aboard is this.
+    pub(super) fn put_chart(&self, chart: ChartAboard) {
+        let mut known = self.chart.lock().unwrap_or_else(PoisonError::into_inner);
+        if *known != chart {
+            *known = chart;
+            drop(known);
+            self.ring();
+        }
+    }
+
+    /// The chart aboard.
+    pub(super) fn chart(&self) -> ChartAboard {
+        self.chart.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// No more will be put.

@@ -24,6 +24,8 @@ pub(crate) struct UplinkSettings {
     /// Bytes a second over time; `None` for no bound.
     pub(crate) budget_bytes_per_s: Option<u32>,
     pub(crate) sync_every: Duration,
+    /// The agent's folder of data, where the shore's chart comes; `None` where it is not wanted.
+    pub(crate) chart: Option<PathBuf>,
 }
 
 /// Where the shore is, and by what it knows this vessel.
@@ -72,6 +74,7 @@ impl UplinkSettings {
             bounds: Bounds::of(mebibytes << 20),
             budget_bytes_per_s: u32::try_from(budget).ok().filter(|budget| *budget > 0),
             sync_every: Duration::from_secs_f64(section.get(&lutra::SYNC_INTERVAL)),
+            chart: crate::setup::takes_chart(config).then(|| data.to_owned()),
             name,
         }))
     }

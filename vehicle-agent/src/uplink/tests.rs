@@ -24,6 +24,7 @@ fn settings(folder: &std::path::Path, port: u16) -> UplinkSettings {
         bounds: Bounds::of(16 << 20),
         budget_bytes_per_s: None,
         sync_every: Duration::from_millis(20),
+        chart: None,
     }
 }
 
@@ -120,7 +121,11 @@ impl SmallShore {
                     self.kept.extend((gap.from..gap.to).map(|seq| (seq, Vec::new())));
                     self.gaps.push(gap.reason);
                 }
-                ShoreOutput::Up(_) | ShoreOutput::Down | ShoreOutput::Live(_) => {}
+                ShoreOutput::Up(_)
+                | ShoreOutput::Down
+                | ShoreOutput::Live(_)
+                | ShoreOutput::ChartPart(..)
+                | ShoreOutput::ChartReport(_) => {}
             }
         }
     }
@@ -129,7 +134,7 @@ impl SmallShore {
 fn commands() -> (Deliver, Receiver<Vec<u8>>) {
     let (sender, receiver): (Sender<Vec<u8>>, _) = channel();
     let deliver = move |what: FromShore<'_>| match what {
-        FromShore::Lease(_) => Ok(()),
+        FromShore::Lease(_) | FromShore::Chart(_) => Ok(()),
         FromShore::Order { packet: b"refused", .. } => Err("not this one".to_owned()),
         FromShore::Order { lease: 7, packet } => {
             sender.send(packet.to_vec()).map_err(|error| error.to_string())
@@ -147,7 +152,7 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
     let mut connection = 0;
     for _ in 0..3 {
         let (deliver, delivered) = commands();
-        let uplink = Uplink::start(settings(folder.path(), port), deliver).unwrap();
+        let uplink = Uplink::start(settings(folder.path(), port), ChartAboard::default(), deliver).unwrap();
         for _ in 0..3 {
             for _ in 0..400 {
                 uplink.record(&packet(said));
@@ -195,7 +200,7 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
         faults += 1;
         if faults == 1 { panic!("a fault of the program") } else { Ok(()) }
     });
-    let uplink = Uplink::start(settings(folder.path(), port), deliver).unwrap();
+    let uplink = Uplink::start(settings(folder.path(), port), ChartAboard::default(), deliver).unwrap();
     (0..100).for_each(|number| uplink.record(&packet(number)));
     uplink.flush();
     let (stream, _) = listener.accept().unwrap();
@@ -324,7 +329,7 @@ fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
     let (deliver, _delivered) = commands();
     let settings = settings(folder.path(), 1);
     std::fs::write(&settings.spool, "in the way").unwrap();
-    let uplink = Uplink::start(settings.clone(), deliver).unwrap();
+    let uplink = Uplink::start(settings.clone(), ChartAboard::default(), deliver).unwrap();
     uplink.record(&packet(1));
     uplink.flush();
     std::fs::remove_file(&settings.spool).unwrap();

@@ -1,6 +1,7 @@
 //! The thread that spools what the vessel says and carries it ashore. It waits for packets, the socket and the
 //! link's own deadlines at once; connecting and syncing, which can take long, have threads of their own.
 
+use super::chart::{Job, Keeper, Outcome};
 use super::filter::{Fate, Sieve};
 use super::queue::Queue;
 use super::settings::UplinkSettings;
@@ -10,7 +11,9 @@ use super::sync::Syncer;
 use super::{Deliver, FromShore};
 use crate::clock::Clock;
 use bytes::Bytes;
-use link::{Answer, ConnectionId, Failure, Now, Vessel, VesselInput, VesselOutput, VesselSettings};
+use link::{
+    Answer, ChartAboard, ConnectionId, Failure, Now, Vessel, VesselInput, VesselOutput, VesselSettings,
+};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
@@ -45,6 +48,10 @@ pub(super) struct Worker {
     attempts: usize,
     attempted: (Sender<Attempt>, Receiver<Attempt>),
     syncer: Option<Syncer>,
+    /// `None` where the shore's chart is not wanted, or nobody can take it.
+    keeper: Option<Keeper>,
+    /// The chart aboard, as the link was told.
+    chart: Option<ChartAboard>,
     next_sync: MonoTime,
     /// What was last said of a connection that could not be made.
     complaint: String,
@@ -74,6 +81,10 @@ impl Worker {
         let syncer = Syncer::start(Arc::clone(&queue)).inspect_err(|error| {
             tracing::error!("uplink: no thread to sync the spool: {error}; it is synced when it is closed");
         });
+        let keeper = settings.chart.as_deref().map(|data| Keeper::start(data, Arc::clone(&queue)));
+        let keeper = keeper.transpose().inspect_err(|error| {
+            tracing::error!("uplink: no thread for the shore's chart: {error}; none is fetched");
+        });
         Self {
             sieve: Sieve::new(settings.filter.clone()),
             vessel: Vessel::new(now, vessel),
@@ -88,6 +99,8 @@ impl Worker {
             attempts: 0,
             attempted: channel(),
             syncer: syncer.ok(),
+            keeper: keeper.ok().flatten(),
+            chart: None,
             next_sync: now.mono,
             complaint: String::new(),
             next_trouble: now.mono,
@@ -100,6 +113,7 @@ impl Worker {
         loop {
             self.is_ending = self.take_packets();
             self.take_attempts();
+            self.take_chart();
             let more = self.receive();
             self.handle(if self.is_ending { VesselInput::Shutdown } else { VesselInput::Timer });
             self.flush();
@@ -262,14 +276,7 @@ impl Worker {
                 let state = self.spool.state();
                 tell(self, VesselInput::Spool(state));
             }
-            VesselOutput::Renumber => {
-                tracing::error!("uplink: the shore has more than the spool ever knew; another stream begins");
-                if let Err(error) = self.spool.renumber() {
-                    self.trouble(&format!("{error:#}"));
-                }
-                let state = self.spool.state();
-                tell(self, VesselInput::Spool(state));
-            }
+            VesselOutput::Renumber => self.renumber(),
             VesselOutput::Lease(lease) => {
                 let lasts = Duration::from_millis(lease.ttl_ms.into());
                 let lease = onboard::Lease { epoch: lease.epoch, lasts, holder: lease.holder };
@@ -286,12 +293,62 @@ impl Worker {
                 };
                 tell(self, VesselInput::Answer(id, answer));
             }
+            VesselOutput::ChartBegin(offer) => {
+                tracing::info!(bytes = offer.bytes, "uplink: the shore has another chart: {}", offer.edition);
+                self.keep_chart(Job::Begin(offer));
+            }
+            VesselOutput::ChartPart { digest, offset, bytes } => {
+                self.keep_chart(Job::Part(digest, offset, bytes));
+            }
             VesselOutput::Up => {
                 self.complaint.clear();
                 let now = now(&self.clock);
                 let backlog = self.vessel.status(now).backlog;
                 tracing::info!(backlog, "uplink: connected to {}", self.settings.server.url);
             }
+        }
+    }
+
+    /// Tells the link what is aboard, and what became of the chart that comes.
+    fn take_chart(&mut self) {
+        let aboard = self.queue.chart();
+        let aboard = ChartAboard { takes: aboard.takes && self.keeper.is_some(), ..aboard };
+        if self.chart.as_ref() != Some(&aboard) {
+            self.chart = Some(aboard.clone());
+            self.handle(VesselInput::ChartAboard(aboard));
+        }
+        while let Some((digest, outcome)) = self.keeper.as_ref().and_then(Keeper::outcome) {
+            let input = match outcome {
+                Outcome::GoOn(have) => VesselInput::ChartGoOn(digest, have),
+                Outcome::Failed(why) => {
+                    tracing::error!("uplink: the shore's chart is not taken: {why}");
+                    VesselInput::ChartFailed(digest, why)
+                }
+                Outcome::Kept(chart) => {
+                    tracing::info!("uplink: the shore's chart is aboard: {}", chart.edition());
+                    match (self.deliver)(FromShore::Chart(chart)) {
+                        Ok(()) => VesselInput::ChartKept(digest),
+                        Err(why) => VesselInput::ChartFailed(digest, why),
+                    }
+                }
+            };
+            self.handle(input);
+        }
+    }
+
+    fn renumber(&mut self) {
+        tracing::error!("uplink: the shore has more than the spool ever knew; another stream begins");
+        if let Err(error) = self.spool.renumber() {
+            self.trouble(&format!("{error:#}"));
+        }
+        self.vessel.handle(now(&self.clock), VesselInput::Spool(self.spool.state()));
+    }
+
+    fn keep_chart(&mut self, job: Job) {
+        let digest = job.digest();
+        if self.keeper.as_ref().is_none_or(|keeper| !keeper.hand(job)) {
+            let why = "too much waits for the vessel's disk".to_owned();
+            self.vessel.handle(now(&self.clock), VesselInput::ChartFailed(digest, why));
         }
     }
 

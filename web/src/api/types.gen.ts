@@ -702,6 +702,24 @@ from_us: number,
  */
 last_us: number, };
 
+export type EntityTold = { 
+/**
+ * Its label.
+ */
+entity: string, 
+/**
+ * When it told any of them last, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * By name.
+ */
+parameters: Array<ParameterTold>, 
+/**
+ * How many more it told than are kept.
+ */
+left_out: number, };
+
 export type Field = { 
 /**
  * Name in the message.
@@ -1061,7 +1079,11 @@ repeated: number,
 /**
  * Connections that stood so far.
  */
-connections: number, };
+connections: number, 
+/**
+ * The sea chart aboard.
+ */
+chart: VesselChart, };
 
 export type LiveFrame = { 
 /**
@@ -1266,6 +1288,70 @@ name: string,
  * Its value, as text.
  */
 value: string, };
+
+export type ParameterAbout = { 
+/**
+ * The section of the configuration in which it stands.
+ */
+section: string, 
+/**
+ * What it does, in a line.
+ */
+doc: string, 
+/**
+ * Symbol of its unit; empty for pure numbers.
+ */
+unit: string, 
+/**
+ * How many numbers it is, with commas between; null for text.
+ */
+items: number | null, 
+/**
+ * The least allowed; null for any.
+ */
+min: number | null, 
+/**
+ * The greatest allowed; null for any.
+ */
+max: number | null, 
+/**
+ * Its value where the configuration says nothing.
+ */
+default: string, 
+/**
+ * Whether it can be changed while the vessel runs; else in its configuration file only.
+ */
+live: boolean, 
+/**
+ * Why a change deserves a second look; null for none.
+ */
+caution: string | null, };
+
+export type ParameterTold = { 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * Its value, as text.
+ */
+value: string, 
+/**
+ * What the next start will have; null where the vessel does not tell.
+ */
+saved: string | null, 
+/**
+ * Whether the value is longer than what is kept of it, so that it is not to be written back.
+ */
+cut: boolean, 
+/**
+ * When it was told, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * What it means; null for parameters of other programs than Lutra's.
+ */
+about: ParameterAbout | null, };
 
 export type Permission = { 
 /**
@@ -1617,6 +1703,37 @@ maneuver: string | null,
  */
 text: string, };
 
+export type PlanUnderWay = { 
+/**
+ * Its name; null while the vessel sails none, or has not said so.
+ */
+plan_id: string | null, 
+/**
+ * The maneuver that the vessel is at; empty where it does not say.
+ */
+maneuver: string, 
+/**
+ * From where the plan is known: `vessel`, `shore` (the vessel's digest is that of a plan kept ashore), or null for
+ * not at all.
+ */
+source: string | null, 
+/**
+ * MD5 of its specification as IMC has it, hexadecimal; null while it is not known.
+ */
+digest: string | null, 
+/**
+ * Where its maneuvers lead, in the order in which they are sailed.
+ */
+legs: Array<RouteLeg>, 
+/**
+ * Whether it begins again at its end.
+ */
+repeats: boolean, 
+/**
+ * Why it is not drawn; null where it is.
+ */
+trouble: string | null, };
+
 export type PlanUploadAsk = { 
 /**
  * IMC address of the vessel.
@@ -1690,6 +1807,24 @@ waiting_bytes: number,
 waiting_bytes_most: number, };
 
 export type Role = "viewer" | "researcher" | "operator" | "admin";
+
+export type RouteLeg = { 
+/**
+ * Its name.
+ */
+id: string, 
+/**
+ * What it is, in a word.
+ */
+kind: string, 
+/**
+ * Its places, in order; none for one that follows somebody or stays.
+ */
+places: Array<PlanPlace>, 
+/**
+ * The circle that the vessel keeps within, m; null for none.
+ */
+radius_m: number | null, };
 
 export type SampleRow = { 
 /**
@@ -2101,11 +2236,67 @@ address: number,
  */
 name: string, };
 
-export type VesselAsk = { "about": "parameters", entities: Array<string>, } | { "about": "plans",  } | { "about": "plan", plan_id: string, };
-export type VesselAsked = { time_us: number, packets: number, reached: boolean, entities: Array<string>, };
-export type VesselParameters = { entities: Array<EntityTold>, recorded: boolean, };
-export type EntityTold = { entity: string, time_us: number, parameters: Array<ParameterTold>, left_out: number, };
-export type ParameterTold = { name: string, value: string, saved: string | null, cut: boolean, time_us: number, about: ParameterAbout | null, };
-export type ParameterAbout = { section: string, doc: string, unit: string, items: number | null, min: number | null, max: number | null, default: string, live: boolean, caution: string | null, };
-export type PlanUnderWay = { plan_id: string | null, maneuver: string, source: string | null, digest: string | null, legs: Array<RouteLeg>, repeats: boolean, trouble: string | null, };
-export type RouteLeg = { id: string, kind: string, places: Array<PlanPlace>, radius_m: number | null, };
+export type VesselAsk = { "about": "parameters", 
+/**
+ * Labels of entities; none for all that the vessel has.
+ */
+entities: Array<string>, } | { "about": "plans", } | { "about": "plan", 
+/**
+ * Its name.
+ */
+plan_id: string, };
+
+export type VesselAsked = { 
+/**
+ * When it was sent, by the server's clock, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * How many packets it took; 0 where the same was asked less than 2 s ago.
+ */
+packets: number, 
+/**
+ * Whether a door leads to the vessel at present; else nobody heard it.
+ */
+reached: boolean, 
+/**
+ * Labels of the entities that were asked for their parameters.
+ */
+entities: Array<string>, };
+
+export type VesselParameters = { 
+/**
+ * By the entity's label.
+ */
+entities: Array<EntityTold>, 
+/**
+ * Whether they come from the history: the vessel has told none since the server started.
+ */
+recorded: boolean, };
+
+export type VesselChart = { 
+/**
+ * `same` as ashore, `fetching` the shore's, `waiting` until the vessel rests, `failed` to take it, `declined` by
+ * the vessel's configuration, `other` than ashore, `none`, or `unknown`.
+ */
+state: string, 
+/**
+ * The same in words, with the reason where it could not be taken.
+ */
+text: string, 
+/**
+ * What the chart in force aboard holds; null for none.
+ */
+edition: string | null, 
+/**
+ * SHA-256 of its file in hexadecimal digits; null for none.
+ */
+digest: string | null, 
+/**
+ * How much of the shore's is aboard while it is fetched (%).
+ */
+percent: number | null, 
+/**
+ * When the vessel said so, µs since 1970 UTC; null while unknown.
+ */
+told_us: number | null, };

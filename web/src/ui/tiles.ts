@@ -20,9 +20,10 @@ export interface Tiles {
   update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null): void;
 }
 
-type Name = "link" | keyof Vitals;
+type Name = "link" | "chart" | keyof Vitals;
 const TILES: readonly (readonly [Name, string])[] = [
   ["link", "Link"],
+  ["chart", "Sea chart aboard"],
   ["mode", "Mode"],
   ["plan", "Plan"],
   ["progress", "Progress"],
@@ -38,6 +39,8 @@ const TILES: readonly (readonly [Name, string])[] = [
 
 /** A reading with more letters than this takes more than one line. */
 const LONG = 16;
+const CHART: Readonly<Record<string, string>> = { same: "as ashore", waiting: "waits", failed: "not taken", declined: "its own", other: "another", none: "none" };
+
 /** Of a time in the past, the newest value older than this is an old one, s. */
 const PAST_FRESH_S = 10;
 
@@ -80,6 +83,10 @@ export function createTiles(root: HTMLElement): Tiles {
       const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
       if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
       else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
+      const held = chart(link);
+      const told = link?.chart.told_us ?? null;
+      const toldS = past !== undefined || told === null ? null : link?.up ? 0 : (nowUs - told) / 1e6;
+      show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up }, linked, held.alert);
       show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
       show("plan", plan.note || "none", "", plan.word, plan, linked);
       // What was told of the last plan says nothing of one that does not run.
@@ -96,6 +103,16 @@ export function createTiles(root: HTMLElement): Tiles {
       show("snr", snr.value === null ? "—" : snr.value.toFixed(0), "dB", snr.note, snr, linked);
     },
   };
+}
+
+/** The chart that the vessel holds: a word, all of it, and whether somebody has to look. */
+function chart(link: LinkStatus | undefined): { word: string; note: string; alert: string } {
+  if (!link) return { word: "", note: "", alert: "" };
+  const { state, text, edition, percent } = link.chart;
+  const word = state === "fetching" ? `${Math.floor(percent ?? 0)} %` : (CHART[state] ?? state);
+  const holds = edition ? `holds ${edition}` : "";
+  const note = state === "same" ? (edition ?? "") : [text, holds].filter(Boolean).join("; ");
+  return { word, note, alert: state === "failed" ? "bad" : state === "other" || state === "waiting" ? "warn" : "" };
 }
 
 function bare(text: string): string {

@@ -31,6 +31,19 @@ impl DepthIndex {
         &self.sources
     }
 
+    /// What it holds, in a line for people.
+    pub fn edition(&self) -> String {
+        match &self.sources[..] {
+            [] => "no charts".to_owned(),
+            [one] => one.edition_text(),
+            all => {
+                let newest = all.iter().max_by_key(|source| (&source.issue_date, &source.name));
+                let newest = newest.map(Source::edition_text).unwrap_or_default();
+                format!("{} charts, the newest {newest}", all.len())
+            }
+        }
+    }
+
     /// The source of an object.
     pub fn source(&self, object: &ChartObject) -> &Source {
         &self.sources[object.source as usize]

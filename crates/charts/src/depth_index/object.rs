@@ -152,6 +152,23 @@ pub struct Source {
 }
 
 impl Source {
+    /// Name, edition, update and date of issue, as far as there are such.
+    pub(crate) fn edition_text(&self) -> String {
+        let mut words = vec![self.name.clone()];
+        if !self.edition.is_empty() {
+            words.push(format!("edition {}", self.edition));
+        }
+        if !self.update.is_empty() && self.update != "0" {
+            words.push(format!("update {}", self.update));
+        }
+        if let (Some(year), Some(month), Some(day)) =
+            (self.issue_date.get(..4), self.issue_date.get(4..6), self.issue_date.get(6..8))
+        {
+            words.push(format!("of {year}-{month}-{day}"));
+        }
+        words.join(" ")
+    }
+
     /// Less answers before more: finer band, larger scale, newer issue, then the name so that the order is
     /// the same in every run.
     pub(crate) fn rank(&self) -> impl Ord + use<> {

@@ -168,11 +168,15 @@ pub mod limits {
 }
 
 pub mod grounding {
-    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, float, text};
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, flag, float, text};
 
     pub const CHART: Param<String> = text("Chart", "").doc(
         "Depth index that plans and the water ahead are held against, as `lutra-server chart` makes it; empty \
          for none.",
+    );
+    pub const FROM_SHORE: Param<bool> = flag("Chart From Shore", true).doc(
+        "Whether the chart of the server is fetched over the link and takes the place of the one above, also where \
+         none is.",
     );
     pub const WITHOUT_CHART: Param<&str> = choice("Unreadable Chart", "refuse", &["refuse", "warn"]).doc(
         "Whether plans are refused while the chart that is configured cannot be read, or only warned of.",
@@ -242,6 +246,7 @@ pub mod grounding {
         OF_EVERY_TASK,
         &[
             CHART.spec,
+            FROM_SHORE.spec,
             WITHOUT_CHART.spec,
             NAVIGABLE.spec,
             AUTONOMOUS.spec,

@@ -64,6 +64,8 @@ pub enum Kind {
     Hydrophone,
     /// The vessel's clock differs from the shore's.
     Clock,
+    /// The vessel sails by another sea chart than the shore's.
+    Chart,
     /// Another part of the vessel reports trouble.
     Part,
     /// The vessel wrote an error into its log book.
@@ -80,7 +82,7 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Grounding,
         Self::NotHeard,
         Self::Position,
@@ -89,6 +91,7 @@ impl Kind {
         Self::Motor,
         Self::Hydrophone,
         Self::Clock,
+        Self::Chart,
         Self::Part,
         Self::LogBook,
         Self::Recording,
@@ -108,6 +111,7 @@ impl Kind {
             Self::Motor => "motor",
             Self::Hydrophone => "hydrophone",
             Self::Clock => "clock",
+            Self::Chart => "chart",
             Self::Part => "part",
             Self::LogBook => "log_book",
             Self::Recording => "recording",
@@ -166,6 +170,12 @@ impl Kind {
                 "Times of what it records are wrong by as much.",
                 "Set its clock before the survey goes on; note the offset.",
             ),
+            Self::Chart => (
+                "The chart set ashore changed and is still on its way, or the vessel could not take it.",
+                "What the shore takes for deep water the vessel may refuse, and the other way round.",
+                "Wait until it is aboard; if it says why it is not, do something about that, or carry it aboard \
+                 with lutra-server chart sync.",
+            ),
             Self::Part => (
                 "The part says so itself; its own words are above.",
                 "What needs the part does not work.",
@@ -208,6 +218,7 @@ impl Kind {
             Self::Position | Self::Part => 3,
             Self::Battery | Self::NoConsole => 5,
             Self::Clock | Self::Hydrophone | Self::History | Self::Disk => 10,
+            Self::Chart => 60,
         })
     }
 

@@ -52,6 +52,8 @@ pub struct LinkClock {
 pub struct Outside {
     /// The clocks of vessels whose link is up.
     pub clocks: Vec<LinkClock>,
+    /// Vessels with a link that is up that hold another sea chart than the shore, and what of it.
+    pub charts: Vec<(Address, String)>,
     /// Why nothing is recorded.
     pub recording: Option<String>,
     /// Why the history lags behind.
@@ -129,6 +131,12 @@ impl Look {
         all.extend(self.clock(vessel, parts.clock, outside));
         if let Some(text) = parts.hydrophone.or_else(|| silent_hydrophone(now, system)) {
             all.push(trouble(vessel, Kind::Hydrophone, "", Priority::Warning, text));
+        }
+        if Work::of(system) != Work::Rest {
+            let other = outside.charts.iter().find(|(of, _)| *of == vessel);
+            all.extend(other.map(|(_, text)| {
+                trouble(vessel, Kind::Chart, "", Priority::Caution, format!("sea chart: {text}"))
+            }));
         }
         // What a part says of itself needs no log book.
         for part in parts.bad {

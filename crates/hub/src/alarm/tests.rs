@@ -286,6 +286,23 @@ fn clocks_errors_in_log_books_and_a_full_disk_are_told() {
 }
 
 #[test]
+fn a_vessel_that_sails_by_another_chart_is_a_caution_after_a_minute() {
+    let mut bench = Bench::new();
+    bench.outside.charts = vec![(BOAT, "another than ashore: 43 % transferred".to_owned())];
+    bench.pass(90);
+    assert!(bench.told().is_empty(), "at rest nobody needs to know");
+    bench.mode(VehicleStateOpMode::Maneuver, 450);
+    bench.pass(58);
+    assert!(bench.told().is_empty(), "most are aboard by then");
+    bench.pass(4);
+    assert!(matches!(bench.told()[..], [(Kind::Chart, _, Priority::Caution)]), "{:?}", bench.told());
+    assert!(bench.only().text.contains("43 %"), "{}", bench.only().text);
+    bench.outside.charts.clear();
+    bench.pass(10);
+    assert!(bench.told().is_empty(), "it goes by itself");
+}
+
+#[test]
 fn an_acknowledged_alarm_survives_a_restart_and_goes_when_its_vessel_is_well() {
     let mut bench = Bench::new();
     bench.mode(VehicleStateOpMode::Maneuver, 450);

@@ -24,15 +24,21 @@
 //! | 9 | Heartbeat | both | stamp, bytes u64, next u64, durable u64, waiting u64 (µs), kept u64 (µs) |
 //! | 10 | Bye | both | code u8, text |
 //! | 11 | Lease | shore | epoch u64, time to live u32 (ms), holder |
+//! | 12 | Chart | shore | digest (32), bytes u64, edition |
+//! | 13 | Chart ask | vessel | digest (32), offset u64, length u32 |
+//! | 14 | Chart part | shore | digest (32), offset u64, raw bytes u32, method u8, data to the end of the frame |
+//! | 15 | Chart report | vessel | digest held (32), edition, stage u8, bytes aboard u64, of u64, text |
 //!
 //! A stamp is: steady time u64, UTC i64, echo u64, echo received u64, all in µs. A batch is: first u64, base time
 //! i64, count u32, raw bytes u32, method u8 (0 plain, 1 zstd), data to the end of the frame. Texts have their
 //! length in a u16.
 
+mod chart;
 mod read;
 mod write;
 
 pub use crate::batch::Batch;
+pub use chart::{ChartAsk, ChartDigest, ChartOffer, ChartPart, ChartReport, ChartStage, MAX_PART_BYTES};
 pub use read::{Frames, decode};
 pub use write::{encode, message};
 
@@ -60,8 +66,10 @@ impl Capabilities {
     pub const LIVE: Self = Self(2);
     /// Knows commands.
     pub const COMMANDS: Self = Self(4);
+    /// Knows the chart's frames: a vessel tells what it holds and asks, a shore offers and gives.
+    pub const CHARTS: Self = Self(8);
     /// Everything that this version can do.
-    pub const ALL: Self = Self(7);
+    pub const ALL: Self = Self(15);
 
     /// What both can do.
     #[must_use]
@@ -100,6 +108,14 @@ pub enum Frame {
     Bye(Bye),
     /// Who commands the vessel.
     Lease(Lease),
+    /// The chart that the shore has.
+    Chart(ChartOffer),
+    /// The vessel wants a part of it.
+    ChartAsk(ChartAsk),
+    /// A part of it.
+    ChartPart(ChartPart),
+    /// What the vessel holds.
+    ChartReport(ChartReport),
 }
 
 /// Clocks for the other side to compare with its own.

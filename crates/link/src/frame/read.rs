@@ -1,8 +1,9 @@
 //! Bytes to frames.
 
 use super::{
-    Ack, Batch, Bye, ByeCode, Capabilities, Command, Frame, Gap, GapReason, Heartbeat, Hello, Lease,
-    MAX_MESSAGE_BYTES, MAX_TEXT_BYTES, Receipt, Stamp, Verdict, Welcome,
+    Ack, Batch, Bye, ByeCode, Capabilities, ChartAsk, ChartDigest, ChartOffer, ChartPart, ChartReport,
+    ChartStage, Command, Frame, Gap, GapReason, Heartbeat, Hello, Lease, MAX_MESSAGE_BYTES, MAX_TEXT_BYTES,
+    Receipt, Stamp, Verdict, Welcome,
 };
 use crate::wire::{DecodeError, Reader};
 use bytes::Bytes;
@@ -60,6 +61,10 @@ fn one(rest: &mut Reader) -> Result<Option<Frame>, DecodeError> {
         9 => Frame::Heartbeat(heartbeat(body)?),
         10 => Frame::Bye(bye(body)?),
         11 => Frame::Lease(lease(body)?),
+        12 => Frame::Chart(chart_offer(body)?),
+        13 => Frame::ChartAsk(chart_ask(body)?),
+        14 => Frame::ChartPart(chart_part(body)?),
+        15 => Frame::ChartReport(chart_report(body)?),
         _ => return Ok(None),
     }))
 }
@@ -103,15 +108,18 @@ fn batch(mut body: Reader) -> Result<Batch, DecodeError> {
         base: UtcTime::from_micros(body.i64(WHAT)?),
         count: body.u32(WHAT)?,
         raw_bytes: body.u32(WHAT)?,
-        compressed: match body.u8(WHAT)? {
-            0 => false,
-            1 => true,
-            other => {
-                return Err(DecodeError::BadValue { what: "a batch's method", value: u64::from(other) });
-            }
-        },
+        compressed: is_compressed(&mut body, "a batch's method")?,
         data: body.rest(),
     })
+}
+
+/// The method by which data is packed.
+fn is_compressed(body: &mut Reader, what: &'static str) -> Result<bool, DecodeError> {
+    match body.u8(what)? {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(DecodeError::BadValue { what, value: u64::from(other) }),
+    }
 }
 
 fn gap(mut body: Reader) -> Result<Gap, DecodeError> {
@@ -185,6 +193,47 @@ fn lease(mut body: Reader) -> Result<Lease, DecodeError> {
         ttl_ms: body.u32(WHAT)?,
         holder: body.text(MAX_TEXT_BYTES, "the holder of a lease")?,
     })
+}
+
+fn chart_offer(mut body: Reader) -> Result<ChartOffer, DecodeError> {
+    const WHAT: &str = "the offer of a chart";
+    Ok(ChartOffer {
+        digest: digest(&mut body, WHAT)?,
+        bytes: body.u64(WHAT)?,
+        edition: body.text(MAX_TEXT_BYTES, "the edition of a chart")?,
+    })
+}
+
+fn chart_ask(mut body: Reader) -> Result<ChartAsk, DecodeError> {
+    const WHAT: &str = "the wish for a part of a chart";
+    Ok(ChartAsk { digest: digest(&mut body, WHAT)?, offset: body.u64(WHAT)?, length: body.u32(WHAT)? })
+}
+
+fn chart_part(mut body: Reader) -> Result<ChartPart, DecodeError> {
+    const WHAT: &str = "a part of a chart";
+    Ok(ChartPart {
+        digest: digest(&mut body, WHAT)?,
+        offset: body.u64(WHAT)?,
+        raw_bytes: body.u32(WHAT)?,
+        compressed: is_compressed(&mut body, "a chart part's method")?,
+        data: body.rest(),
+    })
+}
+
+fn chart_report(mut body: Reader) -> Result<ChartReport, DecodeError> {
+    const WHAT: &str = "the report of a chart";
+    Ok(ChartReport {
+        held: digest(&mut body, WHAT)?,
+        edition: body.text(MAX_TEXT_BYTES, "the edition of a chart")?,
+        stage: ChartStage::from_code(body.u8(WHAT)?),
+        have: body.u64(WHAT)?,
+        of: body.u64(WHAT)?,
+        text: body.text(MAX_TEXT_BYTES, WHAT)?,
+    })
+}
+
+fn digest(body: &mut Reader, what: &'static str) -> Result<ChartDigest, DecodeError> {
+    body.array(what)
 }
 
 fn stamp(body: &mut Reader) -> Result<Stamp, DecodeError> {

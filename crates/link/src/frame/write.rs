@@ -1,6 +1,6 @@
 //! Frames to bytes.
 
-use super::{Batch, Frame, MAX_TEXT_BYTES, Stamp, Verdict};
+use super::{Batch, ChartDigest, ChartOffer, ChartPart, ChartReport, Frame, MAX_TEXT_BYTES, Stamp, Verdict};
 use crate::wire::put_text;
 use bytes::Bytes;
 
@@ -35,6 +35,10 @@ fn number(frame: &Frame) -> u8 {
         Frame::Heartbeat(_) => 9,
         Frame::Bye(_) => 10,
         Frame::Lease(_) => 11,
+        Frame::Chart(_) => 12,
+        Frame::ChartAsk(_) => 13,
+        Frame::ChartPart(_) => 14,
+        Frame::ChartReport(_) => 15,
     }
 }
 
@@ -94,7 +98,40 @@ fn body(frame: &Frame, out: &mut Vec<u8>) {
             out.push(bye.code.code());
             put_text(out, &bye.text, MAX_TEXT_BYTES);
         }
+        Frame::Chart(offer) => put_offer(out, offer),
+        Frame::ChartAsk(ask) => {
+            put_place(out, &ask.digest, ask.offset);
+            out.extend_from_slice(&ask.length.to_le_bytes());
+        }
+        Frame::ChartPart(part) => put_part(out, part),
+        Frame::ChartReport(report) => put_report(out, report),
     }
+}
+
+fn put_offer(out: &mut Vec<u8>, offer: &ChartOffer) {
+    put_place(out, &offer.digest, offer.bytes);
+    put_text(out, &offer.edition, MAX_TEXT_BYTES);
+}
+
+fn put_part(out: &mut Vec<u8>, part: &ChartPart) {
+    put_place(out, &part.digest, part.offset);
+    out.extend_from_slice(&part.raw_bytes.to_le_bytes());
+    out.push(u8::from(part.compressed));
+    out.extend_from_slice(&part.data);
+}
+
+fn put_report(out: &mut Vec<u8>, report: &ChartReport) {
+    out.extend_from_slice(&report.held);
+    put_text(out, &report.edition, MAX_TEXT_BYTES);
+    out.push(report.stage.code());
+    put_u64s(out, &[report.have, report.of]);
+    put_text(out, &report.text, MAX_TEXT_BYTES);
+}
+
+/// A chart, and a number of bytes of it.
+fn put_place(out: &mut Vec<u8>, digest: &ChartDigest, bytes: u64) {
+    out.extend_from_slice(digest);
+    put_u64s(out, &[bytes]);
 }
 
 fn put_u64s(out: &mut Vec<u8>, numbers: &[u64]) {

@@ -5,8 +5,8 @@ use super::{Outcome, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
 use crate::clocks::{ClockEstimate, Clocks};
 use crate::commands::{Pending, Waiting};
 use crate::frame::{
-    Bye, ByeCode, Capabilities, Command, Frame, Hello, Lease, OLDEST_VERSION, Receipt, VERSION, Verdict,
-    Welcome, decode, message,
+    Bye, ByeCode, Capabilities, ChartAsk, ChartOffer, ChartPart, Command, Frame, Hello, Lease,
+    MAX_PART_BYTES, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome, decode, message,
 };
 use crate::now::Now;
 use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency, unpack};
@@ -33,6 +33,10 @@ pub struct Shore {
     latest: Option<Which>,
     commands: Pending,
     lease: Option<(u64, Option<String>)>,
+    /// What vessels are to have, once that is known.
+    chart: Option<ChartOffer>,
+    /// The part that the driver reads, over which connection it goes.
+    reading: Option<(ConnectionId, ChartAsk)>,
     /// When the lease is told again.
     next_lease: MonoTime,
     transit: Latency,
@@ -88,6 +92,8 @@ impl Shore {
             latest: None,
             commands: Pending::default(),
             lease: None,
+            chart: None,
+            reading: None,
             next_lease: MonoTime::default(),
             transit: Latency::default(),
             received_bytes: 0,
@@ -125,6 +131,11 @@ impl Shore {
                 self.lease = Some((epoch, holder));
                 self.tell_lease(now);
             }
+            ShoreInput::Chart(chart) => {
+                self.chart = Some(chart.unwrap_or_else(ChartOffer::none));
+                self.offer_chart();
+            }
+            ShoreInput::ChartPart(id, ask, bytes) => self.give_part(id, &ask, bytes),
             ShoreInput::Shutdown => {
                 let all: Vec<ConnectionId> =
                     self.greeting.keys().copied().chain(self.connected.iter().map(|one| one.id)).collect();
@@ -281,6 +292,8 @@ impl Shore {
         // Before the commands, which are obeyed by it.
         self.tell_lease(now);
         self.commands(now, true);
+        self.reading = None;
+        self.offer_chart();
     }
 
     fn frame(&mut self, now: Now, frame: Frame) -> Result<(), End> {
@@ -307,14 +320,59 @@ impl Shore {
                     self.outputs.push_back(ShoreOutput::Outcome(id, outcome));
                 }
             }
+            Frame::ChartAsk(ask) => self.chart_ask(ask),
+            Frame::ChartReport(report) => self.outputs.push_back(ShoreOutput::ChartReport(report)),
             Frame::Bye(bye) => {
                 return Err((ByeCode::Ending, format!("the vessel closes the link: {}", bye.text)));
             }
-            Frame::Hello(_) | Frame::Welcome(_) | Frame::Ack(_) | Frame::Command(_) | Frame::Lease(_) => {
+            Frame::Hello(_)
+            | Frame::Welcome(_)
+            | Frame::Ack(_)
+            | Frame::Command(_)
+            | Frame::Lease(_)
+            | Frame::Chart(_)
+            | Frame::ChartPart(_) => {
                 return Err(protocol("a frame that only a shore sends, or a second greeting"));
             }
         }
         Ok(())
+    }
+
+    fn offer_chart(&mut self) {
+        let (Some(connected), Some(offer)) = (&self.connected, &self.chart) else { return };
+        if connected.capabilities.has(Capabilities::CHARTS) {
+            let (id, frame) = (connected.id, Frame::Chart(offer.clone()));
+            self.send(id, &frame);
+        }
+    }
+
+    /// Has a part read, if it is of the chart that is offered; one at a time, whatever a vessel asks.
+    fn chart_ask(&mut self, ask: ChartAsk) {
+        let Some(id) = self.connected.as_ref().map(|one| one.id) else { return };
+        let offered = self.chart.as_ref().filter(|chart| chart.digest == ask.digest);
+        let Some(left) =
+            offered.and_then(|chart| chart.bytes.checked_sub(ask.offset)).filter(|left| *left > 0)
+        else {
+            self.send(id, &Frame::ChartPart(ChartPart::gone(&ask)));
+            return;
+        };
+        if self.reading.is_none() {
+            let length = u64::from(ask.length).min(MAX_PART_BYTES as u64).min(left) as u32;
+            let ask = ChartAsk { length, ..ask };
+            self.reading = Some((id, ask));
+            self.outputs.push_back(ShoreOutput::ChartPart(id, ask));
+        }
+    }
+
+    fn give_part(&mut self, id: ConnectionId, ask: &ChartAsk, bytes: Option<Bytes>) {
+        if self.reading.take_if(|reading| *reading == (id, *ask)).is_none() {
+            return;
+        }
+        let Some(connected) = self.connected.as_ref().filter(|one| one.id == id) else { return };
+        let zstd = connected.capabilities.has(Capabilities::ZSTD);
+        let bytes = bytes.filter(|bytes| !bytes.is_empty() && bytes.len() <= ask.length as usize);
+        let part = bytes.map_or_else(|| ChartPart::gone(ask), |bytes| ChartPart::pack(ask, bytes, zstd));
+        self.send(id, &Frame::ChartPart(part));
     }
 
     /// Sends the commands that can still be in time: all, or those that were not sent yet.

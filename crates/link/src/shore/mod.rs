@@ -6,7 +6,7 @@ mod machine;
 pub use machine::Shore;
 
 use crate::clocks::ClockEstimate;
-use crate::frame::{ByeCode, Gap, Hello};
+use crate::frame::{ByeCode, ChartAsk, ChartOffer, ChartReport, Gap, Hello};
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -62,6 +62,10 @@ pub enum ShoreInput {
     /// Who commands the vessel from now on: the epoch, and the holder's name, or nobody any more. Told to the vessel
     /// now, on every connection, and again and again while somebody does.
     Lease(u64, Option<String>),
+    /// The chart that vessels are to have; `None` for none. Offered to the vessel now and on every connection.
+    Chart(Option<ChartOffer>),
+    /// The answer to [`ShoreOutput::ChartPart`]: the bytes; `None` where the chart is not there any more.
+    ChartPart(ConnectionId, ChartAsk, Option<Bytes>),
     /// The program ends.
     Shutdown,
 }
@@ -98,6 +102,10 @@ pub enum ShoreOutput {
     Live(Vec<Record>),
     /// What became of a command; given once for each.
     Outcome(u64, Outcome),
+    /// The vessel wants a part of the chart that was offered: answer by [`ShoreInput::ChartPart`]. One at a time.
+    ChartPart(ConnectionId, ChartAsk),
+    /// What the vessel says of its chart.
+    ChartReport(ChartReport),
 }
 
 /// What became of a command.

@@ -1,5 +1,6 @@
 //! The vessel's state machine: when to connect, what to say, what to believe.
 
+use super::chart::{Pull, Want};
 use super::records::Growth;
 use super::up::{Step, Up};
 use super::{Answer, Entry, Failure, VesselInput, VesselOutput, VesselSettings, VesselStatus};
@@ -7,8 +8,8 @@ use crate::backoff::Backoff;
 use crate::clocks::Clocks;
 use crate::commands::{First, Seen};
 use crate::frame::{
-    Bye, ByeCode, Capabilities, Command, Frame, Hello, OLDEST_VERSION, VERSION, Verdict, Welcome, decode,
-    message,
+    Bye, ByeCode, Capabilities, ChartPart, Command, Frame, Hello, OLDEST_VERSION, VERSION, Verdict, Welcome,
+    decode, message,
 };
 use crate::live::LiveSet;
 use crate::now::Now;
@@ -35,6 +36,7 @@ pub struct Vessel {
     backoff: Backoff,
     growth: Growth,
     live: LiveSet,
+    pull: Pull,
     seen: Seen,
     /// What the shore last called durable.
     durable: u64,
@@ -90,6 +92,7 @@ impl Vessel {
             backoff: Backoff::new(settings.seed),
             growth: Growth::new(now, settings.spool),
             live: LiveSet::default(),
+            pull: Pull::new(now.mono),
             seen: Seen::default(),
             durable: settings.spool.first,
             connections: 0,
@@ -134,6 +137,13 @@ impl Vessel {
             | VesselInput::Message(..)
             | VesselInput::Closed(_) => {}
             VesselInput::Answer(id, answer) => self.answer(now, id, answer),
+            VesselInput::ChartAboard(aboard) => {
+                let want = self.pull.aboard(aboard);
+                self.want(now, want);
+            }
+            VesselInput::ChartGoOn(digest, have) => self.pull.go_on(now.mono, &digest, have),
+            VesselInput::ChartKept(digest) => self.pull.kept(&digest),
+            VesselInput::ChartFailed(digest, text) => self.pull.failed(now.mono, &digest, text),
             VesselInput::Shutdown => {
                 let reason = "the program ends".to_owned();
                 self.end(now, End { code: Some(ByeCode::Ending), reason, refused: false });
@@ -160,7 +170,8 @@ impl Vessel {
                     None => dead.min(*greeting_until),
                     Some(up) => {
                         let (spool, growth, live) = (self.settings.spool, &self.growth, &mut self.live);
-                        dead.min(up.poll_timeout(&mut Step { now, spool, pace, clocks, growth, live }))
+                        let due = up.poll_timeout(&mut Step { now, spool, pace, clocks, growth, live });
+                        dead.min(self.pull.poll_timeout().map_or(due, |chart| chart.min(due)))
                     }
                 })
             }
@@ -224,6 +235,7 @@ impl Vessel {
     }
 
     fn pause(&mut self, now: Now, refused: bool) {
+        self.pull.unlinked(now.mono);
         let pause = if refused { self.backoff.refused() } else { self.backoff.unanswered() };
         self.phase = Phase::Pausing(now.mono + pause);
     }
@@ -268,8 +280,20 @@ impl Vessel {
                     self.send(now, message);
                 }
                 self.outputs.extend(need.map(|(from, bytes)| VesselOutput::Need(from, bytes)));
+                // Last: nothing of the vessel's own waits for it.
+                let wants = self.pull.step(now.mono);
+                self.want(now, wants);
             }
             Phase::Pausing(_) | Phase::Opening | Phase::Ended => {}
+        }
+    }
+
+    fn want(&mut self, now: Now, wants: impl IntoIterator<Item = Want>) {
+        for want in wants {
+            match want {
+                Want::Send(frame) => self.send(now, message(&frame)),
+                Want::Begin(offer) => self.outputs.push_back(VesselOutput::ChartBegin(offer)),
+            }
         }
     }
 
@@ -325,11 +349,36 @@ impl Vessel {
             }
             (Frame::Command(command), Some(_)) => self.command(now, command),
             (Frame::Lease(lease), Some(_)) => self.outputs.push_back(VesselOutput::Lease(lease)),
-            (Frame::Ack(_) | Frame::Heartbeat(_) | Frame::Command(_) | Frame::Lease(_), None) => {
+            (Frame::Chart(offer), Some(_)) => {
+                let want = self.pull.offered(offer);
+                self.want(now, want);
+            }
+            (Frame::ChartPart(part), Some(_)) => return self.chart_part(now, &part),
+            (
+                Frame::Ack(_)
+                | Frame::Heartbeat(_)
+                | Frame::Command(_)
+                | Frame::Lease(_)
+                | Frame::Chart(_)
+                | Frame::ChartPart(_),
+                None,
+            ) => {
                 return Err(End::protocol("the shore speaks before it agreed"));
             }
             (_, _) => return Err(End::protocol("a frame that only a vessel sends, or a second welcome")),
         }
+        Ok(())
+    }
+
+    fn chart_part(&mut self, now: Now, part: &ChartPart) -> Result<(), End> {
+        let Phase::Open(open) = &self.phase else { return Ok(()) };
+        let round_trip = open.clocks.shortest_round_trip();
+        let came = self.pull.part(now.mono, part, round_trip).map_err(End::protocol)?;
+        self.outputs.extend(came.map(|(offset, bytes)| VesselOutput::ChartPart {
+            digest: part.digest,
+            offset,
+            bytes,
+        }));
         Ok(())
     }
 
@@ -348,6 +397,7 @@ impl Vessel {
         let Phase::Open(open) = &mut self.phase else { return Ok(()) };
         open.clocks.heard(now, welcome.stamp);
         open.up = Some(Up::new(now.mono, welcome, self.settings.budget_bytes_per_s));
+        self.pull.linked(welcome.capabilities.has(Capabilities::CHARTS));
         self.connections += 1;
         self.live.refresh();
         self.outputs.push_back(VesselOutput::Up);

@@ -1,13 +1,15 @@
 //! The vessel's end of the link.
 
+mod chart;
 mod machine;
 mod records;
 mod up;
 
+pub use chart::ChartAboard;
 pub use machine::Vessel;
 
 use crate::clocks::ClockEstimate;
-use crate::frame::{Gap, Lease};
+use crate::frame::{ChartDigest, ChartOffer, Gap, Lease};
 use crate::{ConnectionId, Latency, Record};
 use bytes::Bytes;
 use std::time::Duration;
@@ -105,6 +107,15 @@ pub enum VesselInput {
     Closed(ConnectionId),
     /// What became of a command.
     Answer(u64, Answer),
+    /// The chart aboard, at the start and whenever that is another. Before the first the shore is told that
+    /// none is taken.
+    ChartAboard(ChartAboard),
+    /// So many bytes of this chart are aboard: the next part is wanted.
+    ChartGoOn(ChartDigest, u64),
+    /// This chart is aboard as a whole, and is what its digest says.
+    ChartKept(ChartDigest),
+    /// This chart cannot be taken, and why. It is begun again after a pause, longer each time.
+    ChartFailed(ChartDigest, String),
     /// The program ends: the connection is closed and no other is made.
     Shutdown,
 }
@@ -141,6 +152,18 @@ pub enum VesselOutput {
     Lease(Lease),
     /// The shore agreed: the link stands.
     Up,
+    /// The shore has a chart that is not aboard. Answer with [`VesselInput::ChartGoOn`] from where what is there of
+    /// it ends, or with [`VesselInput::ChartKept`] or [`VesselInput::ChartFailed`].
+    ChartBegin(ChartOffer),
+    /// A part of the chart that was begun. Keep it, and answer as before.
+    ChartPart {
+        /// Of which chart.
+        digest: ChartDigest,
+        /// From which byte on.
+        offset: u64,
+        /// The bytes.
+        bytes: Bytes,
+    },
 }
 
 /// How the link is, for people and series.

@@ -5,6 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
 pub(crate) mod chance;
+pub(crate) mod chart;
 pub(crate) mod network;
 pub(crate) mod shore;
 pub(crate) mod vessel;
@@ -38,6 +39,8 @@ pub(crate) enum Event {
     /// An end learns that its connection is gone: the vessel's (down) or the shore's (up).
     Gone(u64, Direction),
     Commit,
+    /// The vessel's disk has done what the chart needs.
+    ChartDisk,
     Fault(Fault),
     VesselStarts,
     ShoreStarts,
@@ -64,6 +67,10 @@ pub(crate) enum Fault {
     Duplicate,
     /// A message overtakes the one before.
     Swap,
+    /// The shore has another chart of so many bytes.
+    NewChart(u64),
+    /// A part of it is read with a wrong byte.
+    CorruptChart,
 }
 
 pub(crate) struct World {
@@ -182,6 +189,7 @@ impl World {
             Event::Deliver(id, direction) => self.deliver(id, direction),
             Event::Gone(id, direction) => self.gone(id, direction),
             Event::Commit => self.shore_commits(),
+            Event::ChartDisk => self.chart_disk_answers(),
             Event::Fault(fault) => self.fault(fault),
             Event::VesselStarts => self.vessel_starts(),
             Event::ShoreStarts => self.shore_starts(),
@@ -226,6 +234,8 @@ impl World {
             Fault::StepClock(us) => self.vessel_utc_us += us,
             Fault::Duplicate => self.network.duplicate_next = true,
             Fault::Swap => self.network.swap_next = true,
+            Fault::NewChart(bytes) => self.publish(bytes),
+            Fault::CorruptChart => self.shore.chart.corrupt_next = true,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The shore in the world: what it committed survives, the rest does not.
 
+use super::chart::ChartAshore;
 use super::network::Direction;
 use super::{Event, SECOND, World, said_at};
 use bytes::Bytes;
@@ -27,6 +28,7 @@ pub(crate) struct ShoreNode {
     /// Identity to the time it was given (µs), its time to live and what became of it.
     pub(crate) asked: BTreeMap<u64, (u64, Duration, Option<Outcome>)>,
     pub(crate) ups: u64,
+    pub(crate) chart: ChartAshore,
 }
 
 impl ShoreNode {
@@ -41,6 +43,7 @@ impl World {
         self.shore.started_us = self.now_us;
         self.shore.timer_us = u64::MAX;
         self.shore.machine = Some(Shore::new(ShoreSettings::default()));
+        self.offer();
     }
 
     pub(crate) fn shore_timer(&mut self) {
@@ -94,6 +97,8 @@ impl World {
                 assert_eq!(slot.replace(outcome), None, "one outcome for each command");
             }
             ShoreOutput::Up(_) => self.shore.ups += 1,
+            ShoreOutput::ChartPart(id, ask) => self.shore_reads(id, ask),
+            ShoreOutput::ChartReport(report) => self.shore.chart.report = Some(report),
             ShoreOutput::Down => {}
         }
     }

@@ -1,5 +1,6 @@
 //! The vessel in the world: its disk survives, its program does not.
 
+use super::chart::ChartAtSea;
 use super::network::Direction;
 use super::{Event, World};
 use bytes::Bytes;
@@ -25,6 +26,7 @@ pub(crate) struct VesselNode {
     pub(crate) told: Vec<u64>,
     /// Commands that were delivered: identity and world time.
     pub(crate) delivered: Vec<(u64, u64)>,
+    pub(crate) chart: ChartAtSea,
 }
 
 impl VesselNode {
@@ -39,6 +41,7 @@ impl VesselNode {
             timer_us: u64::MAX,
             told: Vec::new(),
             delivered: Vec::new(),
+            chart: ChartAtSea::default(),
         }
     }
 
@@ -90,6 +93,7 @@ impl World {
             spool: self.vessel.state(),
         };
         self.vessel.machine = Some(Vessel::new(self.vessel_now(), settings));
+        self.tell_chart_aboard();
         self.vessel_handle(VesselInput::Timer);
     }
 
@@ -158,6 +162,10 @@ impl World {
                 assert!(self.vessel_now().mono < expires);
                 self.vessel.delivered.push((id, self.now_us));
                 self.vessel_handle(VesselInput::Answer(id, Answer::Received));
+            }
+            VesselOutput::ChartBegin(offer) => self.chart_begins(offer),
+            VesselOutput::ChartPart { digest, offset, bytes } => {
+                self.chart_part_came(&digest, offset, &bytes);
             }
             VesselOutput::Up | VesselOutput::Lease(_) => {}
         }

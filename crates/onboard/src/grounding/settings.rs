@@ -1,7 +1,8 @@
 //! How the grounding supervisor is set up, and its chart.
 
-use charts::depth_index::{DepthIndex, SealedIndex};
+use charts::depth_index::{DepthIndex, IndexError, SealedIndex};
 use mission::guard::GuardLimits;
+use sha2::{Digest as _, Sha256};
 use std::fmt;
 use std::sync::Arc;
 
@@ -91,6 +92,7 @@ pub enum Chart {
 #[derive(Clone, PartialEq)]
 pub struct ChartFile {
     name: String,
+    digest: [u8; 32],
     index: Arc<DepthIndex>,
 }
 
@@ -98,19 +100,24 @@ impl Chart {
     /// The chart in the bytes of a file, a depth index as it lies beside a chart set or one by itself; `name` is what
     /// it is called.
     pub fn read(name: &str, bytes: &[u8]) -> Self {
-        let index = match SealedIndex::digest_of(bytes) {
-            Some(_) => SealedIndex::from_bytes(bytes).map(|sealed| sealed.index),
-            None => DepthIndex::from_bytes(bytes),
-        };
-        match index {
-            Ok(index) => Self::of(name, index),
+        match ChartFile::read(name, bytes) {
+            Ok(file) => Self::Loaded(file),
             Err(error) => Self::Unreadable { reason: format!("{name}: {error}") },
         }
     }
 
     /// A chart that was made already.
     pub fn of(name: &str, index: DepthIndex) -> Self {
-        Self::Loaded(ChartFile { name: name.to_owned(), index: Arc::new(index) })
+        let digest = Sha256::digest(index.to_bytes()).into();
+        Self::Loaded(ChartFile { name: name.to_owned(), digest, index: Arc::new(index) })
+    }
+
+    /// What names the file; `None` where there is none.
+    pub fn digest(&self) -> Option<[u8; 32]> {
+        match self {
+            Self::Loaded(file) => Some(file.digest),
+            Self::Off | Self::Unreadable { .. } => None,
+        }
     }
 
     pub(crate) fn index(&self) -> Option<&DepthIndex> {
@@ -118,6 +125,44 @@ impl Chart {
             Self::Loaded(file) => Some(&file.index),
             Self::Off | Self::Unreadable { .. } => None,
         }
+    }
+}
+
+impl ChartFile {
+    /// As [`Chart::read`].
+    ///
+    /// # Errors
+    /// When the bytes are no depth index, of another version, or damaged.
+    pub fn read(name: &str, bytes: &[u8]) -> Result<Self, IndexError> {
+        let index = match SealedIndex::digest_of(bytes) {
+            Some(_) => SealedIndex::from_bytes(bytes)?.index,
+            None => DepthIndex::from_bytes(bytes)?,
+        };
+        Ok(Self { name: name.to_owned(), digest: Sha256::digest(bytes).into(), index: Arc::new(index) })
+    }
+
+    /// As it was when it was taken apart.
+    pub(crate) fn whole(name: String, digest: [u8; 32], index: DepthIndex) -> Self {
+        Self { name, digest, index: Arc::new(index) }
+    }
+
+    /// What it is called.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// SHA-256 of the file's bytes.
+    pub fn digest(&self) -> [u8; 32] {
+        self.digest
+    }
+
+    /// What it holds, for people.
+    pub fn edition(&self) -> String {
+        self.index.edition()
+    }
+
+    pub(crate) fn index(&self) -> &DepthIndex {
+        &self.index
     }
 }
 

@@ -3,10 +3,11 @@
 use super::exemption::{Answer, Exemption};
 use super::look::{Ahead, Look};
 use super::refuge::{self, Refuge};
-use super::settings::{Chart, GroundingAction, GroundingSettings};
+use super::settings::{Chart, ChartFile, GroundingAction, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::pilot::Gate;
 use charts::depth_index::{DepthIndex, Water};
+use mission::RunId;
 use std::time::Duration;
 use units::MonoTime;
 
@@ -82,6 +83,10 @@ pub(crate) struct Grounding {
     blocked_since: Option<MonoTime>,
     gate: Gate,
     slows: bool,
+    /// A chart that came and is not in force yet, and why.
+    pub(crate) waiting_chart: Option<(ChartFile, String)>,
+    /// A plan under way that the chart in force would refuse, in words.
+    refused_plan: Option<(RunId, String)>,
 }
 
 impl Grounding {
@@ -90,6 +95,24 @@ impl Grounding {
         self.asked = false;
         self.within_since = None;
         self.rest_was_deep = None;
+    }
+
+    /// Another chart is in force, and would refuse the plan under way so.
+    pub(crate) fn charted(&mut self, refused_plan: Option<(RunId, String)>) {
+        self.refused_plan = refused_plan;
+        self.waiting_chart = None;
+        self.rest_was_deep = None;
+    }
+
+    /// Which chart came and is not in force yet, and why.
+    pub(crate) fn waiting_text(&self) -> Option<String> {
+        let (chart, why) = self.waiting_chart.as_ref()?;
+        Some(format!("the chart {} waits: {why}", chart.edition()))
+    }
+
+    /// Why the run would be refused by the chart that came during it.
+    pub(crate) fn refused(&self, run: Option<RunId>) -> Option<&str> {
+        self.refused_plan.as_ref().filter(|(of, _)| Some(*of) == run).map(|(_, why)| &why[..])
     }
 
     /// What manual control may not do.
@@ -136,7 +159,8 @@ impl Grounding {
             advice.push(Advice::ExemptionOver);
         }
         let Some(index) = settings.chart.index() else {
-            *self = Self { exemption: self.exemption, ..Self::default() };
+            let waiting_chart = self.waiting_chart.take();
+            *self = Self { exemption: self.exemption, waiting_chart, ..Self::default() };
             return advice;
         };
         if doing != Doing::Rest {

@@ -31,7 +31,7 @@ use mission::{
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
-use units::MonoTime;
+use units::{LatLon, MonoTime};
 
 /// Runs remembered for their specification; the engine has one at a time and perhaps the one before.
 const RUNS_KEPT: usize = 4;
@@ -44,6 +44,14 @@ pub fn checked(plan: &PlanSpecification, settings: &Settings) -> Result<Plan, Pl
     let notes = notes::notes(plan, settings);
     let draft = PlanDraft { notes, ..translate::draft(plan) };
     Plan::build(&draft, &settings.mission.limits)
+}
+
+/// A plan under way that the chart would refuse.
+#[derive(Debug)]
+pub(crate) struct RefusedPlan {
+    pub(crate) run: RunId,
+    pub(crate) plan_id: String,
+    pub(crate) why: String,
 }
 
 /// Plans and the vehicle's modes.
@@ -107,6 +115,18 @@ impl Plans {
     /// What plans can do, and which one runs.
     pub(crate) fn plan_state(&self) -> &PlanState {
         &self.plan_state
+    }
+
+    /// The plan under way, if the chart in force would refuse it. The way to its first maneuver counts from `place` as
+    /// long as it leads there, and not any more after that.
+    pub(crate) fn refused_under_way(&self, bus: &mut Bus, place: Option<LatLon>) -> Option<RefusedPlan> {
+        let run = self.plan_state.run?;
+        let plan = checked(self.runs.get(&run)?, &self.settings).ok()?;
+        let first = plan.node(plan.start()).map(mission::Node::id);
+        let begins = self.plan_state.maneuver.as_ref().is_none_or(|(id, _)| Some(&id[..]) == first);
+        let from = if begins { place } else { None };
+        let why = chart::check(&self.settings, bus, &plan, from).err()?;
+        Some(RefusedPlan { run, plan_id: plan.id().to_owned(), why })
     }
 
     /// Whether a plan of this name is kept.

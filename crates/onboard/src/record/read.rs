@@ -1,10 +1,12 @@
 //! Reading.
 
+use crate::grounding::ChartFile;
 use crate::input::{
     BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
     TagReading, WaterReading,
 };
 use crate::lease::Lease;
+use charts::depth_index::DepthIndex;
 use mission::Ticket;
 use std::net::SocketAddrV4;
 use std::time::Duration;
@@ -172,6 +174,11 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
             let text = take.text()?;
             Input::ParametersKept(label, if ok { Ok(()) } else { Err(text) })
         }
+        18 => {
+            let (name, digest) = (take.text()?, take.array()?);
+            let index = DepthIndex::from_bytes(take.bytes()?).map_err(|_| Garbled)?;
+            Input::Chart(ChartFile::whole(name, digest, index))
+        }
         _ => return Err(Garbled),
     })
 }
@@ -229,6 +236,7 @@ mod tests {
             Input::Shutdown,
             Input::Order(Peer::Tcp(3), 1 << 50, vec![1, 2, 3]),
             Input::Lease(Lease { epoch: 7, lasts: Duration::from_secs(30), holder: "nils".into() }),
+            Input::Chart(ChartFile::whole("sea".into(), [7; 32], DepthIndex::default())),
         ]
     }
 

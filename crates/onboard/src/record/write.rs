@@ -174,6 +174,12 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
             put.u8(u8::from(outcome.is_ok()));
             put.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
         }
+        Input::Chart(chart) => {
+            put.u8(18);
+            put.bytes(chart.name().as_bytes());
+            put.0.extend(chart.digest());
+            put.bytes(&chart.index().to_bytes());
+        }
     }
 }
 

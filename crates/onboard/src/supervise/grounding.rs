@@ -82,7 +82,10 @@ impl Supervise {
                 };
                 (Condition::Error, format!("{text}; {plans} and the water ahead is not watched"))
             }
-            Ok(text) if *desk.chart() == Chart::Off => (Condition::Normal, text),
+            Ok(text) if *desk.chart() == Chart::Off => {
+                let waits = grounding.waiting_text().map(|waits| format!("; {waits}"));
+                (Condition::Normal, text + &waits.unwrap_or_default())
+            }
             Ok(_) if desk.estimate.is_none() => {
                 (Condition::Fault, "where the vessel is is not known: the water is not watched".to_owned())
             }
@@ -100,10 +103,13 @@ impl Supervise {
                 if grounding.has_asked() {
                     parts.extend(self.standing(desk.bus, Source::Grounding));
                 }
+                let refused = grounding.refused(desk.plans.plan_state().run);
+                parts.extend(refused.map(str::to_owned));
                 parts.push(chart);
+                parts.extend(grounding.waiting_text());
                 let condition = match grounding.stage() {
-                    Stage::Clear => Condition::Normal,
-                    Stage::Ahead | Stage::Near => Condition::Fault,
+                    Stage::Clear if refused.is_none() => Condition::Normal,
+                    Stage::Clear | Stage::Ahead | Stage::Near => Condition::Fault,
                     Stage::Close | Stage::Within => Condition::Error,
                 };
                 (condition, parts.join("; "))

@@ -4,6 +4,7 @@ mod ask;
 mod check;
 mod export;
 mod keep;
+mod sync;
 
 use super::Common;
 use clap::{Args, Subcommand};
@@ -48,6 +49,8 @@ enum ChartCommand {
     ExportGrid(export::GridArguments),
     /// Write the borders of depth areas as dense points.
     ExportVertices(export::VerticesArguments),
+    /// Which chart each vessel holds; and the chart on a medium, for one that no link reaches.
+    Sync(sync::SyncArguments),
 }
 
 impl Set {
@@ -73,5 +76,6 @@ pub(super) fn chart(common: &Common, arguments: &ChartArguments) -> anyhow::Resu
         ChartCommand::Remove(arguments) => keep::remove(&db, json, arguments),
         ChartCommand::ExportGrid(arguments) => export::grid(&db, json, arguments),
         ChartCommand::ExportVertices(arguments) => export::vertices(&db, json, arguments),
+        ChartCommand::Sync(arguments) => sync::sync(&db, &common.load(Vec::new())?, json, arguments),
     }
 }

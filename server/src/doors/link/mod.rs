@@ -4,13 +4,16 @@
 //! connection until the server ends. A connection is two halves: what comes is handed to the vessel's task, what
 //! the task says is written. A connection that takes nothing is closed by the task's bounded channel.
 
+mod chart;
 mod figures;
 mod socket;
 mod vessel;
 
 pub(crate) use socket::open;
 
+use crate::charts::{Charts, ChartsAboard};
 use crate::relay::{Recorder, Relay};
+use api::VesselChart;
 use bytes::Bytes;
 use hub::{CommandId, Outgoing};
 use imc::Address;
@@ -59,6 +62,8 @@ pub(crate) struct Links {
 struct Shared {
     relay: Relay,
     recorder: Recorder,
+    charts: Charts,
+    aboard: ChartsAboard,
     tasks: TaskTracker,
     stop: CancellationToken,
     vessels: Mutex<BTreeMap<u16, Handle>>,
@@ -76,9 +81,22 @@ struct Handle {
 
 impl Links {
     /// The door, for which `/link` is the way in.
-    pub(crate) fn new(relay: Relay, recorder: Recorder, tasks: TaskTracker, stop: CancellationToken) -> Self {
+    pub(crate) fn new(
+        relay: Relay,
+        recorder: Recorder,
+        (charts, aboard): (Charts, ChartsAboard),
+        tasks: TaskTracker,
+        stop: CancellationToken,
+    ) -> Self {
         let (vessels, connections) = (Mutex::default(), AtomicU64::new(1));
-        Self { shared: Arc::new(Shared { relay, recorder, tasks, stop, vessels, connections }) }
+        let shared = Shared { relay, recorder, charts, aboard, tasks, stop, vessels, connections };
+        Self { shared: Arc::new(shared) }
+    }
+
+    /// Which chart a vessel holds, beside the one ashore.
+    pub(crate) fn chart(&self, vessel: Address) -> VesselChart {
+        let ashore = self.shared.charts.offered().borrow().as_ref().map(|parcel| parcel.digest());
+        self.shared.aboard.chart(vessel, ashore)
     }
 
     /// How the links of all vessels are.
@@ -135,6 +153,7 @@ impl Links {
                 Address(address),
                 shared.relay.clone(),
                 shared.recorder.clone(),
+                (shared.charts.offered(), shared.aboard.clone()),
                 told,
                 Arc::clone(&late),
                 index,

@@ -2,13 +2,14 @@
 
 use super::figures::Figures;
 use super::{Event, Out};
+use crate::charts::{ChartsAboard, Parcel};
 use crate::relay::{Connection, Recorder, Relay};
 use bytes::Bytes;
 use hub::{CommandId, Door, Incoming, Lane, LinkSeq, Outgoing, Peer, Receipt, Role, Sources, TIME_TO_LIVE};
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
-    ByeCode, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
+    ByeCode, ChartAsk, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
     ShoreSettings, ShoreStatus,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,24 +31,28 @@ const FIGURES: Duration = Duration::from_secs(1);
 /// Every so many times its latency is recorded.
 const RECORD_EVERY: u32 = 10;
 
-/// What the recorder answers.
-#[derive(Clone, Copy)]
-enum Answer {
+/// What the disk answers.
+pub(super) enum Answer {
     /// What is durable of the stream that greeted on this connection.
     Durable(ConnectionId, u64, Option<u64>),
     /// A gap of a stream is kept: its first number and the one after its last.
     Kept(u64, u64, u64),
+    /// A part of the chart was read.
+    Part(ConnectionId, ChartAsk, Option<Bytes>),
 }
 
 /// Owns a vessel's session.
 pub(super) struct Task {
-    vessel: Address,
+    pub(super) vessel: Address,
     relay: Relay,
     recorder: Recorder,
     shore: Shore,
     connections: BTreeMap<ConnectionId, mpsc::Sender<Out>>,
-    /// What comes back from the recorder.
-    answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
+    /// The chart that vessels are offered, and what they say of theirs.
+    pub(super) chart: watch::Receiver<Option<Arc<Parcel>>>,
+    pub(super) aboard: ChartsAboard,
+    /// What comes back from the disk.
+    pub(super) answers: (mpsc::Sender<Answer>, mpsc::Receiver<Answer>),
     stream: Option<u64>,
     /// Highest durable number of the stream, as the store said.
     durable: Option<u64>,
@@ -72,6 +77,7 @@ impl Task {
         vessel: Address,
         relay: Relay,
         recorder: Recorder,
+        (chart, aboard): (watch::Receiver<Option<Arc<Parcel>>>, ChartsAboard),
         status: watch::Sender<ShoreStatus>,
         late: Arc<AtomicU64>,
         index: usize,
@@ -87,6 +93,8 @@ impl Task {
             recorder,
             shore: Shore::new(ShoreSettings::default()),
             connections: BTreeMap::new(),
+            chart,
+            aboard,
             answers: mpsc::channel(16),
             stream: None,
             durable: None,
@@ -111,6 +119,8 @@ impl Task {
         let mut figures = tokio::time::interval(FIGURES);
         let mut control = self.relay.control();
         self.tell_control();
+        let mut chart = self.chart.clone();
+        self.offer_chart();
         loop {
             let due = self.shore.poll_timeout();
             tokio::select! {
@@ -145,6 +155,7 @@ impl Task {
                     }
                     self.tell_control();
                 }
+                Ok(()) = chart.changed() => self.offer_chart(),
                 _ = figures.tick() => self.figures().await,
             }
             if self.carry_out(&hub).await.is_err() {
@@ -161,7 +172,7 @@ impl Task {
         link::Now { mono: now.mono, utc: now.utc }
     }
 
-    fn handle(&mut self, input: ShoreInput) {
+    pub(super) fn handle(&mut self, input: ShoreInput) {
         let now = self.now();
         self.shore.handle(now, input);
     }
@@ -248,6 +259,8 @@ impl Task {
                         |record: Record| Incoming { packet: record.packet, link: None, lane: Lane::Live };
                     hub.give(records.into_iter().map(live).collect()).await?;
                 }
+                ShoreOutput::ChartPart(id, ask) => self.read_chart(id, ask),
+                ShoreOutput::ChartReport(report) => self.chart_aboard(report),
                 ShoreOutput::Outcome(id, outcome) => {
                     self.outcome(id, &outcome);
                     if let Some(command) = self.orders.remove(&id) {
@@ -300,6 +313,7 @@ impl Task {
                 let durable = self.acknowledgeable();
                 self.handle(ShoreInput::Resume(id, durable));
             }
+            Answer::Part(id, ask, bytes) => self.handle(ShoreInput::ChartPart(id, ask, bytes)),
             Answer::Kept(stream, from, to) => {
                 if self.stream == Some(stream) {
                     self.gaps.insert(from, to);

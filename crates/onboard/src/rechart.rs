@@ -1,0 +1,98 @@
+//! Another sea chart takes the place of the one in force, while the program runs.
+//!
+//! It does so at once: what it knows better must count at once. Only a vessel under way for whose place the other
+//! chart has no data goes on by the one it has until it rests, as it would be stopped where it is by a chart of
+//! somewhere else; and a vessel that sails without any chart goes on so until it is where the chart has data.
+//!
+//! A plan under way is held against the new chart, all of it but the way to its first maneuver once that is over. One
+//! that is refused goes on, as its danger may be far away or passed, but that is told: in the log book, and as a fault
+//! of the grounding supervisor until the plan ends. The supervisor watches the water ahead by the new chart and acts
+//! before danger as it always does. Plans that are stored are held against the chart when they start.
+
+use crate::brain::Brain;
+use crate::entity::Entity;
+use crate::grounding::{Chart, ChartFile, GroundingAction};
+use crate::output::Level;
+use charts::depth_index::Water;
+
+impl Brain {
+    /// The chart in force.
+    pub fn chart(&self) -> &Chart {
+        &self.settings.grounding.chart
+    }
+
+    /// Why a chart that came is not in force yet.
+    pub fn chart_waits(&self) -> Option<&str> {
+        self.supervise.grounding.waiting_chart.as_ref().map(|(_, why)| &why[..])
+    }
+
+    /// Another chart came.
+    pub(crate) fn charted(&mut self, chart: ChartFile) {
+        let waiting = self.supervise.grounding.waiting_chart.as_ref();
+        if waiting.is_some_and(|(waiting, _)| waiting.digest() == chart.digest()) {
+            return;
+        }
+        if self.settings.grounding.chart.digest() == Some(chart.digest()) {
+            self.supervise.grounding.waiting_chart = None;
+            return;
+        }
+        match self.reason_to_wait(&chart) {
+            None => self.put_in_force(chart),
+            Some(why) => {
+                let text = format!("the chart {} came and waits: {why}", chart.edition());
+                self.bus.entry(Entity::Grounding, Level::Info, text);
+                self.supervise.grounding.waiting_chart = Some((chart, why.to_owned()));
+            }
+        }
+    }
+
+    /// Looks again at a chart that waits.
+    pub(crate) fn look_at_waiting_chart(&mut self) {
+        let Some((chart, _)) = self.supervise.grounding.waiting_chart.clone() else { return };
+        match self.reason_to_wait(&chart) {
+            None => self.put_in_force(chart),
+            Some(why) => self.supervise.grounding.waiting_chart = Some((chart, why.to_owned())),
+        }
+    }
+
+    fn reason_to_wait(&self, chart: &ChartFile) -> Option<&'static str> {
+        let unguarded = self.settings.grounding.chart == Chart::Off;
+        if !unguarded && self.plans.plan_state().run.is_none() {
+            return None;
+        }
+        let Some(estimate) = self.estimate() else {
+            return unguarded.then_some("where the vessel is is not known yet");
+        };
+        let limits = &self.settings.grounding.limits;
+        let water = chart.index().depth_at(estimate.place, &limits.demand(limits.navigable_m)).water;
+        (water == Water::NoData).then_some(if unguarded {
+            "it has no data where the vessel is"
+        } else {
+            "it has no data where the vessel is; it is used when the vessel rests"
+        })
+    }
+
+    fn put_in_force(&mut self, chart: ChartFile) {
+        let text = format!("the sea chart is {} from here on", chart.edition());
+        self.settings.grounding.chart = Chart::Loaded(chart);
+        self.plans.reconfigure(&self.settings);
+        self.bus.entry(Entity::Grounding, Level::Info, text);
+        let own = self.supervise.remedy_run();
+        let place = self.pilot.place();
+        let refused = self.plans.refused_under_way(&mut self.bus, place);
+        let refused = refused.filter(|refused| Some(refused.run) != own);
+        let refused = refused.map(|refused| {
+            let then = match self.settings.grounding.action {
+                GroundingAction::Warn => "nothing but a warning comes before danger: stop it",
+                GroundingAction::Slow => "the vessel only slows down before danger: stop it",
+                GroundingAction::Stop => "the vessel stops before danger",
+                GroundingAction::DeepWater => "the vessel turns back before danger",
+            };
+            let text =
+                format!("by the new chart '{}' would be refused: {}; {then}", refused.plan_id, refused.why);
+            self.bus.entry(Entity::Grounding, Level::Error, text.clone());
+            (refused.run, text)
+        });
+        self.supervise.grounding.charted(refused);
+    }
+}
