@@ -85,7 +85,7 @@ export function startVessel(root: HTMLElement): void {
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
   const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
-  const map = createMap(mapBox, () => undefined);
+  const map = createMap(mapBox, () => undefined, address);
   all.addEventListener("click", () => map.showAll());
   const tiles = createTiles(tileBox);
   createMeasure(map, mapFrame);
