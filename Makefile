@@ -5,7 +5,7 @@
 
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS := geofile imc_packet imc_deframer imc_json imc_lsf link_message store_arrivals \
+FUZZ_TARGETS := geofile imc_packet imc_deframer imc_json imc_lsf lakes link_message store_arrivals \
   $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/charts_*.rs))
 
 say = @printf '\n== %s\n' "$(1)"
@@ -92,11 +92,16 @@ bench: setup web chromium
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package mission --bench guard
+	@command -v ogr2ogr >/dev/null || { \
+	  echo "Installing GDAL (135 MB, once), to import the same cells beside"; \
+	  apt-get update -q && apt-get install -qy --no-install-recommends gdal-bin; } || \
+	  echo "not installed: what needs it is skipped and says so"
 	cargo bench --locked --package chartdb --bench chartdb
 	cargo bench --locked --package store --bench store
 	cargo bench --locked --package hub --bench hub
 	cargo bench --locked --package server --bench relay
 	@sh scripts/bench-agent
+	cargo test --release --locked --package onboard --test drives -- --ignored --nocapture
 	@sh scripts/bench-live
 	$(call say,The pages in a browser)
 	@sh scripts/bench-pages

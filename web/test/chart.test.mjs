@@ -27,6 +27,29 @@ test("the safety contour is the shallowest charted one that is deep enough", () 
   assert.equal(chart.safetyContour([0, 2], LIMITS), undefined);
 });
 
+test("a safety depth may be chosen, and never one that the guard would not take", () => {
+  for (const [chosen, safe] of [[null, 5], ["", 5], [" ", 5], ["8.5", 8.5], ["3", 5], ["-1", 5], ["Infinity", 5], ["1e9", 5], ["deep", 5]]) {
+    assert.deepEqual(chart.drawnLimits(LIMITS, chosen), { navigable_m: 1, autonomous_m: safe }, String(chosen));
+  }
+});
+
+test("a danger is an isolated one in otherwise safe water only", () => {
+  for (const [depth, watlev, around, isolated] of [
+    [2, 3, 10, true],
+    [2, 3, 5, true],
+    [2, 3, 3, false],
+    [2, 3, undefined, false],
+    [5, 3, 10, true],
+    [5.1, 3, 10, false],
+    [undefined, 3, 10, true],
+    [undefined, undefined, 10, true],
+    [undefined, undefined, 0, false],
+  ]) {
+    assert.equal(chart.isIsolated(depth, watlev, around, LIMITS), isolated, `${depth} m in ${around} m`);
+  }
+  assert.equal(chart.isIsolated(2, 3, 3, { navigable_m: 1, autonomous_m: 3 }), true);
+});
+
 test("soundings are whole metres with decimals set low, never deeper than charted", () => {
   for (const [depth, text] of [[4.5, "4₅"], [0, "0"], [0.4, "0₄"], [30.9, "30₉"], [31.9, "31"], [4.99, "4₉"], [12, "12"], [2.3, "2₃"], [-1.5, "1\u0332₅"], [-12, "1\u03322\u0332"]]) {
     assert.equal(chart.soundingText(depth), text, String(depth));

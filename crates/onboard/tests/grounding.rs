@@ -188,6 +188,30 @@ fn a_current_onto_a_shoal_makes_a_silent_operators_vessel_turn_back() {
     assert_eq!(sea.plan_state().plan_id, "deep water");
 }
 
+/// So slowly that no course can be told, and for long.
+#[test]
+fn a_vessel_that_lies_at_its_operators_hand_does_not_creep_onto_a_shoal() {
+    let chart = chartmaker().with(Ground::Depth(0.4), point(60.0, 0.0), 30.0, 24);
+    let settings = with_chart(Chart::of("made up", chart.index()));
+    let mut sea = Sea::with(settings, |vessel| {
+        (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = (0.04, 0.0);
+    })
+    .ready();
+    steer(&mut sea);
+    full_ahead(&mut sea, 60.0, point(60.0, 0.0));
+    sea.send(RemoteActions { actions: "Throttle=0".into() });
+    let lay_m = sea.position().distance_m(point(60.0, 0.0));
+    let mut nearest_m = f64::INFINITY;
+    for _ in 0..800 {
+        sea.run(0.5);
+        nearest_m = nearest_m.min(sea.position().distance_m(point(60.0, 0.0)));
+    }
+    assert!(lay_m < 45.0, "it lay close: {lay_m}");
+    // Shoal, hull and the position's uncertainty.
+    assert!(nearest_m > 30.0 + 1.2 + 3.0, "{nearest_m}");
+    assert!(says(&sea, Entity::Grounding, "it lies close to danger and drifts closer: back to deep water"));
+}
+
 /// The plan is in deep water but a reference leads elsewhere: what nobody knows beforehand is watched.
 #[test]
 fn a_reference_towards_land_ends_in_deep_water() {

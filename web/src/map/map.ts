@@ -10,6 +10,7 @@ import VectorImageLayer from "ol/layer/VectorImage";
 import VectorSource from "ol/source/Vector";
 import { defaults as defaultControls, MousePosition, ScaleLine } from "ol/control";
 import { boundingExtent } from "ol/extent";
+import { defaults as defaultInteractions, MouseWheelZoom } from "ol/interaction";
 import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
@@ -28,6 +29,8 @@ const NOWHERE = fromLonLat([10.4, 63.44]);
 const EARTH_M = 6_371_000;
 /** No vessel here goes faster: how far it can have got since it was heard, m/s. */
 const FASTEST_MPS = 3;
+/** A wheel that rests so long is turned anew, ms. */
+const WHEEL_MS = 400;
 /** A circle larger than this says nothing any more, m. */
 const FARTHEST_M = 50_000;
 /** The newest points of a track that are drawn apart from the rest, at most. */
@@ -72,15 +75,20 @@ export interface FleetMap {
   dispose(): void;
 }
 
-/** Draws into `root`; `select` is called with the address of a vessel that is clicked. `first`: those with the first colours. */
-export function createMap(root: HTMLElement, select: (address: number) => void, first: readonly number[] = []): FleetMap {
+/**
+ * Draws into `root`, for `vessel` where it is one vessel's map; `select` is called with the address of one that is
+ * clicked. `first`: those with the first colours.
+ */
+export function createMap(root: HTMLElement, select: (address: number) => void, vessel?: number, first: readonly number[] = []): FleetMap {
   let palette = readPalette(first);
   const drawn = new Map<number, Drawn>();
   // Tracks are long and grow a little at a time: what is not their newest part is drawn anew seldom.
   const [moving, tracks] = [new VectorSource(), new VectorSource()];
   let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
+  const wheel = wheelOn(root);
   const map = new OlMap({
     target: root,
+    interactions: defaultInteractions({ mouseWheelZoom: false }).extend([new MouseWheelZoom({ condition: wheel.isOwn })]),
     layers: [
       graticule,
       new VectorImageLayer({ source: tracks, zIndex: 1, imageRatio: TRACK_RATIO }),
@@ -104,7 +112,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
   const overlays = createOverlays(map, () => palette);
   // A click means something else while a place is picked or a tool of the plan editor is in hand.
   const busy = (): boolean => root.hasAttribute("data-picking") || (root.dataset["tool"] ?? "") !== "";
-  const chart = createChart(map, root.parentElement ?? root, busy, (place) => overlays.cursor(place));
+  const chart = createChart(map, root.parentElement ?? root, busy, (place) => overlays.cursor(place), vessel);
   chart.onChart(({ bounds }) => {
     // Nobody has led the map anywhere yet: the chart is a better place than none.
     if (!bounds || String(map.getView().getCenter()) !== String(NOWHERE)) return;
@@ -236,11 +244,27 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     showAll,
     dispose() {
       chart.dispose();
+      wheel.dispose();
       dark.removeEventListener("change", repaint);
       chosen.disconnect();
       map.setTarget(undefined);
     },
   };
+}
+
+/**
+ * Tells a wheel that is turned over the map, which zooms it, from one that began beside it and scrolls the page: that one goes
+ * on scrolling when the map comes under the pointer.
+ */
+function wheelOn(root: HTMLElement): { isOwn(): boolean; dispose(): void } {
+  let own = true;
+  let lastMs = -Infinity;
+  const turned = (event: WheelEvent): void => {
+    if (event.timeStamp - lastMs > WHEEL_MS) own = event.target instanceof Node && root.contains(event.target);
+    lastMs = event.timeStamp;
+  };
+  window.addEventListener("wheel", turned, { capture: true, passive: true });
+  return { isOwn: () => own, dispose: () => window.removeEventListener("wheel", turned, { capture: true }) };
 }
 
 function graticuleLayer(ink: string, halo: string, grid: string): Graticule {

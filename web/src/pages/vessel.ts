@@ -99,7 +99,7 @@ export function startVessel(root: HTMLElement): void {
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
   const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
-  const map = createMap(mapBox, () => undefined, beside.colours);
+  const map = createMap(mapBox, () => undefined, address, beside.colours);
   all.addEventListener("click", () => map.showAll());
   const tiles = createTiles(tileBox);
   createMeasure(map, mapFrame);

@@ -13,6 +13,8 @@ export type Shade = "drying" | "very-shallow" | "shallow" | "safe" | "deep" | "u
 
 /** From here on the chart is at its calmest, m. */
 const DEEP_M = 20;
+/** The greatest safety depth that may be chosen, m. */
+export const MOST_SAFETY_M = 200;
 /** A pixel is this large, m (OGC). */
 const PIXEL_M = 0.000_28;
 /** A chart that is shown larger than this many times its own scale promises more than it holds. */
@@ -31,11 +33,27 @@ export function shadeOf(depth_m: number | undefined, limits: DepthLimits): Shade
   return depth_m < Math.max(DEEP_M, 2 * limits.autonomous_m) ? "safe" : "deep";
 }
 
+/** The limits that are drawn where somebody has chosen a safety depth: never less than what the guard goes by. */
+export function drawnLimits(limits: DepthLimits, chosen: string | null): DepthLimits {
+  const wanted = chosen?.trim() ? Number(chosen) : NaN;
+  const safe = Number.isFinite(wanted) && wanted <= MOST_SAFETY_M ? Math.max(wanted, limits.autonomous_m) : limits.autonomous_m;
+  return { navigable_m: limits.navigable_m, autonomous_m: safe };
+}
+
 /** The contour that stands for the safety depth: the shallowest charted one that is no shallower. */
 export function safetyContour(charted_m: Iterable<number>, limits: DepthLimits): number | undefined {
   let found: number | undefined;
   for (const value of charted_m) if (value >= limits.autonomous_m && (found === undefined || value < found)) found = value;
   return found;
+}
+
+/**
+ * Whether a danger is one in water that is otherwise safe, which alone has the magenta symbol (S-52, UDWHAZ): too shallow
+ * for a vessel by itself or of unknown depth, in an area that is charted as deep enough.
+ */
+export function isIsolated(depth_m: number | undefined, watlev: number | undefined, around_m: number | undefined, limits: DepthLimits): boolean {
+  const dangerous = depth_m === undefined ? watlev === 3 || watlev === undefined : depth_m <= limits.autonomous_m;
+  return dangerous && around_m !== undefined && around_m >= limits.autonomous_m;
 }
 
 /** A sounding as charts write it: whole metres, decimals set low, what dries underlined. Cut, never rounded up to deeper. */

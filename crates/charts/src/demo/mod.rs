@@ -18,6 +18,7 @@ mod tests;
 use crate::s57::GeoPoint;
 use crate::s57::write::WriteError;
 use sea::Sea;
+use units::LatLon;
 
 /// What the cells say of themselves.
 pub const NOT_FOR_NAVIGATION: &str = "LUTRA DEMONSTRATION - NOT FOR NAVIGATION - NOTHING OF THIS IS REAL";
@@ -100,6 +101,26 @@ pub fn archipelago() -> Result<Vec<DemoFile>, WriteError> {
     let file =
         |extent: &Extent| Ok(DemoFile { name: extent.name, bytes: cell::lay(extent, &sea).to_bytes()? });
     [&APPROACH, &HARBOUR].into_iter().map(file).collect()
+}
+
+/// The sea floor that the cells of [`archipelago`] are drawn from.
+pub fn sea_floor() -> SeaFloor {
+    SeaFloor(Sea::new())
+}
+
+/// What the cells are a chart of.
+pub struct SeaFloor(Sea);
+
+impl SeaFloor {
+    /// Where the demonstration's first Otter starts.
+    pub const ORIGIN: GeoPoint = GeoPoint { lon_deg: ORIGIN_DEG[1], lat_deg: ORIGIN_DEG[0] };
+
+    /// Depth at a place (m) below chart datum; negative on land. What people put there, such as pontoons and
+    /// piles, is not the floor.
+    pub fn depth_m(&self, place: LatLon) -> f64 {
+        let local = |deg: f64, axis: usize| (deg - ORIGIN_DEG[1 - axis]) * METRES_PER_DEG[1 - axis];
+        -self.0.height_m([local(place.lon_deg(), 0), local(place.lat_deg(), 1)])
+    }
 }
 
 /// The place of a local point.

@@ -8,7 +8,6 @@ use crate::depth_index::{Demand, DepthIndex, IndexBuilder, Leg, Water};
 use crate::s57::{AttributeCode, Cell, NamedBytes, ObjectClass};
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
-use units::LatLon;
 
 fn files() -> &'static [DemoFile] {
     static FILES: OnceLock<Vec<DemoFile>> = OnceLock::new();

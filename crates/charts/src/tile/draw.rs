@@ -198,6 +198,8 @@ impl View<'_> {
             Layer::Danger => {
                 says.extend(number(AttributeCode::VALSOU).map(|value| ("depth_m", value)));
                 says.extend(number(AttributeCode::WATLEV).map(|value| ("watlev", value)));
+                let around = self.sheet.around_m(item.object).map(Value::Number);
+                says.extend(around.map(|value| ("around_m", value)));
             }
             Layer::Aid => {
                 colour = words(AttributeCode::from_acronym("COLOUR"));

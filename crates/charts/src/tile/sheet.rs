@@ -116,6 +116,8 @@ pub struct Sheet {
     sources: Vec<Source>,
     objects: Vec<About>,
     by_record: BTreeMap<(u32, u32), u32>,
+    /// Least depth of the charted area in which a danger lies (m), by object.
+    around_m: BTreeMap<u32, f64>,
     /// By layer, those without one last; within a layer by where they are.
     items: Vec<Item>,
     /// By layer, [`Layer::ALL`] and those without one last.
@@ -162,7 +164,31 @@ impl Sheet {
             finer.add(own);
         }
         sheet.lay(items);
+        sheet.around_m = sheet.surroundings();
         sheet
+    }
+
+    /// Where dangers lie, in the water of the chart that is drawn there.
+    fn surroundings(&self) -> BTreeMap<u32, f64> {
+        let dangers = self.items.iter().filter(|item| item.layer == Some(Layer::Danger));
+        let around = |item: &Item| {
+            let at = item.shape.inner();
+            let holds = |water: &&Item| {
+                let Shape::Areas(areas) = &water.shape else { return false };
+                areas.iter().any(|area| contains(area, at))
+            };
+            let here = self.within(Some(Layer::Water), Bounds { min: at, max: at }).filter(holds);
+            let depth = |water: &Item| self.about(water.object)?.number(AttributeCode::DRVAL1);
+            let least_m = here.map(|water| depth(water).unwrap_or(f64::NEG_INFINITY)).reduce(f64::min);
+            Some((item.object, least_m.filter(|least_m| least_m.is_finite())?))
+        };
+        dangers.filter_map(around).collect()
+    }
+
+    /// Least depth of the charted area in which a danger lies (m); `None` on land, in waters of unknown depth and
+    /// for what is no danger.
+    pub(super) fn around_m(&self, danger: u32) -> Option<f64> {
+        self.around_m.get(&danger).copied()
     }
 
     /// Sorts the items into blocks.

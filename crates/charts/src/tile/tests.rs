@@ -3,7 +3,8 @@
 use super::*;
 use crate::demo;
 use crate::depth_index::{Demand, IndexBuilder, Source, Water};
-use crate::s57::{Cell, GeoPoint, Geometry, NamedBytes, ObjectClass};
+use crate::s57::write::{CellDraft, FeatureDraft};
+use crate::s57::{AttributeCode, Cell, GeoPoint, Geometry, NamedBytes, ObjectClass};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use units::LatLon;
@@ -293,8 +294,13 @@ fn no_danger_is_lost_from_its_zoom_on() {
     let cells = cells();
     let sheet = sheet(&cells);
     let finest = cells.iter().max_by_key(|cell| cell.id.band).unwrap();
+    let mut builder = IndexBuilder::new();
+    for cell in &cells {
+        builder.add_features(source(cell), &cell.features).unwrap();
+    }
+    let index = builder.build().unwrap();
     let dangerous = [ObjectClass::UWTROC, ObjectClass::WRECKS, ObjectClass::OBSTRN, ObjectClass::PILPNT];
-    let mut seen = 0;
+    let (mut seen, mut in_water) = (0, 0);
     for feature in finest.features.iter().filter(|feature| dangerous.contains(&feature.class)) {
         let Some(place) = feature.geometry.points().next() else { continue };
         let object = sheet.object_of(&source(finest).name, feature.record).unwrap();
@@ -309,10 +315,17 @@ fn no_danger_is_lost_from_its_zoom_on() {
                 assert!((x as f64 - local[0]).abs() <= 1.0 && (y as f64 - local[1]).abs() <= 1.0);
             }
             assert_eq!(found.text("cls"), feature.class.acronym().unwrap());
+            let at = LatLon::from_deg(place.lat_deg, place.lon_deg).unwrap();
+            if let Some(around_m) = found.number("around_m") {
+                // The danger itself counts for the index: what it lies in is no shallower.
+                let here = index.depth_at(at, &Demand::default()).water.least_m();
+                assert!(here.is_none_or(|here| here <= around_m), "{} {}", feature.class, feature.record);
+                in_water += 1;
+            }
             seen += 1;
         }
     }
-    assert!(seen > 50, "{seen}");
+    assert!(seen > 50 && in_water > seen / 2, "{seen}, {in_water} of them in charted water");
 }
 
 #[test]
@@ -373,4 +386,67 @@ fn a_coarser_chart_is_cut_off_where_a_finer_one_begins() {
     assert!(inside.iter().all(|(name, _)| name == "XX5LUTRA"), "{inside:?}");
     let outside = near(63.46, 10.28);
     assert!(outside.iter().all(|(name, _)| name == "XX4LUTRA") && !outside.is_empty(), "{outside:?}");
+}
+
+/// A cell of one square of water between two corners, and an obstruction on its western and eastern side.
+fn square(name: &str, [west, south, east, north]: [f64; 4]) -> Cell {
+    let mut draft = CellDraft::new(name, 5, 10_000);
+    let at = |lon_deg, lat_deg| GeoPoint { lon_deg, lat_deg };
+    let corners = [at(west, south), at(west, north), at(east, north), at(east, south)];
+    let nodes = corners.map(|corner| draft.records.connected_node(corner));
+    let sides = [0, 1, 2, 3].map(|one| draft.records.edge(nodes[one], nodes[(one + 1) % 4], &[]));
+    let ring = sides.map(|side| side.forward());
+    for class in [ObjectClass::M_COVR, ObjectClass::DEPARE] {
+        let area = FeatureDraft::area(class, &ring).with(AttributeCode::CATCOV, "1");
+        draft.records.feature(area.with(AttributeCode::DRVAL1, "5"));
+    }
+    for lon_deg in [west, east] {
+        let node = draft.records.isolated_node(at(lon_deg, f64::midpoint(south, north)));
+        draft.records.feature(FeatureDraft::point(ObjectClass::OBSTRN, node));
+    }
+    Cell::read(NamedBytes { name, bytes: &draft.to_bytes().unwrap() }, &[]).unwrap()
+}
+
+#[test]
+fn cells_that_meet_at_the_antimeridian_fill_the_tiles_on_both_sides_of_it() {
+    let cells = [
+        square("XX5A0001.000", [179.9, -16.6, 180.0, -16.5]),
+        square("XX5A0002.000", [-180.0, -16.6, -179.9, -16.5]),
+    ];
+    let sheet = sheet(&cells);
+    for zoom in 4..=MOST_ZOOM {
+        let last = (1_u32 << zoom) - 1;
+        let (wide, middle) = (4096.0, GeoPoint { lon_deg: 180.0, lat_deg: -16.55 });
+        let ([_, row], [_, y]) = in_tile(middle, zoom);
+        // The cell's width in the units of the tile, by what is left of it there.
+        let width = (0.1 / 360.0 * f64::from(1_u32 << zoom) * wide).min(wide + 64.0);
+        for (column, edge, inwards) in [(last, wide, -1.0), (0, 0.0, 1.0)] {
+            let layers = decoded(&sheet.tile(zoom, column, row).unwrap());
+            let stands = |one: &Got| (one.parts[0][0][0] as f64 - edge).abs() <= 1.0;
+            let danger = layers.get("danger").is_some_and(|dangers| dangers.iter().any(stands));
+            assert!(
+                danger || zoom < ALL_DANGERS,
+                "zoom {zoom}, column {column}: what stands on the meridian"
+            );
+            if width < 8.0 {
+                continue;
+            }
+            let [water] = layers["water"].as_slice() else { panic!("zoom {zoom}: {:?}", layers["water"]) };
+            let at = |share: f64| [edge + inwards * share * width, y];
+            assert!(water.holds(at(0.02)) && water.holds(at(0.9)), "zoom {zoom}, column {column}");
+            assert!(zoom > 11 || !water.holds(at(1.2)), "zoom {zoom}: only as far as it goes");
+            // The last of the world's units stands for 180°: at the finest zoom it is one short of the edge.
+            let reach = water.parts.iter().flatten().map(|[x, _]| (*x as f64 - edge) * inwards);
+            let (least, most) = reach.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+            assert!(
+                (-64.0..=1.0).contains(&least) && (most - width).abs() <= 2.0,
+                "{zoom}: {least} to {most}"
+            );
+        }
+    }
+    // None spans the world: between them there is nothing.
+    for column in [1, 7, 14] {
+        let ([_, row], _) = in_tile(GeoPoint { lon_deg: 0.0, lat_deg: -16.55 }, 4);
+        assert_eq!(sheet.tile(4, column, row), Ok(Vec::new()));
+    }
 }

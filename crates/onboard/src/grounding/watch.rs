@@ -20,6 +20,10 @@ const SLOW_MPS: f64 = 0.7;
 /// From the decision to turn back until way is made away from danger (s): an Otter turns on the spot by 180° in
 /// 10 s, and needs some to gather way.
 const TURN_S: f64 = 15.0;
+/// Slower lies, and what carries it is too slow for a course to be known (m/s).
+const LYING_MPS: f64 = 0.2;
+/// A vessel that lies close to danger and comes so much closer drifts in (m).
+const CREEP_M: f64 = 1.0;
 /// Way beyond danger within stopping distance that does not matter (m).
 const SLACK_M: f64 = 0.5;
 
@@ -81,6 +85,10 @@ pub(crate) struct Grounding {
     rest_was_deep: Option<bool>,
     within_since: Option<MonoTime>,
     blocked_since: Option<MonoTime>,
+    /// The most room beyond hull and uncertainty while it lies close to danger (m).
+    lay_m: Option<f64>,
+    /// It lies close to danger and comes closer.
+    creeps: bool,
     gate: Gate,
     slows: bool,
     /// A chart that came and is not in force yet, and why.
@@ -95,6 +103,7 @@ impl Grounding {
         self.asked = false;
         self.within_since = None;
         self.rest_was_deep = None;
+        self.lay_m = None;
     }
 
     /// Another chart is in force, and would refuse the plan under way so.
@@ -176,6 +185,11 @@ impl Grounding {
         self.speed_mps = motion.speed_over_ground_mps();
         let stage = self.judge(&look, settings, course_rad);
         let exempt = exempt && doing == Doing::Operator;
+        let lies = matches!(doing, Doing::Rest | Doing::Operator) && !exempt;
+        self.creeps = lies && self.creeps_in(&look, settings);
+        if !lies {
+            self.lay_m = None;
+        }
         self.gate = if doing == Doing::Operator && !exempt {
             gate(&look, settings, estimate)
         } else {
@@ -229,13 +243,14 @@ impl Grounding {
         let wanted = match doing {
             Doing::Own => false,
             Doing::Plan | Doing::Remedy => stage >= Stage::Close,
-            Doing::Operator => self.operator_needs_help(now, look, settings, course_rad),
+            Doing::Operator => self.operator_needs_help(now, look, settings, course_rad) || self.creeps,
             Doing::Rest => {
                 let was_deep = *self.rest_was_deep.get_or_insert_with(|| {
                     let deep = settings.limits.demand(settings.limits.autonomous_m);
                     index.shallowest_within(look.place, look.hull_m, &deep).navigable
                 });
-                was_deep && (stage == Stage::Within || self.drifts_in(look, settings, course_rad))
+                was_deep
+                    && (stage == Stage::Within || self.creeps || self.drifts_in(look, settings, course_rad))
             }
         };
         if !wanted || self.asked {
@@ -258,6 +273,22 @@ impl Grounding {
     fn drifts_in(&self, look: &Look<'_>, settings: &GroundingSettings, course_rad: f64) -> bool {
         let way_m = TURN_S * self.speed_mps + settings.reserve_m / 2.0;
         self.speed_mps > LEAST_MPS / 2.0 && look.ahead(course_rad, way_m).is_some()
+    }
+
+    /// It lies close to danger and comes closer, however slowly: what began clear ends before the uncertainty of the
+    /// position is used up.
+    fn creeps_in(&mut self, look: &Look<'_>, settings: &GroundingSettings) -> bool {
+        let own_m = look.hull_m + look.demand.position_m;
+        let close_m = settings.reserve_m / 2.0;
+        let lies = self.speed_mps < LYING_MPS;
+        let room_m = lies.then(|| look.clear_radius_m(look.place, own_m + close_m) - own_m);
+        let Some(room_m) = room_m.filter(|room_m| *room_m < close_m) else {
+            self.lay_m = None;
+            return false;
+        };
+        let lay_m = self.lay_m.unwrap_or(room_m).max(room_m);
+        self.lay_m = Some(lay_m);
+        lay_m > 0.0 && room_m <= (lay_m - CREEP_M).max(0.0)
     }
 
     /// Thrust towards danger is blocked, and yet the vessel goes in.
@@ -302,6 +333,7 @@ impl Grounding {
         let Some(ahead) = &self.ahead else {
             return match self.stage() {
                 Stage::Within => "hull or position uncertainty touches danger".to_owned(),
+                _ if self.creeps => "it lies close to danger and drifts closer".to_owned(),
                 _ => "the water ahead is deep enough".to_owned(),
             };
         };

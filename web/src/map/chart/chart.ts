@@ -4,7 +4,7 @@ import type OlMap from "ol/Map";
 import { toLonLat } from "ol/proj";
 import { getJson, reason } from "../../api/http";
 import type { ChartSet } from "../../api/types.gen";
-import { isOverscale, keptSwitches, shownScale, type Switch, SWITCHES } from "../../state/chart";
+import { type DepthLimits, drawnLimits, isOverscale, keptSwitches, MOST_SAFETY_M, shownScale, type Switch, SWITCHES } from "../../state/chart";
 import { make, setAttribute, setText } from "../../ui/dom";
 import { chartAt, depthWords } from "./api";
 import { createLayers } from "./layers";
@@ -22,6 +22,8 @@ const NEAR_PX = 14;
 /** Farther than this nobody meant, m. */
 const FARTHEST_M = 2_000;
 const KEY = "lutra.chart.without";
+/** The safety depth that was chosen for a vessel, or for the maps that show several. */
+const SAFETY_KEY = "lutra.chart.safety.";
 
 export interface ChartOnMap {
   /** `then` is called with the chart set, again whenever it is another one. */
@@ -30,8 +32,8 @@ export interface ChartOnMap {
   dispose(): void;
 }
 
-/** Draws the chart onto `map` and its words over `box`. `busy` tells that a click on the map means something else now. */
-export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, mark: (place: { lat_deg: number; lon_deg: number } | null) => void): ChartOnMap {
+/** Draws the chart onto `map` and its words over `box`, for `vessel` where the map is one vessel's. `busy` tells that a click on the map means something else now. */
+export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, mark: (place: { lat_deg: number; lon_deg: number } | null) => void, vessel?: number): ChartOnMap {
   const left = keptSwitches(localStorage.getItem(KEY));
   let restyled = (): void => undefined;
   const styles = createStyles(() => restyled());
@@ -41,6 +43,8 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   restyled = layers.changed;
   styles.without(left);
   let chart: ChartSet | undefined;
+  const safetyKey = `${SAFETY_KEY}${vessel ?? "all"}`;
+  const limits = (of: ChartSet): DepthLimits => drawnLimits(of, localStorage.getItem(safetyKey));
   const learnt: ((chart: ChartSet) => void)[] = [];
 
   // What is told.
@@ -70,8 +74,22 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   });
   const always = make("input", { type: "checkbox", disabled: "" });
   always.checked = true;
+  const safety = make("input", { type: "number", step: "0.5", max: String(MOST_SAFETY_M), class: "chart-safety" });
+  safety.addEventListener("change", () => {
+    if (!chart) return;
+    localStorage.setItem(safetyKey, safety.value);
+    drawSafety(chart);
+  });
   const legend = make("ul", { class: "chart-legend", "aria-label": "Shades" });
-  options.append(make("fieldset", {}, make("legend", {}, "Shown"), make("label", { class: "inline" }, always, "Depths, land and dangers (always)"), ...switches), legend);
+  options.append(make("fieldset", {}, make("legend", {}, "Shown"), make("label", { class: "inline" }, always, "Depths, land and dangers (always)"), ...switches), make("label", {}, vessel === undefined ? "Safety depth of the shades, m" : "Safety depth of this vessel's shades, m", safety), legend);
+  const drawSafety = (of: ChartSet): void => {
+    const { autonomous_m: safe } = limits(of);
+    safety.min = String(of.autonomous_m);
+    safety.value = String(safe);
+    styles.limits(limits(of));
+    drawCredit(of);
+    drawLegend();
+  };
   const leave = (name: Switch, out: boolean): void => {
     if (out) left.add(name);
     else left.delete(name);
@@ -82,13 +100,13 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
 
   const drawLegend = (): void => {
     if (!chart) return;
-    const { autonomous_m: safe, navigable_m: least } = chart;
+    const { autonomous_m: safe, navigable_m: least } = limits(chart);
     const colours = styles.colours();
     const entries: readonly (readonly [string, string])[] = [
       [colours.land, "land"],
       [colours.drying, "dries"],
       [colours.veryShallow, `less than ${least} m, or unknown`],
-      [colours.shallow, `${least} to ${safe} m: only under an operator's hand`],
+      [colours.shallow, `${least} to ${safe} m: ${safe > chart.autonomous_m ? "less than the safety depth chosen here" : "only under an operator's hand"}`],
       [colours.safe, `from ${safe} m`],
       [colours.deep, `from ${Math.max(20, 2 * safe)} m`],
     ];
@@ -144,14 +162,13 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
       const next = await getJson<ChartSet>("/api/v1/chart");
       const first = chart?.set !== next.set || chart === undefined;
       chart = next;
-      styles.limits(next);
+      styles.limits(limits(next));
       for (const then of learnt) then(next);
       if (first) {
         layers.show(next);
         box.toggleAttribute("data-chart", next.set !== null);
         setAttribute(tools, "hidden", next.set === null ? "" : null);
-        drawCredit(next);
-        drawLegend();
+        drawSafety(next);
         hatch();
         moved();
         if (next.set === null) tell();
@@ -176,7 +193,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   };
   const drawCredit = (of: ChartSet): void => {
     const cells = of.cells.length > 3 ? `${of.cells.length} charts` : of.cells.map((cell) => `${cell.name} ed. ${cell.edition}.${cell.update}`).join(", ");
-    credit.replaceChildren(...(of.not_for_navigation ? [make("strong", {}, "NOT FOR NAVIGATION"), " · "] : []), `${cells} · depths in m below chart datum · safety depth ${of.autonomous_m} m`);
+    credit.replaceChildren(...(of.not_for_navigation ? [make("strong", {}, "NOT FOR NAVIGATION"), " · "] : []), `${cells} · depths in m below chart datum · safety depth ${limits(of).autonomous_m} m`);
     credit.hidden = of.set === null;
     credit.title = of.cells.map((cell) => `${cell.name}: edition ${cell.edition}, update ${cell.update}, issued ${cell.issued}, 1 : ${cell.scale}. ${cell.comment}`).join("\n");
   };

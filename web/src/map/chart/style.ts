@@ -5,7 +5,7 @@ import type Geometry from "ol/geom/Geometry";
 import Point from "ol/geom/Point";
 import RenderFeature from "ol/render/Feature";
 import { Fill, Stroke, Style, Text } from "ol/style";
-import { type DepthLimits, isOverscale, safetyContour, type Shade, shadeOf, shownScale, soundingText, type Switch } from "../../state/chart";
+import { type DepthLimits, isIsolated, isOverscale, safetyContour, type Shade, shadeOf, shownScale, soundingText, type Switch } from "../../state/chart";
 import { type ChartColours, chartColours } from "./colours";
 import { aidIcon, type Danger, dangerIcon, lightIcon, overscalePattern, soundingIcon } from "./symbols";
 
@@ -91,7 +91,7 @@ export function createStyles(changed: () => void): ChartStyles {
     }));
   };
 
-  /** What symbol a danger has: the magenta one where it is too shallow for a vessel by itself or of unknown depth. */
+  /** What symbol a danger has: the magenta one in otherwise safe water only. */
   const dangerOf = (feature: FeatureLike): Danger => {
     const cls = String(feature.get("cls"));
     const [depth, watlev] = [number(feature.get("depth_m")), number(feature.get("watlev"))];
@@ -101,7 +101,7 @@ export function createStyles(changed: () => void): ChartStyles {
     const showing = watlev === 1 || watlev === 2 || (depth !== undefined && depth < 0 && cls === "WRECKS");
     if (cls === "WRECKS" && showing) return "wreck-showing";
     if (cls === "UWTROC" && (watlev === 4 || watlev === 5 || (depth !== undefined && depth <= 0))) return "rock-awash";
-    if (depth === undefined ? watlev === 3 || watlev === undefined : depth <= limits.autonomous_m) return "isolated";
+    if (isIsolated(depth, watlev, number(feature.get("around_m")), limits)) return "isolated";
     return cls === "WRECKS" ? "wreck" : cls === "UWTROC" ? "rock" : "obstruction";
   };
 

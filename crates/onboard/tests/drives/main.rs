@@ -1,27 +1,30 @@
-//! Random drives on made-up charts: the hull never comes where it is too shallow, and what is safe is not
-//! stopped.
+//! Random drives: the hull never comes where it is too shallow, and what is safe is not stopped.
 //!
 //! Plans with legs over shoals, operators who steer for land or fall silent, references to anywhere; a current,
-//! and a position that is off by up to what is stated. `make test` runs some; all 500 by
-//! `cargo test --release -p onboard --test drives -- --ignored --nocapture`.
+//! and a position that is off by up to what is stated. They go over made-up seas (`made_up`) and over the fictitious
+//! archipelago of the demonstration (`archipelago`). Each is the same in every run, by its seed. `make test` runs
+//! some, all 500 of each by `cargo test --release -p onboard --test drives -- --ignored --nocapture`, which
+//! `make bench` does.
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
+mod archipelago;
+#[path = "../common/mod.rs"]
 mod common;
+mod made_up;
 
+use archipelago::Archipelago;
 use common::*;
 use imc::messages::*;
+use made_up::MadeUp;
 use onboard::{Chart, Entity, GroundingSettings, Settings};
 use std::f64::consts::TAU;
 use std::ops::Range;
-use testkit::sea::{Ground, Sea as Chartmaker};
-use units::{LocalPoint, wrap_pi};
+use units::{LatLon, LocalFrame, LocalPoint, wrap_pi};
 
 /// Half of the hull's diagonal (m).
 const HULL_M: f64 = 1.14;
 const HOME: LocalPoint = LocalPoint { north_m: 0.0, east_m: 0.0 };
-/// Around the start it is deep as far as this (m).
-const HAVEN_M: f64 = 50.0;
 /// A track with so much room on both sides is a safe one (m).
 const ROOM_M: f64 = 30.0;
 
@@ -38,6 +41,24 @@ impl Numbers {
     fn point(&mut self, half_m: f64) -> LocalPoint {
         LocalPoint { north_m: self.within(-half_m, half_m), east_m: self.within(-half_m, half_m) }
     }
+}
+
+/// What a drive goes over, in metres around its start.
+trait Waters {
+    /// The water of a drive.
+    fn of(numbers: &mut Numbers) -> Self;
+    /// What the vessel goes by.
+    fn chart(&self) -> Chart;
+    /// The start.
+    fn frame(&self) -> LocalFrame;
+    /// Somewhere that is too shallow.
+    fn danger(&self, numbers: &mut Numbers, least_m: f64) -> LocalPoint;
+    /// Where a plan may lead.
+    fn goals(&self, numbers: &mut Numbers) -> Vec<LocalPoint>;
+    /// Whether a straight track keeps so much room everywhere.
+    fn has_room(&self, from: LocalPoint, to: LocalPoint, room_m: f64, least_m: f64) -> bool;
+    /// Whether the hull may be where it is.
+    fn is_afloat(&self, at: LocalPoint, least_m: f64) -> bool;
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,46 +83,14 @@ struct Drive {
     grounded: Option<LocalPoint>,
 }
 
-fn chartmaker(numbers: &mut Numbers) -> Chartmaker {
-    let mut chart = Chartmaker::new(frame().origin(), 500.0, 15.0);
-    let mut made = 0;
-    while made < 20 {
-        let (at, radius_m) = (numbers.point(320.0), numbers.within(5.0, 60.0));
-        if at.distance_m(HOME) < radius_m + HAVEN_M {
-            continue;
-        }
-        let ground = match made % 4 {
-            0 => Ground::Land,
-            1 => Ground::Depth(numbers.within(0.0, 0.9)),
-            2 => Ground::Depth(numbers.within(1.5, 4.5)),
-            _ => Ground::Danger,
-        };
-        chart = chart.with(ground, at, radius_m, 3 + made % 6);
-        made += 1;
-    }
-    chart
-}
-
-/// Whether a straight track keeps so much room everywhere.
-fn has_room(chart: &Chartmaker, from: LocalPoint, to: LocalPoint, room_m: f64, least_m: f64) -> bool {
-    let steps = from.distance_m(to).ceil().max(1.0);
-    (0..=steps as u32).all(|n| {
-        let t = f64::from(n) / steps;
-        let mix = |a: f64, b: f64| a + t * (b - a);
-        let at = LocalPoint { north_m: mix(from.north_m, to.north_m), east_m: mix(from.east_m, to.east_m) };
-        chart.is_deep_within(at, room_m, least_m)
-    })
-}
-
-fn drive(seed: u64) -> Drive {
+fn drive<W: Waters>(seed: u64) -> Drive {
     let mut numbers = Numbers(0x9E37_79B9_7F4A_7C15 ^ (seed + 1).wrapping_mul(0x2545_F491_4F6C_DD1D));
     // The first numbers of near seeds are near.
     for _ in 0..8 {
         numbers.within(0.0, 1.0);
     }
-    let chart = chartmaker(&mut numbers);
-    let grounding =
-        GroundingSettings { chart: Chart::of("made up", chart.index()), ..GroundingSettings::default() };
+    let waters = W::of(&mut numbers);
+    let grounding = GroundingSettings { chart: waters.chart(), ..GroundingSettings::default() };
     let stated_m = grounding.limits.position_m;
     // The vessel believes to be where the simulation has it; the ground lies elsewhere by as much.
     let off = HOME.displaced(numbers.within(0.0, TAU), numbers.within(0.0, stated_m));
@@ -109,19 +98,20 @@ fn drive(seed: u64) -> Drive {
         [(seed % 6) as usize];
     // Half of those who steer, and of the currents, go for what is too shallow.
     let aims_at_danger = kind != Kind::Plan && numbers.within(0.0, 1.0) < 0.5;
-    let danger = chart.patches()[(numbers.within(0.0, 20.0) as usize).min(19)].corners[0];
+    let least_m = if matches!(kind, Kind::Plan | Kind::Reference) { 5.0 } else { 1.0 };
+    let danger = waters.danger(&mut numbers, least_m);
     let towards_rad = match kind {
         Kind::Silence if aims_at_danger => HOME.bearing_rad(danger),
         _ => numbers.within(0.0, TAU),
     };
     let current = (numbers.within(0.0, 0.3), towards_rad);
     let mut sea = Sea::with(Settings { grounding, ..settings() }, |vessel| {
+        vessel.start_place = waters.frame().origin();
         (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = current;
     })
     .ready();
     let start = sea.position();
-    let least_m = if matches!(kind, Kind::Plan | Kind::Reference) { 5.0 } else { 1.0 };
-    let mut goals: Vec<LocalPoint> = (0..3).map(|_| numbers.point(250.0)).collect();
+    let mut goals = waters.goals(&mut numbers);
     if aims_at_danger {
         goals[0] = danger;
     }
@@ -129,7 +119,11 @@ fn drive(seed: u64) -> Drive {
     match kind {
         Kind::Plan => {
             let legs = goals.iter().enumerate();
-            let legs = legs.map(|(n, at)| (format!("wp{n}"), goto(at.north_m, at.east_m, 1.5).into()));
+            let legs = legs.map(|(n, at)| {
+                let target = waters.frame().to_place(*at);
+                let to = Goto { lat: target.lat_rad(), lon: target.lon_rad(), ..goto(0.0, 0.0, 1.5) };
+                (format!("wp{n}"), to.into())
+            });
             let request = sea.ask(PlanControlOp::Start, "legs", Some(plan("legs", legs.collect()).into()));
             sea.run(0.5);
             let replies = sea.replies(request);
@@ -144,22 +138,23 @@ fn drive(seed: u64) -> Drive {
                 ..Default::default()
             };
             sea.ask(PlanControlOp::Start, "follow", Some(control.into()));
-            drive.safe = has_room(&chart, start, goals[0], ROOM_M, least_m);
+            drive.safe = waters.has_room(start, goals[0], ROOM_M, least_m);
         }
         Kind::Operator => {
             sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
-            drive.safe = has_room(&chart, start, goals[0], ROOM_M, least_m);
+            drive.safe = waters.has_room(start, goals[0], ROOM_M, least_m);
         }
         Kind::Silence => {
             sea.ask(PlanControlOp::Start, "hand", Some(Teleoperation::default().into()));
             let end = start.displaced(current.1, current.0 * 400.0);
-            drive.safe = has_room(&chart, start, end, ROOM_M, least_m);
+            drive.safe = waters.has_room(start, end, ROOM_M, least_m);
         }
     }
     let seconds = if drive.refused { 5.0 } else { 400.0 };
-    sail(&mut sea, &mut drive, seconds, goals[0], |at| {
+    let goal = (goals[0], waters.frame().to_place(goals[0]));
+    sail(&mut sea, &mut drive, seconds, goal, |at| {
         let true_at = LocalPoint { north_m: at.north_m + off.north_m, east_m: at.east_m + off.east_m };
-        chart.is_deep_within(true_at, HULL_M, least_m)
+        waters.is_afloat(true_at, least_m)
     });
     drive
 }
@@ -169,7 +164,7 @@ fn sail(
     sea: &mut Sea,
     drive: &mut Drive,
     seconds: f64,
-    goal: LocalPoint,
+    (goal, target): (LocalPoint, LatLon),
     is_deep: impl Fn(LocalPoint) -> bool,
 ) {
     let step_s = 0.25;
@@ -187,7 +182,6 @@ fn sail(
                 sea.send(RemoteActions { actions: keys.into() });
             }
             Kind::Reference if n % 4 == 0 => {
-                let target = place(goal.north_m, goal.east_m);
                 sea.send(Reference {
                     flags: ReferenceFlags::LOCATION | ReferenceFlags::SPEED,
                     lat: target.lat_rad(),
@@ -225,13 +219,14 @@ fn interfered(sea: &Sea) -> bool {
             .any(|entry| entry.text.to_str_lossy().ends_with("back to deep water"))
 }
 
-fn drives(seeds: Range<u64>) {
+fn drives<W: Waters>(seeds: Range<u64>) {
     let count = seeds.end - seeds.start;
-    let all: Vec<(u64, Drive)> = seeds.map(|seed| (seed, drive(seed))).collect();
+    let all: Vec<(u64, Drive)> = seeds.map(|seed| (seed, drive::<W>(seed))).collect();
     let number = |wanted: &dyn Fn(&Drive) -> bool| all.iter().filter(|(_, drive)| wanted(drive)).count();
     let (safe, stopped) = (number(&|d| d.safe), number(&|d| d.safe && d.stopped));
     println!(
-        "{count} drives: {} plans refused, {safe} safe ones of which {stopped} were stopped, {} others stopped, {} grounded",
+        "{count} drives over {}: {} plans refused, {safe} safe ones of which {stopped} were stopped, {} others stopped, {} grounded",
+        std::any::type_name::<W>().rsplit(':').next().unwrap_or_default(),
         number(&|d| d.refused),
         number(&|d| !d.safe && d.stopped),
         number(&|d| d.grounded.is_some()),
@@ -246,12 +241,24 @@ fn drives(seeds: Range<u64>) {
 }
 
 #[test]
-fn some_random_drives_keep_off_the_ground() {
-    drives(120..144);
+fn some_random_drives_over_made_up_seas_keep_off_the_ground() {
+    drives::<MadeUp>(120..144);
+}
+
+#[test]
+fn some_random_drives_in_the_archipelago_keep_off_the_ground() {
+    // 313 drifts in slowly with its motors blocked.
+    drives::<Archipelago>(300..324);
 }
 
 #[test]
 #[ignore = "minutes; run it optimised as the head of this file says"]
-fn five_hundred_random_drives_keep_off_the_ground() {
-    drives(0..500);
+fn five_hundred_random_drives_over_made_up_seas_keep_off_the_ground() {
+    drives::<MadeUp>(0..500);
+}
+
+#[test]
+#[ignore = "minutes; run it optimised as the head of this file says"]
+fn five_hundred_random_drives_in_the_archipelago_keep_off_the_ground() {
+    drives::<Archipelago>(0..500);
 }
