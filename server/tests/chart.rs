@@ -54,3 +54,56 @@ fn a_cell_is_imported_asked_exported_and_removed() {
     json(data, &["remove", "GB5X01NW"]);
     assert_eq!(json(data, &["list"])["charts"], serde_json::json!([]));
 }
+
+#[test]
+fn a_plan_is_checked_and_the_exit_code_tells_whether_it_may_be_sailed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, cells) = (folder.path().join("data"), folder.path().join("cells"));
+    std::fs::create_dir(&cells).unwrap();
+    for file in charts::demo::archipelago().unwrap() {
+        std::fs::write(cells.join(file.name), file.bytes).unwrap();
+    }
+    let plan = |name: &str, places: [[f64; 2]; 2]| {
+        let path = folder.path().join(name);
+        let line = places.map(|[lat, lon]| format!("[{lon},{lat}]")).join(",");
+        let geometry = format!(r#"{{"type":"LineString","coordinates":[{line}]}}"#);
+        let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#);
+        std::fs::write(&path, feature).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let open = plan("open.geojson", [[63.4465, 10.3500], [63.4485, 10.3530]]);
+    let shoal = plan("shoal.geojson", [[63.4460, 10.3516], [63.4424, 10.3516]]);
+    // Without a chart nothing is told to be safe.
+    let none = chart(&data, &["check", &open]);
+    assert!(!none.status.success() && none.stdout.is_empty());
+    json(&data, &["import", cells.to_str().unwrap()]);
+
+    let told = json(&data, &["check", &open]);
+    assert!(told["outcome"] != "refused" && told["reasons"] == serde_json::json!([]), "{told}");
+    let output = chart(&data, &["check", &shoal, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["outcome"], "refused");
+    let reason = told["reasons"][0]["text"].as_str().unwrap();
+    assert!(reason.contains("XX5LUTRA"), "{told}");
+    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(complaint.contains("shoal.geojson: the chart shows danger"), "{complaint}");
+    // In words, the same reason.
+    let words = chart(&data, &["check", &shoal]);
+    assert!(String::from_utf8_lossy(&words.stdout).contains(&format!("refused: {reason}")));
+    // The way to the first place counts where it is known.
+    let output = chart(&data, &["check", &open, "--from", "63.4424,10.3516"]);
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stdout));
+    for (plan, why) in
+        [("nowhere.json", "there is no such file, and it is no number of a plan"), ("7", "keeps no plan 7")]
+    {
+        let output = chart(&data, &["check", plan]);
+        let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && complaint.contains(why), "{complaint}");
+    }
+    let text = plan("text.json", [[0.0, 0.0]; 2]);
+    std::fs::write(&text, "no plan at all").unwrap();
+    let output = chart(&data, &["check", &text]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("text.json"), "{output:?}");
+    assert!(!output.status.success());
+}

@@ -86,15 +86,43 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Escape");
   check((await page.evaluate(() => document.activeElement.textContent)) === "What is here", "and back at the button");
 
+  // A wheel over the map zooms it, wherever the keyboard is.
+  const scale = () => page.locator(".ol-scale-line-inner").first().innerText();
+  const before = await scale();
+  await page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.5);
+  await page.mouse.wheel(0, -400);
+  await page.waitForFunction((before) => document.querySelector(".ol-scale-line-inner").innerText !== before, before);
+  check(!(await page.evaluate(() => document.querySelector(".map").contains(document.activeElement))), "the map has no focus");
+
   // Too near is overscale; the switches are remembered; the base cannot be switched off.
   await map.focus();
   for (let n = 0; n < 3; n++) await page.getByTitle("Zoom in").click();
   await page.getByText(/^Overscale: the chart is 1 : \d/).waitFor();
   await page.getByRole("button", { name: "Chart", exact: true }).click();
   check(await page.getByLabel(/Depths, land and dangers/).isDisabled(), "the base stays");
+  const safety = page.getByLabel(/Safety depth of the shades/);
+  await safety.fill("20");
+  await safety.press("Enter");
+  await page.locator(".chart-credit").getByText(/safety depth 20 m/).waitFor();
+  await page.getByText("1 to 20 m: less than the safety depth chosen here").waitFor();
+  await safety.fill("2");
+  await safety.press("Enter");
+  await page.locator(".chart-credit").getByText(/safety depth 5 m/).waitFor();
+  check((await safety.inputValue()) === "5", "never less than the guard's");
   await page.getByLabel("Soundings").uncheck();
   await look(page, "chart-overscale");
   await page.reload();
+  // One that began beside the map goes on scrolling the page when the map comes under the pointer.
+  const taken = await page.evaluate(() => {
+    const turn = (target) => {
+      const event = new WheelEvent("wheel", { deltaY: 100, bubbles: true, cancelable: true });
+      target.dispatchEvent(event);
+      return event.defaultPrevented;
+    };
+    turn(document.body);
+    return turn(document.querySelector(".map canvas"));
+  });
+  check(!taken, "the page is scrolled, not the map zoomed");
   await page.getByRole("button", { name: "Chart", exact: true }).click();
   check(!(await page.getByLabel("Soundings").isChecked()), "what is left out is remembered");
   await page.getByLabel("Soundings").check();

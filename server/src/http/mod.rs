@@ -26,6 +26,8 @@ mod export;
 #[cfg(test)]
 mod export_tests;
 mod grounding;
+#[cfg(test)]
+mod grounding_tests;
 pub(crate) mod guard;
 mod headers;
 mod health;

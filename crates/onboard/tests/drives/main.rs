@@ -110,13 +110,31 @@ fn drive<W: Waters>(seed: u64) -> Drive {
         (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = current;
     })
     .ready();
-    let start = sea.position();
     let mut goals = waters.goals(&mut numbers);
     if aims_at_danger {
         goals[0] = danger;
     }
     let mut drive = Drive { kind, refused: false, safe: false, stopped: false, grounded: None };
-    match kind {
+    begin(&mut sea, &mut drive, &waters, (&goals, current), least_m);
+    let seconds = if drive.refused { 5.0 } else { 400.0 };
+    let goal = (goals[0], waters.frame().to_place(goals[0]));
+    sail(&mut sea, &mut drive, seconds, goal, |at| {
+        let true_at = LocalPoint { north_m: at.north_m + off.north_m, east_m: at.east_m + off.east_m };
+        waters.is_afloat(true_at, least_m)
+    });
+    drive
+}
+
+/// Asks for the drive, and tells whether what is wanted is safe.
+fn begin<W: Waters>(
+    sea: &mut Sea,
+    drive: &mut Drive,
+    waters: &W,
+    (goals, current): (&[LocalPoint], (f64, f64)),
+    least_m: f64,
+) {
+    let start = sea.position();
+    match drive.kind {
         Kind::Plan => {
             let legs = goals.iter().enumerate();
             let legs = legs.map(|(n, at)| {
@@ -150,13 +168,6 @@ fn drive<W: Waters>(seed: u64) -> Drive {
             drive.safe = waters.has_room(start, end, ROOM_M, least_m);
         }
     }
-    let seconds = if drive.refused { 5.0 } else { 400.0 };
-    let goal = (goals[0], waters.frame().to_place(goals[0]));
-    sail(&mut sea, &mut drive, seconds, goal, |at| {
-        let true_at = LocalPoint { north_m: at.north_m + off.north_m, east_m: at.east_m + off.east_m };
-        waters.is_afloat(true_at, least_m)
-    });
-    drive
 }
 
 /// Lets the console do its part until the end, or until the vessel is there.

@@ -1,0 +1,158 @@
+//! The guard against grounding before an order is given, by the fictitious archipelago.
+
+use super::charts_tests::archipelago;
+use super::testing::{Boats, FIRST, boat, packet};
+use super::tests::{Shore, bearer};
+use crate::{clock, plans};
+use api::{PlanDocument, Role};
+use axum::body::Body;
+use axum::http::{Request, StatusCode};
+use imc::PacketView;
+use imc::messages::{
+    EstimatedState, Message, Payload as _, PlanControl, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState,
+    PlanDBType,
+};
+use serde_json::{Value, json};
+
+/// Open water where the demonstration's Otters sail, and a way over the shoal south of it.
+const OPEN: [[f64; 2]; 2] = [[63.4465, 10.3500], [63.4485, 10.3530]];
+const SHOAL: [[f64; 2]; 2] = [[63.4460, 10.3516], [63.4424, 10.3516]];
+
+/// A shore with the chart, a boat at the start of the demonstration and somebody who has control of it.
+struct Scene {
+    shore: Shore,
+    boats: Boats,
+    token: String,
+}
+
+impl Scene {
+    async fn start(fill: impl FnOnce(&std::path::Path)) -> Self {
+        let shore = Shore::with(fill);
+        let token = shore.token(Some(FIRST), Role::Operator).await;
+        let boats = Boats::join(&shore.state.relay).await;
+        let now = clock::now();
+        boats.say(boat(0, now)).await;
+        let (lat, lon) = (63.446_f64.to_radians(), 10.345_f64.to_radians());
+        boats.say(vec![packet(0, 1, now, EstimatedState { lat, lon, ..EstimatedState::default() })]).await;
+        let scene = Self { shore, boats, token };
+        let lease = json!({"action": "request", "window": "a"});
+        assert_eq!(scene.post("vessels/2068/lease", &lease).await.0, StatusCode::OK);
+        scene
+    }
+
+    async fn ask(&self, method: &str, path: &str, body: &Value) -> (StatusCode, Value) {
+        let request = Request::builder().method(method).uri(format!("/api/v1/{path}"));
+        let request = bearer(request, &self.token).header("content-type", "application/json");
+        let answer = self.shore.send(request, Body::from(body.to_string())).await;
+        (answer.status, serde_json::from_str(&answer.body).unwrap_or_default())
+    }
+
+    async fn post(&self, path: &str, body: &Value) -> (StatusCode, Value) {
+        self.ask("POST", path, body).await
+    }
+
+    async fn order(&self, order: Value) -> (StatusCode, Value) {
+        self.post("vessels/2068/commands", &json!({"order": order, "window": "a"})).await
+    }
+
+    /// Keeps a plan and saves it; its number and document.
+    async fn plan(&self, name: &str, places: [[f64; 2]; 2]) -> (i64, Value) {
+        let goto = |(n, [lat_deg, lon_deg]): (usize, [f64; 2])| {
+            let task = json!({"kind": "goto", "at": {"lat_deg": lat_deg, "lon_deg": lon_deg}});
+            json!({"id": format!("P{n}"), "speed": {"value": 1.5, "unit": "mps"}, "task": task})
+        };
+        let maneuvers: Vec<Value> = places.into_iter().enumerate().map(goto).collect();
+        let plan =
+            json!({"name": name, "description": "", "vessel": null, "repeat": false, "maneuvers": maneuvers});
+        let (status, made) = self.post("plans", &plan).await;
+        assert_eq!(status, StatusCode::OK, "{made}");
+        let id = made["id"].as_i64().unwrap();
+        let saved = json!({"revision": 1, "draft": false, "plan": plan});
+        let (status, saved) = self.ask("PUT", &format!("plans/{id}"), &saved).await;
+        assert_eq!(status, StatusCode::OK, "{saved}");
+        let refused = saved["check"]["guard"]["outcome"] == "refused";
+        assert_eq!(refused, name == "shoal", "{saved}");
+        (id, plan)
+    }
+
+    async fn upload(&self, id: i64) -> (StatusCode, Value) {
+        self.post(&format!("plans/{id}/upload"), &json!({"vessel": FIRST, "revision": 2, "window": "a"}))
+            .await
+    }
+}
+
+fn is_refused((status, answer): &(StatusCode, Value)) {
+    assert_eq!(*status, StatusCode::UNPROCESSABLE_ENTITY, "{answer}");
+    assert_eq!(answer["error"]["code"], "grounding", "{answer}");
+    let text = answer["error"]["text"].as_str().unwrap();
+    assert!(text.starts_with("The chart shows danger: ") && text.contains("XX5LUTRA"), "{text}");
+}
+
+#[tokio::test]
+async fn a_plan_over_a_shoal_goes_aboard_of_no_vessel() {
+    let scene = Scene::start(archipelago).await;
+    let (shoal, _) = scene.plan("shoal", SHOAL).await;
+    is_refused(&scene.upload(shoal).await);
+    // The first that the vessel hears of is the plan in deep water.
+    let (open, _) = scene.plan("open", OPEN).await;
+    assert_eq!(scene.upload(open).await.0, StatusCode::ACCEPTED);
+    let packet = scene.boats.heard(PlanDB::ID).await;
+    let sent: PlanDB = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
+    assert_eq!((sent.op, sent.plan_id.as_str()), (PlanDBOp::Set, Some("open")));
+}
+
+#[tokio::test]
+async fn nobody_is_sent_to_a_place_in_danger_nor_over_one() {
+    let scene = Scene::start(archipelago).await;
+    let goto = |[lat_deg, lon_deg]: [f64; 2]| json!({"kind": "goto", "lat_deg": lat_deg, "lon_deg": lon_deg, "speed_mps": 1.5});
+    // On the shoal; and beyond an island, in deep water.
+    for danger in [[63.44416, 10.3516], [63.4500, 10.3250]] {
+        is_refused(&scene.order(goto(danger)).await);
+    }
+    assert_eq!(scene.order(goto(OPEN[0])).await.0, StatusCode::ACCEPTED);
+}
+
+#[tokio::test]
+async fn a_start_of_a_plan_that_was_drawn_here_is_refused_over_a_shoal() {
+    let scene = Scene::start(archipelago).await;
+    let mut aboard = Vec::new();
+    for (name, places) in [("shoal", SHOAL), ("open", OPEN)] {
+        let (_, plan) = scene.plan(name, places).await;
+        let document: PlanDocument = serde_json::from_value(plan).unwrap();
+        let md5 = imc::plan_digest::plan_md5(&plans::specification(&document).unwrap()).unwrap();
+        let plan_id = name.into();
+        aboard.push(PlanDBInformation { plan_id, md5: md5.into(), ..PlanDBInformation::default() });
+    }
+    // Another plan of the same name, which nobody drew here, is judged by the vessel alone.
+    aboard.push(PlanDBInformation { plan_id: "foreign".into(), ..PlanDBInformation::default() });
+    let state = PlanDBState { plans_info: aboard.into_iter().collect(), ..PlanDBState::default() };
+    let reply = PlanDB {
+        r#type: PlanDBType::Success,
+        op: PlanDBOp::GetState,
+        arg: Some(Message::from(state)).into(),
+        ..PlanDB::default()
+    };
+    scene.boats.say(vec![packet(0, 1, clock::now(), reply)]).await;
+    let start = |name: &str| json!({"kind": "plan.start", "plan_id": name});
+    is_refused(&scene.order(start("shoal")).await);
+    for name in ["open", "foreign"] {
+        let (status, answer) = scene.order(start(name)).await;
+        assert_eq!(status, StatusCode::ACCEPTED, "{name}: {answer}");
+        let packet = scene.boats.heard(PlanControl::ID).await;
+        let sent: PlanControl = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
+        assert_eq!(sent.plan_id.as_str(), Some(name));
+    }
+}
+
+#[tokio::test]
+async fn a_chart_that_cannot_be_read_refuses_every_plan_and_says_why() {
+    let scene = Scene::start(|data| {
+        std::fs::create_dir_all(data.join("charts")).unwrap();
+        std::fs::write(data.join("charts/chart.gpkg"), "no database").unwrap();
+    })
+    .await;
+    let goto = json!({"kind": "goto", "lat_deg": OPEN[0][0], "lon_deg": OPEN[0][1], "speed_mps": 1.5});
+    let (status, answer) = scene.order(goto).await;
+    assert_eq!((status, &answer["error"]["code"]), (StatusCode::UNPROCESSABLE_ENTITY, &json!("grounding")));
+    assert!(answer["error"]["text"].as_str().unwrap().contains("no chart set of Lutra"), "{answer}");
+}
