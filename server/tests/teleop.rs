@@ -177,7 +177,7 @@ async fn however_steering_by_hand_fails_the_motors_stand_still_in_time() {
     );
 }
 
-/// A chart set made of the fictitious archipelago, and a place in it 25 m south of danger.
+/// A chart set made of the fictitious archipelago, and a place in it 13 m south of danger.
 fn chart(data: &Path) -> (PathBuf, LatLon) {
     let cells = data.join("cells");
     std::fs::create_dir_all(&cells).unwrap();
@@ -195,7 +195,7 @@ fn chart(data: &Path) -> (PathBuf, LatLon) {
         let north = |north_m| frame.to_place(LocalPoint { north_m, east_m: 0.0 });
         let leg = Leg { from, to: north(3_000.0) };
         let along_m = chart.first_danger_along(leg, 1.2, &demand)?.along_m;
-        (along_m > 100.0).then(|| north(along_m - 25.0))
+        (along_m > 100.0).then(|| north(along_m - 13.0))
     });
     (index, place.expect("somewhere there is danger to the north"))
 }
