@@ -162,24 +162,13 @@ impl Agent {
     }
 
     /// Starts one by a command that ends in the program.
-    pub(crate) fn start_by(command: Command, folder: &Path, shore: SocketAddr, token: &str) -> Self {
-        Self::start_with(command, folder, shore, token, "")
-    }
-
-    /// Starts one whose configuration ends with `more`.
-    pub(crate) fn start_with(
-        mut command: Command,
-        folder: &Path,
-        shore: SocketAddr,
-        token: &str,
-        more: &str,
-    ) -> Self {
+    pub(crate) fn start_by(mut command: Command, folder: &Path, shore: SocketAddr, token: &str) -> Self {
         let otter = testkit::repository().join("vehicle-agent/etc/otter.ini");
         let link = format!(
             "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n"
         );
         let config = folder.join("otter.ini");
-        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link + more).unwrap();
+        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link).unwrap();
         std::fs::write(folder.join("lutra.token"), token).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
         let mut child = command
