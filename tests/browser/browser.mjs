@@ -31,7 +31,7 @@ export async function inBrowser(work) {
       // A refusal that a test provokes is told by the browser itself; a map that is folded away for a moment by
       // OpenLayers, which also tries at its first click which way of reading a canvas is faster.
       const told =
-        /status of (401|403|404|409|422|429|503)|WebSocket connection|ERR_CONNECTION_(REFUSED|RESET)|ERR_EMPTY_RESPONSE|ERR_FAILED|No map visible|willReadFrequently/.test(message.text());
+        /status of (401|403|404|409|422|429|503)|WebSocket connection|ERR_CONNECTION_(REFUSED|RESET)|ERR_EMPTY_RESPONSE|ERR_SOCKET_NOT_CONNECTED|ERR_FAILED|No map visible|willReadFrequently/.test(message.text());
       if (["error", "warning"].includes(message.type()) && !told) complaints.push(message.text());
     });
     page.on("pageerror", (error) => complaints.push(String(error)));
