@@ -22,7 +22,7 @@ pub(crate) struct Told {
     have: u64,
     of: u64,
     text: String,
-    told_us: i64,
+    at_us: i64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ enum Stage {
 }
 
 impl Told {
-    fn of(report: ChartReport, told_us: i64) -> Self {
+    fn of(report: ChartReport, at_us: i64) -> Self {
         Self {
             held: (report.held != [0; 32]).then(|| chartdb::hex(&report.held)),
             edition: report.edition,
@@ -50,7 +50,7 @@ impl Told {
             have: report.have,
             of: report.of,
             text: report.text,
-            told_us,
+            at_us,
         }
     }
 }
@@ -155,7 +155,7 @@ fn compared(told: Option<&Told>, ashore: Option<ChartDigest>) -> VesselChart {
         edition: told.held.is_some().then(|| told.edition.clone()),
         digest: told.held.clone(),
         percent: (state == "fetching").then_some(percent),
-        told_us: Some(told.told_us),
+        told_us: Some(told.at_us),
     }
 }
 

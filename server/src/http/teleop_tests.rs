@@ -161,7 +161,7 @@ async fn only_who_has_control_steers_and_everything_is_written_down() {
     shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
     hands.begin().await;
     // The hands go on to speak while the vessel is asked.
-    let (_, _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
     hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
     let boats = shore.boats.clone();
     let ahead = tokio::spawn(async move {
@@ -203,7 +203,7 @@ async fn what_is_no_stick_position_ends_the_conversation_and_its_end_is_written_
     shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
     let mut hands = shore.connect(&token).await.unwrap();
     hands.begin().await;
-    let (_, _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
     hands.say(r#"{"sample":{"thrust":"full"}}"#).await;
     let close = tokio::time::timeout(DEADLINE, async {
         loop {
@@ -229,7 +229,7 @@ async fn a_vessel_that_falls_silent_is_not_steered() {
     shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
     let mut hands = shore.connect(&token).await.unwrap();
     hands.begin().await;
-    let (_, _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
     hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
     shore.sailing.abort();
     hands.until(true, |told| told.why == "the vessel is not heard").await;

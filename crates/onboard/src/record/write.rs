@@ -1,5 +1,6 @@
 //! Writing.
 
+use crate::grounding::ChartFile;
 use crate::input::{
     BatteryReading, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side, TagReading,
     WaterReading,
@@ -59,6 +60,11 @@ impl Put<'_> {
     fn socket(&mut self, socket: SocketAddrV4) {
         self.0.extend(socket.ip().octets());
         self.u16(socket.port());
+    }
+
+    fn outcome(&mut self, outcome: &Result<(), String>) {
+        self.u8(u8::from(outcome.is_ok()));
+        self.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
     }
 
     fn peer(&mut self, peer: Peer) {
@@ -147,8 +153,7 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
         Input::Stored(ticket, outcome) => {
             put.u8(14);
             put.u64(ticket.0);
-            put.u8(u8::from(outcome.is_ok()));
-            put.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
+            put.outcome(outcome);
         }
         Input::NotKept(what) => {
             put.u8(12);
@@ -171,16 +176,19 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
         Input::ParametersKept(label, outcome) => {
             put.u8(17);
             put.bytes(label.as_bytes());
-            put.u8(u8::from(outcome.is_ok()));
-            put.bytes(outcome.as_ref().map_or_else(String::as_bytes, |()| b""));
+            put.outcome(outcome);
         }
-        Input::Chart(chart) => {
+        Input::Chart(file) => {
             put.u8(18);
-            put.bytes(chart.name().as_bytes());
-            put.0.extend(chart.digest());
-            put.bytes(&chart.index().to_bytes());
+            chart(&mut put, file);
         }
     }
+}
+
+fn chart(put: &mut Put<'_>, file: &ChartFile) {
+    put.bytes(file.name().as_bytes());
+    put.0.extend(file.digest());
+    put.bytes(&file.index().to_bytes());
 }
 
 fn gnss(put: &mut Put<'_>, reading: &GnssReading) {
