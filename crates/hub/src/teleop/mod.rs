@@ -352,7 +352,9 @@ impl Teleop {
         }
         let now = now.mono;
         if self.state != State::Locked && self.last.is_none_or(|last| now.since(last.since) > MOST_AGE) {
-            self.interrupt(Why::Silent);
+            // Samples go on to come, but their device does not change.
+            let frozen = self.last.is_some_and(|last| now.since(last.made) <= MOST_AGE);
+            self.interrupt(if frozen { Why::Frozen } else { Why::Silent });
         }
         if self.state == State::Steering || self.stops == 0 {
             return None;
