@@ -235,6 +235,8 @@ struct Last {
     made: MonoTime,
     /// When the device changed to what the sample says, at the earliest.
     alive: MonoTime,
+    /// The device said nothing else than in the sample before.
+    unchanged: bool,
     /// Since when nothing is known of the person's hands.
     since: MonoTime,
 }
@@ -352,7 +354,9 @@ impl Teleop {
         }
         let now = now.mono;
         if self.state != State::Locked && self.last.is_none_or(|last| now.since(last.since) > MOST_AGE) {
-            self.interrupt(Why::Silent);
+            // Samples go on to come, but their device does not change.
+            let frozen = self.last.is_some_and(|last| last.unchanged);
+            self.interrupt(if frozen { Why::Frozen } else { Why::Silent });
         }
         if self.state == State::Steering || self.stops == 0 {
             return None;
@@ -382,8 +386,9 @@ impl Teleop {
             Some(last) => last.made,
             None => made,
         };
+        let unchanged = before.is_some_and(|last| same(last.sample.change, change));
         let since = if sample.held { alive } else { made };
-        self.last = Some(Last { sample: *sample, came: now, made, alive, since });
+        self.last = Some(Last { sample: *sample, came: now, made, alive, unchanged, since });
         if trip > MOST_AGE {
             return Err(Why::Late);
         }
