@@ -135,9 +135,10 @@ impl Client {
             line.clear();
             self.stream.read_line(&mut line).unwrap();
             assert!(!line.starts_with("HTTP/1.1") || line.contains("200"), "{line}");
-            let Some((name, value)) = line.split_once(':') else {
-                if line == "\r\n" { break } else { continue }
-            };
+            if line == "\r\n" {
+                break;
+            }
+            let Some((name, value)) = line.split_once(':') else { continue };
             if name.eq_ignore_ascii_case("content-length") {
                 length = value.trim().parse().unwrap();
             }
