@@ -45,10 +45,10 @@ fn geopackage() -> Vec<u8> {
     }
     for ring in [LAKE, ISLAND] {
         number(&mut bytes, ring.len() as u32);
-        ring.iter().for_each(|(x, y)| {
+        for (x, y) in ring {
             bytes.extend(x.to_le_bytes());
             bytes.extend(y.to_le_bytes());
-        });
+        }
     }
     bytes
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::demo;
 use crate::depth_index::{Demand, IndexBuilder, Source, Water};
-use crate::s57::write::{CellDraft, FeatureDraft};
+use crate::s57::write::{CellDraft, FeatureDraft, VectorRef};
 use crate::s57::{AttributeCode, Cell, GeoPoint, Geometry, NamedBytes, ObjectClass};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -395,7 +395,7 @@ fn square(name: &str, [west, south, east, north]: [f64; 4]) -> Cell {
     let corners = [at(west, south), at(west, north), at(east, north), at(east, south)];
     let nodes = corners.map(|corner| draft.records.connected_node(corner));
     let sides = [0, 1, 2, 3].map(|one| draft.records.edge(nodes[one], nodes[(one + 1) % 4], &[]));
-    let ring = sides.map(|side| side.forward());
+    let ring = sides.map(VectorRef::forward);
     for class in [ObjectClass::M_COVR, ObjectClass::DEPARE] {
         let area = FeatureDraft::area(class, &ring).with(AttributeCode::CATCOV, "1");
         draft.records.feature(area.with(AttributeCode::DRVAL1, "5"));
