@@ -35,8 +35,8 @@ await inBrowser(async (open) => {
   const windows = new Map();
   for (const page of all) page.on("request", (request) => request.url().endsWith("/lease") && request.method() === "POST" && windows.set(page, request.postDataJSON().window));
   const button = (page, name) => page.getByRole("button", { name, exact: true });
-  const who = (page, text) => page.locator(".control .who").getByText(text).waitFor();
-  check((await viewer.locator(".control button").count()) === 0, "a viewer sees and cannot");
+  const who = (page, text) => page.locator(".control-box .who").getByText(text).waitFor();
+  check((await viewer.locator(".control-box button").count()) === 0, "a viewer sees and cannot");
   check(await one.getByRole("button", { name: "Stop plan" }).isDisabled(), "nothing without control");
   await look(one, "control-free");
 
@@ -112,7 +112,7 @@ await inBrowser(async (open) => {
 
   // The page of the one who has control goes away: control ends by itself.
   await one.goto(`${url}/account`);
-  await two.locator(".control .who").getByText("Nobody has control of this vessel. Last: expired (admin).").waitFor({ timeout: 90_000 });
+  await two.locator(".control-box .who").getByText("Nobody has control of this vessel. Last: expired (admin).").waitFor({ timeout: 90_000 });
 
   // A vessel that is not heard: the missing stage is named.
   await button(two, "Take control").click();

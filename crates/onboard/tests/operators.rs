@@ -174,6 +174,7 @@ fn parameters_are_told_changed_refused_and_saved() {
 fn a_developer_is_told_what_the_next_start_will_have() {
     const LOOKAHEAD: &str = "ILOS Lookahead Distance";
     let mut sea = Sea::new().ready();
+    sea.world.virtual_disk = false;
     let told = |sea: &mut Sea| {
         sea.send(QueryEntityParameters {
             name: "Path Control".into(),

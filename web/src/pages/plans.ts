@@ -56,14 +56,17 @@ export function startPlans(root: HTMLElement): void {
   };
   const aboard = async (address: number): Promise<PlansAboard | undefined> => {
     const path = `/api/v1/vessels/${address}`;
-    const { time_us, packets } = await postJson<VesselAsked>(`${path}/ask`, PATIENCE_MS, { about: "plans" } satisfies VesselAsk);
+    const ask = (): Promise<VesselAsked> => postJson<VesselAsked>(`${path}/ask`, PATIENCE_MS, { about: "plans" } satisfies VesselAsk);
+    const first = await ask();
+    let { packets } = first;
     const end = performance.now() + ANSWER_MS;
     for (;;) {
       const plans = await getJson<PlansAboard>(`${path}/plans`);
-      // What others asked for a moment ago is as good.
-      if (plans.time_us !== null && (plans.time_us >= time_us || !packets)) return plans;
+      if (plans.time_us !== null && plans.time_us >= first.time_us) return plans;
       if (performance.now() > end) return undefined;
       await new Promise((done) => setTimeout(done, LOOK_MS));
+      // Who asked a moment ago may have been told what is not true any more.
+      if (!packets) ({ packets } = await ask());
     }
   };
   const asked = make("p", { class: "dim", role: "status" });
