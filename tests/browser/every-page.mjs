@@ -33,7 +33,7 @@ await inBrowser(async (open) => {
   await judge(page, "fleet");
 
   // A vessel: each tab, and what opens in it.
-  const tabs = ["Plots", "Values", "Entities", "Log book", "Tags", "Link loss", "Control"];
+  const tabs = ["Plots", "Values", "Entities", "Log book", "Tags", "Link loss", "Parameters", "Control"];
   for (const tab of tabs) {
     await go(`/vessels/${BOAT}?tab=${encodeURIComponent(tab)}`);
     await page.locator('[data-tile="mode"]').getByText("MANEUVER").waitFor();
@@ -58,7 +58,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Replay what is shown" }).click();
   await judge(page, "vessel in the past");
 
-  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/account", "account"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/audit", "audit"]]) {
+  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/account", "account"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/doors", "doors"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
     if (name === "plan") await page.locator(".steps .step").first().click();

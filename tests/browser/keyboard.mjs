@@ -130,7 +130,7 @@ await inBrowser(async (open) => {
   await follow(/\/vessels\/\d+/);
   await page.locator('[data-tile="plan"]').getByText("by keys").waitFor();
   await to("Plots");
-  for (const tab of ["Values", "Entities", "Log book", "Tags", "Link loss", "Control", "Plots"]) {
+  for (const tab of ["Values", "Entities", "Log book", "Tags", "Link loss", "Parameters", "Control", "Plots"]) {
     await press("ArrowRight");
     await page.getByRole("tabpanel", { name: tab }).waitFor();
   }

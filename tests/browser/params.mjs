@@ -43,12 +43,16 @@ await inBrowser(async (open) => {
   check((await box(viewer).getByRole("button").count()) === 1, "a viewer can read anew, and no more");
   await button(viewer, "Read from vessel").click();
   await box(viewer).getByText(/^Read\./).waitFor();
+  // Which window has control is known to that window and to the server.
+  let mine = "";
+  page.on("request", (request) => {
+    if (request.url().endsWith("/lease") && request.method() === "POST") mine = request.postDataJSON().window;
+  });
   const send = (of, order) =>
-    of.evaluate(async ([path, order]) => {
+    of.evaluate(async ([path, order, window]) => {
       const headers = { "content-type": "application/json", "x-csrf-token": document.querySelector('meta[name="csrf"]').content };
-      const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify({ order, window: sessionStorage.getItem("lutra-window") ?? "" }) });
-      return answer.status;
-    }, [`/api/v1/vessels/${OTTER}/commands`, order]);
+      return (await fetch(path, { method: "POST", headers, body: JSON.stringify({ order, window }) })).status;
+    }, [`/api/v1/vessels/${OTTER}/commands`, order, mine]);
   const set = (value) => ({ kind: "parameters.set", entity: "Path Control", values: [{ name: NAME, value }] });
   check((await send(viewer, set("12"))) === 403, "a viewer is refused");
   check((await send(page, set("12"))) === 409, "without control nobody writes");

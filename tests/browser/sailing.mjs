@@ -62,10 +62,11 @@ await inBrowser(async (open) => {
   check((await orders(other, `${base}/commands`, { order: there, window: "z" }))[0] === 202, "goes");
   await line.getByText("Sails lutra-goto: maneuver 1 of 2, go").waitFor();
 
-  // Plans ashore beside those aboard: only there, differs, same.
+  // Plans ashore beside those aboard: same, only there, differs.
   await page.goto(`${url}/plans`);
   const row = (name) => page.getByRole("row", { name: new RegExp(`^${name} `) });
-  await row("square").locator('[data-copy="only aboard"]').first().waitFor();
+  await row("square").locator('[data-copy="same"]').first().waitFor();
+  await row("lutra-goto").locator('[data-copy="only aboard"]').first().waitFor();
   const place = (north) => ({ lat_deg: fix.lat_deg + north, lon_deg: fix.lon_deg });
   const step = (id, north) => ({ id, speed: { value: 1, unit: "mps" }, task: { kind: "goto", at: place(north) } });
   const plan = { name: LONG, description: "", vessel: null, repeat: true, maneuvers: [step("one", 0.001), step("<b>two</b>", 0.002)] };
