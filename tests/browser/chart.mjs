@@ -87,11 +87,10 @@ await inBrowser(async (open) => {
   check((await page.evaluate(() => document.activeElement.textContent)) === "What is here", "and back at the button");
 
   // A wheel over the map zooms it, wherever the keyboard is.
-  const scale = () => page.locator(".ol-scale-line-inner").first().innerText();
-  const before = await scale();
+  const before = await page.locator(".ol-scale-line-inner").evaluate((bar) => bar.style.width);
   await page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.5);
   await page.mouse.wheel(0, -400);
-  await page.waitForFunction((before) => document.querySelector(".ol-scale-line-inner").innerText !== before, before);
+  await page.waitForFunction((before) => document.querySelector(".ol-scale-line-inner").style.width !== before, before);
   check(!(await page.evaluate(() => document.querySelector(".map").contains(document.activeElement))), "the map has no focus");
 
   // Too near is overscale; the switches are remembered; the base cannot be switched off.
