@@ -122,10 +122,13 @@ await inBrowser(async (open) => {
   await row(page, NAME).getByText(/≠ saved/).waitFor({ state: "detached" });
   const killedUs = Date.now() * 1_000;
   console.log("kill otter-1");
-  await page.waitForFunction(async ([path]) => {
-    const answer = await fetch(`${path}&to_us=${Date.now() * 1_000}`);
-    return (await answer.json()).entries.some((entry) => entry.text.endsWith(" begins"));
-  }, [`/api/v1/vessels/${OTTER}/logbook?from_us=${killedUs}`], { timeout: 90_000, polling: 500 });
+  await page.evaluate(async ([path]) => {
+    for (;;) {
+      const { entries } = await (await fetch(`${path}&to_us=${Date.now() * 1_000}`)).json();
+      if (entries.some((entry) => entry.text.endsWith(" begins"))) return;
+      await new Promise((done) => setTimeout(done, 500));
+    }
+  }, [`/api/v1/vessels/${OTTER}/logbook?from_us=${killedUs}`]);
   await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
   await button(page, "Read from vessel").click();
   await box(page).getByText(/^Read\./).waitFor();

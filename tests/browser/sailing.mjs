@@ -80,8 +80,13 @@ await inBrowser(async (open) => {
   await control();
   const [status, sent] = await orders(other, `/api/v1/plans/${made.id}/upload`, { vessel: OTTER, revision: saved.revision, window: "z" });
   check(status === 202, JSON.stringify(sent));
-  await page.waitForFunction(async ([path]) => (await (await fetch(path)).json()).over, [`${base}/commands/${sent.id}`]);
-  const ended = await (await page.request.get(`${url}${base}/commands/${sent.id}`)).json();
+  const ended = await page.evaluate(async ([path]) => {
+    for (;;) {
+      const command = await (await fetch(path)).json();
+      if (command.over) return command;
+      await new Promise((done) => setTimeout(done, 100));
+    }
+  }, [`${base}/commands/${sent.id}`]);
   check(ended.steps.at(-1).stage === "effect seen", JSON.stringify(ended.steps));
   await page.getByRole("button", { name: "Compare with the vessels again" }).click();
   await row(LONG).locator('[data-copy="same"]').getByText(/same [0-9a-f]{8}/).waitFor();
