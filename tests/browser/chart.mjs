@@ -111,6 +111,7 @@ await inBrowser(async (open) => {
   await page.getByLabel("Soundings").uncheck();
   await look(page, "chart-overscale");
   await page.reload();
+  await page.locator(".map canvas").first().waitFor();
   // One that began beside the map goes on scrolling the page when the map comes under the pointer.
   const taken = await page.evaluate(() => {
     const turn = (target) => {

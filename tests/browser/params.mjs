@@ -120,15 +120,11 @@ await inBrowser(async (open) => {
   await button(page, "Save").click();
   await box(page).getByText("Saved: the vessel tells that its next start has these values.").waitFor();
   await row(page, NAME).getByText(/≠ saved/).waitFor({ state: "detached" });
-  const killedUs = Date.now() * 1_000;
+  /** How the vessel's link stands, and the how-manieth connection it is. */
+  const link = async () => (await (await page.request.get(`${url}/api/v1/links`)).json()).find((one) => one.vessel === OTTER);
+  const { connections } = await link();
   console.log("kill otter-1");
-  await page.evaluate(async ([path]) => {
-    for (;;) {
-      const { entries } = await (await fetch(`${path}&to_us=${Date.now() * 1_000}`)).json();
-      if (entries.some((entry) => entry.text.endsWith(" begins"))) return;
-      await new Promise((done) => setTimeout(done, 500));
-    }
-  }, [`/api/v1/vessels/${OTTER}/logbook?from_us=${killedUs}`]);
+  for (let now = await link(); !now.up || now.connections === connections; now = await link()) await new Promise((done) => setTimeout(done, 200));
   await page.locator('[data-tile="link"]').getByText("● live").waitFor({ timeout: 90_000 });
   await button(page, "Read from vessel").click();
   await box(page).getByText(/^Read\./).waitFor();
