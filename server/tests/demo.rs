@@ -73,6 +73,13 @@ impl Demo {
         }
     }
 
+    /// Where the server is, and the password of its admin.
+    fn address_and_password(&mut self) -> (String, String) {
+        let server = self.wait_for(&["server", "log in as admin"]);
+        let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap();
+        (url.to_owned(), server.rsplit(' ').next().unwrap().to_owned())
+    }
+
     /// A line with all these words, said already or still to come.
     fn hears(&mut self, words: &[&str]) -> String {
         let said = self.said.iter().find(|line| words.iter().all(|word| line.contains(word)));
@@ -206,9 +213,7 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "2"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     let agents = demo.sails(&["otter-1", "otter-2"]);
     testkit::browser::run("vessel.mjs", &[&url, &password], |line| match line {
         "silence otter-2" => signal(agents["otter-2"], "STOP"),
@@ -226,9 +231,7 @@ fn a_plan_is_drawn_uploaded_and_sailed_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1"]);
     testkit::browser::run("aboard.mjs", &[&url, &password], |_| {});
 }
@@ -240,9 +243,7 @@ fn parameters_are_read_written_and_saved_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     let mut agent = demo.sails(&["otter-1"])["otter-1"];
     testkit::browser::run("params.mjs", &[&url, &password], |line| match line {
         "kill otter-1" => {
@@ -263,9 +264,7 @@ fn what_vessels_sail_is_seen_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "2"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1", "otter-2"]);
     testkit::browser::run("sailing.mjs", &[&url, &password], |_| {});
 }
@@ -277,9 +276,7 @@ fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     let agents = demo.sails(&["otter-1"]);
     testkit::browser::run("control.mjs", &[&url, &password], |line| match line {
         "silence otter-1" => signal(agents["otter-1"], "STOP"),
@@ -295,9 +292,7 @@ fn everything_is_done_by_keyboard_alone_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1"]);
     testkit::browser::run("keyboard.mjs", &[&url, &password], |_| {});
 }
@@ -310,9 +305,7 @@ async fn work_goes_on_behind_a_slow_and_lossy_link() {
     }
     let script = tokio::task::spawn_blocking(|| {
         let mut demo = Demo::start(&["--otters", "1"]);
-        let server = demo.wait_for(&["server", "log in as admin"]);
-        let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-        let password = server.rsplit(' ').next().unwrap().to_owned();
+        let (url, password) = demo.address_and_password();
         demo.sails(&["otter-1"]);
         let line = SlowLine::to(url.trim_start_matches("http://").parse().unwrap());
         let slow = format!("http://{}", line.address);
@@ -332,9 +325,7 @@ fn the_past_is_replayed_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1"]);
     let log = testkit::shared("data/imc/dune_log_a/Data.lsf.gz");
     let mut arguments = vec![url.as_str(), password.as_str()];
@@ -349,9 +340,7 @@ fn two_vessels_are_watched_over_one_time_in_a_browser() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "2"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1", "otter-2"]);
     testkit::browser::run("beside.mjs", &[&url, &password], |_| {});
 }
@@ -365,9 +354,7 @@ fn a_cut_link_and_yesterday_are_watched_in_a_browser() {
     }
     let mut demo =
         Demo::whole(&["--otters", "2", "--cut-after", "5", "--cut-for", "30", "--cut-every", "3600"]);
-    let server = demo.wait_for(&["server", "log in as admin"]);
-    let url = server.split_whitespace().find(|word| word.starts_with("http://")).unwrap().to_owned();
-    let password = server.rsplit(' ').next().unwrap().to_owned();
+    let (url, password) = demo.address_and_password();
     let past = demo.hears(&["/vessels/10448?"]).trim().to_owned();
     testkit::browser::run("demo.mjs", &[&url, &password, &past], |line| {
         if line == "until yesterday is in" {

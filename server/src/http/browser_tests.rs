@@ -168,10 +168,7 @@ async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
-    config.imc.active = false;
-    config.http.listen = "127.0.0.1:0".parse().unwrap();
-    let serving = serve(config).await.unwrap();
+    let serving = serve(quiet(folder.path())).await.unwrap();
     let boats = Boats::join(&serving.relay).await;
     boats.sail();
     tokio::spawn(async move {
