@@ -63,6 +63,16 @@ impl Shore {
         self.serving.relay.look(ask).await.unwrap().unwrap();
     }
 
+    /// Somebody with control of the vessel, which waits for their hands.
+    async fn hands_of_anna(&self) -> Hands {
+        let (anna, token) = self.person("anna", Role::Operator);
+        self.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+        let mut hands = self.connect(&token).await.unwrap();
+        hands.begin().await;
+        let ((), _) = tokio::join!(self.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+        hands
+    }
+
     async fn connect(&self, token: &str) -> Result<Hands, String> {
         let path = format!("ws://{}/api/v1/vessels/{FIRST}/teleop", self.serving.address);
         let mut request = path.into_client_request().unwrap();
@@ -199,11 +209,7 @@ async fn only_who_has_control_steers_and_everything_is_written_down() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_no_stick_position_ends_the_conversation_and_its_end_is_written_down() {
     let shore = Shore::start().await;
-    let (anna, token) = shore.person("anna", Role::Operator);
-    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
-    let mut hands = shore.connect(&token).await.unwrap();
-    hands.begin().await;
-    let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    let mut hands = shore.hands_of_anna().await;
     hands.say(r#"{"sample":{"thrust":"full"}}"#).await;
     let close = tokio::time::timeout(DEADLINE, async {
         loop {
@@ -225,11 +231,7 @@ async fn what_is_no_stick_position_ends_the_conversation_and_its_end_is_written_
 #[tokio::test(flavor = "multi_thread")]
 async fn a_vessel_that_falls_silent_is_not_steered() {
     let shore = Shore::start().await;
-    let (anna, token) = shore.person("anna", Role::Operator);
-    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
-    let mut hands = shore.connect(&token).await.unwrap();
-    hands.begin().await;
-    let ((), _) = tokio::join!(shore.obey(), hands.until(false, |told| told.phase == TeleopPhase::Ready));
+    let mut hands = shore.hands_of_anna().await;
     hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
     shore.sailing.abort();
     hands.until(true, |told| told.why == "the vessel is not heard").await;
