@@ -92,16 +92,16 @@ fn tile_of(zoom: u8, lon_deg: f64, lat_deg: f64) -> (u32, u32) {
     (whole((lon_deg + 180.0) / 360.0), whole(y))
 }
 
-/// A token of somebody who may look.
+/// A token of the first person, who must be an admin.
 fn token(data: &Path) -> String {
     let command = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lutra-server"));
         command.args(arguments).arg("--data").arg(data);
         command
     };
-    let mut add = command(&["user", "add", "bench", "--role", "viewer", "--password-stdin"]);
+    let mut add = command(&["user", "add", "bench", "--role", "admin", "--password-stdin"]);
     let mut add = add.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
-    add.stdin.take().unwrap().write_all(b"of a benchmark, for seconds\n").unwrap();
+    add.stdin.take().unwrap().write_all(b"seven otters measure by night\n").unwrap();
     assert!(add.wait().unwrap().success());
     let made = command(&["token", "create", "--person", "bench"]).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));

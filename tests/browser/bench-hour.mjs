@@ -3,7 +3,7 @@
 import { check } from "./browser.mjs";
 import { verdict } from "./bench-frames.mjs";
 
-/** This much more in the end than at any time before is growth: heap, nodes, listeners. */
+/** This much more in the end than after one and two thirds is growth: heap, nodes, listeners. */
 const MORE = { heap: 1.1, nodes: 1.1, listeners: 1.05 };
 
 /** What the page holds once everything that nobody needs is gone. */
@@ -23,7 +23,7 @@ const shown = ({ heap, nodes, listeners }) => `${(heap / 1e6).toFixed(1)} MB, ${
 
 function compare(what, [first, middle, last]) {
   const grown = Object.entries(MORE).filter(([name, most]) => last[name] > Math.max(first[name], middle[name]) * most);
-  verdict(what, `at first ${shown(first)}; half way ${shown(middle)}; in the end ${shown(last)}`, "no growth", !grown.length);
+  verdict(what, `after a third ${shown(first)}; two thirds ${shown(middle)}; in the end ${shown(last)}`, "no growth", !grown.length);
 }
 
 /** From page to page, as links lead. */
@@ -86,8 +86,8 @@ export async function benchHour(page, url, { vessel, acts }) {
     let done = 0;
     await live(path);
     const seen = [];
-    for (const until of [0, most / 2, most]) {
-      // What is made once, like pictures of letters, is made in the first half.
+    // What is made once, like pictures of letters and rows of messages that come seldom, is made in the first third.
+    for (const until of [most / 3, (most * 2) / 3, most]) {
       while (done <= until) done += await round();
       if (leaves) await live(path);
       seen.push(await held(page));

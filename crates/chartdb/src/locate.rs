@@ -18,18 +18,24 @@ pub(crate) fn representative(geometry: &Geometry) -> Option<GeoPoint> {
     }
 }
 
+fn edges(area: &Area) -> impl Iterator<Item = [GeoPoint; 2]> + '_ {
+    area.rings().flat_map(|ring| ring.points.windows(2)).map(|pair| [pair[0], pair[1]])
+}
+
+/// Where an edge crosses the parallel at `lat_deg` (degrees of longitude). Half open, so that a vertex on the
+/// parallel counts once.
+fn crossing([a, b]: &[GeoPoint; 2], lat_deg: f64) -> Option<f64> {
+    if (a.lat_deg > lat_deg) == (b.lat_deg > lat_deg) {
+        return None;
+    }
+    let share = (lat_deg - a.lat_deg) / (b.lat_deg - a.lat_deg);
+    Some(a.lon_deg + share * (b.lon_deg - a.lon_deg))
+}
+
 /// Crossings of all rings with the parallel at `lat_deg`, from west to east: by the even-odd rule each second
 /// stretch lies within.
 fn crossings(area: &Area, lat_deg: f64) -> Vec<f64> {
-    let mut found = Vec::new();
-    for pair in area.rings().flat_map(|ring| ring.points.windows(2)) {
-        let (a, b) = (pair[0], pair[1]);
-        // Half open, so that a vertex on the parallel counts once.
-        if (a.lat_deg > lat_deg) != (b.lat_deg > lat_deg) {
-            let share = (lat_deg - a.lat_deg) / (b.lat_deg - a.lat_deg);
-            found.push(a.lon_deg + share * (b.lon_deg - a.lon_deg));
-        }
-    }
+    let mut found: Vec<f64> = edges(area).filter_map(|edge| crossing(&edge, lat_deg)).collect();
     found.sort_by(f64::total_cmp);
     found
 }
@@ -44,28 +50,62 @@ fn within(area: &Area) -> Option<GeoPoint> {
 }
 
 /// Zones of confidence (CATZOC) of a cell.
-pub(crate) struct Zones<'a> {
-    list: Vec<(Envelope, &'a Area, u32)>,
+pub(crate) struct Zones(Vec<Zone>);
+
+/// The edges of an area by bands of latitude: each of thousands of soundings is beside a few edges only.
+struct Zone {
+    envelope: Envelope,
+    /// Edges that touch a band, from south to north; an edge may be in several.
+    bands: Vec<Vec<[GeoPoint; 2]>>,
+    catzoc: u32,
 }
 
-impl<'a> Zones<'a> {
-    pub(crate) fn of(features: &'a [Feature]) -> Self {
-        let zone = |feature: &'a Feature| {
-            let Geometry::Area(area) = &feature.geometry else { return None };
-            let envelope = Envelope::of(feature.geometry.points())?;
-            Some((envelope, area, feature.code(AttributeCode::CATZOC)?))
+impl Zones {
+    pub(crate) fn of(features: &[Feature]) -> Self {
+        let zone = |feature: &Feature| match &feature.geometry {
+            Geometry::Area(area) => Zone::of(area, feature.code(AttributeCode::CATZOC)?),
+            _ => None,
         };
         let quality = features.iter().filter(|one| one.class == ObjectClass::M_QUAL);
-        Self { list: quality.filter_map(zone).collect() }
+        Self(quality.filter_map(zone).collect())
     }
 
     /// The worst zone at a point; `None` where the chart does not tell.
     pub(crate) fn at(&self, at: GeoPoint) -> Option<u32> {
-        let holds = |(Envelope([w, e, s, n]), area, _): &&(Envelope, &Area, u32)| {
-            let near = (*w..=*e).contains(&at.lon_deg) && (*s..=*n).contains(&at.lat_deg);
-            near && crossings(area, at.lat_deg).iter().filter(|lon| **lon < at.lon_deg).count() % 2 == 1
-        };
-        self.list.iter().filter(holds).map(|(_, _, zone)| *zone).max()
+        self.0.iter().filter(|zone| zone.holds(at)).map(|zone| zone.catzoc).max()
+    }
+}
+
+impl Zone {
+    /// Bands of an area, at most.
+    const BANDS: usize = 1_024;
+
+    fn of(area: &Area, catzoc: u32) -> Option<Self> {
+        let envelope = Envelope::of(area.rings().flat_map(|ring| ring.points.iter().copied()))?;
+        let edges: Vec<[GeoPoint; 2]> = edges(area).collect();
+        let bands = vec![Vec::new(); edges.len().clamp(1, Self::BANDS)];
+        let mut zone = Self { envelope, bands, catzoc };
+        for [a, b] in edges {
+            let (south, north) = (a.lat_deg.min(b.lat_deg), a.lat_deg.max(b.lat_deg));
+            for band in zone.band(south)..=zone.band(north) {
+                zone.bands[band].push([a, b]);
+            }
+        }
+        Some(zone)
+    }
+
+    /// The band of a latitude of the area.
+    fn band(&self, lat_deg: f64) -> usize {
+        let Envelope([_, _, south, north]) = self.envelope;
+        let share = (lat_deg - south) / (north - south).max(f64::MIN_POSITIVE);
+        ((share * self.bands.len() as f64) as usize).min(self.bands.len() - 1)
+    }
+
+    fn holds(&self, at: GeoPoint) -> bool {
+        let Envelope([west, east, south, north]) = self.envelope;
+        let near = (west..=east).contains(&at.lon_deg) && (south..=north).contains(&at.lat_deg);
+        let west_of = |pair: &&[GeoPoint; 2]| crossing(pair, at.lat_deg).is_some_and(|lon| lon < at.lon_deg);
+        near && self.bands[self.band(at.lat_deg)].iter().filter(west_of).count() % 2 == 1
     }
 }
 
@@ -88,5 +128,22 @@ mod tests {
         };
         let at = representative(&Geometry::Area(area)).unwrap();
         assert_eq!((at.lon_deg, at.lat_deg), (8.5, 2.0));
+    }
+
+    proptest::proptest! {
+        /// In bands as over all edges at once.
+        #[test]
+        fn a_zone_holds_what_its_rings_hold(
+            ends in proptest::collection::vec((-20_i32..20, -20_i32..20), 3..40),
+            at in (-42_i32..42, -42_i32..42),
+        ) {
+            let mut points: Vec<(f64, f64)> = ends.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect();
+            points.push(points[0]);
+            let area = Area { exteriors: vec![ring(&points)], holes: Vec::new() };
+            let at = GeoPoint { lon_deg: f64::from(at.0) / 2.0, lat_deg: f64::from(at.1) / 2.0 };
+            let at_once = crossings(&area, at.lat_deg).iter().filter(|lon| **lon < at.lon_deg).count();
+            let zone = Zone::of(&area, 4).unwrap();
+            proptest::prop_assert_eq!(zone.holds(at), at_once % 2 == 1);
+        }
     }
 }

@@ -116,11 +116,11 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes a feature with all its rows.
-    pub(crate) fn feature(&mut self, feature: &Feature, zones: &Zones<'_>) -> Result<()> {
+    pub(crate) fn feature(&mut self, feature: &Feature, zones: &Zones) -> Result<()> {
         self.put(feature, zones).named(self.path)
     }
 
-    fn put(&mut self, feature: &Feature, zones: &Zones<'_>) -> rusqlite::Result<()> {
+    fn put(&mut self, feature: &Feature, zones: &Zones) -> rusqlite::Result<()> {
         let zone = match feature.code(AttributeCode::CATZOC) {
             Some(zone) => Some(zone),
             None => representative(&feature.geometry).and_then(|at| zones.at(at)),
@@ -225,7 +225,7 @@ impl<'a> Writer<'a> {
         &self,
         feature: &Feature,
         list: &[Sounding],
-        zones: &Zones<'_>,
+        zones: &Zones,
         first: usize,
     ) -> rusqlite::Result<()> {
         let source = self.source;
