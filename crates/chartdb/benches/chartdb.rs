@@ -6,7 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark fails where it unwraps nothing")]
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 
-use chartdb::{ImportOptions, import, load_index};
+use chartdb::{ImportOptions, ImportProgress, import, load_index};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -18,12 +18,18 @@ const CELLS: [&str; 9] = [
 ];
 const ROUNDS: usize = 5;
 
-fn bring(db: &Path, inputs: &[PathBuf]) -> Duration {
+/// Until all features are in the database, which is as far as `ogr2ogr` goes, and until the index is there too.
+fn bring(db: &Path, inputs: &[PathBuf]) -> [Duration; 2] {
     let options = ImportOptions::new(UtcTime::from_micros(0));
     let start = Instant::now();
-    let report = import(db, inputs, &options, &mut |_| true).unwrap();
+    let mut stored = Duration::ZERO;
+    let mut progress = |progress: &ImportProgress<'_>| {
+        stored = start.elapsed();
+        progress.done <= progress.of
+    };
+    let report = import(db, inputs, &options, &mut progress).unwrap();
     assert!(report.applied && report.failures.is_empty());
-    start.elapsed()
+    [stored, start.elapsed()]
 }
 
 /// The most memory that this process held, as Linux tells it.
@@ -41,30 +47,35 @@ fn median(mut times: Vec<Duration>) -> Duration {
 fn main() {
     let folder = tempfile::tempdir().unwrap();
     if let Ok(input) = std::env::var("LUTRA_BENCH_CELL") {
-        let taken = bring(&folder.path().join("chart.gpkg"), &[PathBuf::from(input)]);
-        println!("{} {}", taken.as_micros(), peak_kib());
+        let [stored, taken] = bring(&folder.path().join("chart.gpkg"), &[PathBuf::from(input)]);
+        println!("{} {} {}", stored.as_micros(), taken.as_micros(), peak_kib());
         return;
     }
     let mut inputs = Vec::new();
     for name in CELLS {
         let Some(input) = testkit::shared(&format!("data/charts/{name}.000")) else { return };
-        let (mut times, mut peak) = (Vec::new(), 0);
+        let (mut stored, mut taken, mut peak) = (Vec::new(), Vec::new(), 0);
         for _ in 0..ROUNDS {
             let mut child = Command::new(std::env::current_exe().unwrap());
             let output = child.env("LUTRA_BENCH_CELL", &input).output().unwrap();
             let text = String::from_utf8(output.stdout).unwrap();
-            let (us, kib) = text.trim().split_once(' ').unwrap();
-            times.push(Duration::from_micros(us.parse().unwrap()));
-            peak = peak.max(kib.parse::<u64>().unwrap());
+            let figures: Vec<u64> = text.split_whitespace().map(|figure| figure.parse().unwrap()).collect();
+            stored.push(Duration::from_micros(figures[0]));
+            taken.push(Duration::from_micros(figures[1]));
+            peak = peak.max(figures[2]);
         }
-        let taken = median(times);
         let beside = ogr2ogr(&input, folder.path());
-        println!("import {name}: {taken:.1?} with index, {} MiB at most; ogr2ogr: {beside}", peak >> 10);
+        let (stored, taken) = (median(stored), median(taken));
+        println!(
+            "import {name}: {stored:.1?}, {taken:.1?} with index, {} MiB at most; ogr2ogr: {beside}",
+            peak >> 10
+        );
         inputs.push(input);
     }
     let db = folder.path().join("all/chart.gpkg");
-    println!("import all shared cells into one set: {:.1?}", bring(&db, &inputs));
-    println!("import them again, all there already: {:.1?}", bring(&db, &inputs));
+    let [stored, taken] = bring(&db, &inputs);
+    println!("import all shared cells into one set: {stored:.1?}, {taken:.1?} with index");
+    println!("import them again, all there already: {:.1?}", bring(&db, &inputs)[1]);
     let ready = || {
         let start = Instant::now();
         assert!(load_index(&db).unwrap().rebuilt.is_none());
