@@ -6,16 +6,19 @@
 
 mod support;
 
+use charts::depth_index::{Demand, Leg, SealedIndex};
 use imc::PacketView;
 use imc::messages::{LogBookEntry, RemoteActions, SetThrusterActuation};
 use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use support::ashore::now_s;
-use support::program::{Agent, Line, Server, add_admin, agent_program, link_token, logged, until};
+use support::program::{Agent, Line, Server, add_admin, agent_program, link_token, logged, run, until};
 use support::{CONSOLE, OTTER, packet};
 use tempfile::TempDir;
 use tokio::io::AsyncWriteExt as _;
 use tokio::net::TcpStream;
+use units::{LatLon, LocalFrame, LocalPoint};
 
 /// From the last fresh sample to zero thrust.
 const BOUND_S: f64 = 0.75;
@@ -172,6 +175,61 @@ async fn however_steering_by_hand_fails_the_motors_stand_still_in_time() {
         packets.iter().any(|packet| log_book(packet).contains(refused)),
         "the vessel says whom it refused"
     );
+}
+
+/// A chart set made of the fictitious archipelago, and a place in it 13 m south of danger.
+fn chart(data: &Path) -> (PathBuf, LatLon) {
+    let cells = data.join("cells");
+    std::fs::create_dir_all(&cells).unwrap();
+    for file in charts::demo::archipelago().unwrap() {
+        std::fs::write(cells.join(format!("{}.000", file.name.trim_end_matches(".000"))), file.bytes)
+            .unwrap();
+    }
+    run(data, &["chart", "import", cells.to_str().unwrap()]);
+    let index = data.join("charts/chart.lutra-index");
+    let chart = SealedIndex::from_bytes(&std::fs::read(&index).unwrap()).unwrap().index;
+    let demand = Demand { position_m: 3.0, ..Demand::least_depth(1.0) };
+    let place = (0..40).find_map(|step| {
+        let from = LatLon::from_deg(63.446, 10.345 + 0.004 * f64::from(step)).unwrap();
+        let frame = LocalFrame::new(from);
+        let north = |north_m| frame.to_place(LocalPoint { north_m, east_m: 0.0 });
+        let leg = Leg { from, to: north(3_000.0) };
+        let along_m = chart.first_danger_along(leg, 1.2, &demand)?.along_m;
+        (along_m > 100.0).then(|| north(along_m - 13.0))
+    });
+    (index, place.expect("somewhere there is danger to the north"))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn thrust_towards_danger_is_blocked_until_the_operator_lifts_the_guard() {
+    let Some(program) = agent_program() else { return };
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let (shore, aboard) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let data = shore.path().join("data");
+    std::fs::create_dir_all(&data).unwrap();
+    let (index, place) = chart(&data);
+    let server = Server::start(&data);
+    let token = link_token(&data, "otter-1", "0x2810");
+    add_admin(&data, "anna", "seven small boats at sea");
+    let more = format!(
+        "\n[Supervisors.Grounding]\nChart = {}\n\n[Simulators.GPS]\nInitial Position = {:.7}, {:.7}\n",
+        index.display(),
+        place.lat_deg(),
+        place.lon_deg()
+    );
+    let mut agent =
+        Agent::start_with(std::process::Command::new(&program), aboard.path(), server.web, &token, &more);
+    let url = format!("http://{}", server.web);
+    tokio::task::block_in_place(|| {
+        testkit::browser::run("teleop-guard.mjs", &[&url, "seven small boats at sea"], |_| ());
+    });
+    agent.process.terminate();
+    let packets = logged(aboard.path());
+    for text in ["steers unguarded by the sea chart for 60 s", "ends the exemption"] {
+        assert!(packets.iter().any(|packet| log_book(packet).contains(text)), "{text}");
+    }
 }
 
 /// What an entry of the log book says.

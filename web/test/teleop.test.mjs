@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-teleop-"));
 const outfile = join(folder, "teleop.mjs");
 await build({ entryPoints: ["src/state/teleop.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { limited, ofKeys, ofPad, ofTouch, standing, tripText } = await import(outfile);
+const { guardOf, limited, ofKeys, ofPad, ofTouch, standing, tripText } = await import(outfile);
 
 const told = (more) => ({ stamp_us: 1, phase: "locked", why: "", remedy: "", round_trip_ms: 40, with_vessel: true, slow: false, cap: 1, ...more });
 
@@ -43,4 +43,16 @@ test("the round trip tells what it covers, that it is slow and what it limits", 
   assert.equal(tripText(told({})), "Round trip 40 ms to the vessel and back");
   assert.match(tripText(told({ round_trip_ms: 620, slow: true, cap: 0.3 })), /SLOW: steer with care\. Thrust is limited to 30 %\.$/);
   assert.match(tripText(told({ with_vessel: false })), /the vessel's part is not known/);
+});
+
+test("the guard is what the vessel's grounding supervisor says at present", () => {
+  const labels = new Map([[9, "Grounding Supervisor"]]);
+  const says = (description, received_us = 1_000_000) => new Map([["a", { abbrev: "EntityState", entity: 9, received_us, time_us: received_us, period_s: 1, fields: [{ name: "state", value: 1, meaning: "NORMAL" }, { name: "description", value: description }] }]]);
+  const now = 1_500_000;
+  assert.equal(guardOf(new Map(), labels, now), undefined);
+  assert.equal(guardOf(says("off: no chart is configured"), labels, now), undefined);
+  const blocks = guardOf(says("land 12 m ahead; thrust towards danger is blocked; by chart x"), labels, now);
+  assert.deepEqual([blocks.blocks, blocks.lifted], [true, false]);
+  assert.equal(guardOf(says("an operator may steer unguarded for 52 s; by chart x"), labels, now).lifted, true);
+  assert.equal(guardOf(says("by chart x"), labels, 3_600_000_000), undefined, "what is old guards nobody");
 });

@@ -111,9 +111,14 @@ fn without_a_chart_it_is_off_and_with_a_bad_one_only_an_operator_may_steer() {
 
 /// Full ahead for so many seconds; answers the least distance of the hull's middle to a point.
 fn full_ahead(sea: &mut Sea, seconds: f64, from: LocalPoint) -> f64 {
+    ahead(sea, 127, seconds, from)
+}
+
+/// The same with a throttle of 127.
+fn ahead(sea: &mut Sea, throttle: i8, seconds: f64, from: LocalPoint) -> f64 {
     let mut nearest_m = f64::INFINITY;
     for _ in 0..(seconds / 0.2) as u32 {
-        sea.send(RemoteActions { actions: "Throttle=127".into() });
+        sea.send(RemoteActions { actions: format!("Throttle={throttle}").into() });
         sea.run(0.2);
         nearest_m = nearest_m.min(sea.position().distance_m(from));
     }
@@ -143,6 +148,21 @@ fn an_operators_thrust_towards_land_is_blocked_and_away_is_not() {
         sea.run(0.2);
     }
     assert!(sea.position().north_m < before_m - 5.0, "{before_m} {:?}", sea.position());
+}
+
+/// However slow it is: blocked thrust comes before the vessel is taken out of the operator's hands.
+#[test]
+fn a_slow_operator_is_blocked_and_keeps_the_vessel() {
+    for throttle in [30, 40, 60, 90] {
+        let mut sea = afloat(&islet());
+        steer(&mut sea);
+        full_ahead(&mut sea, 30.0, point(200.0, 0.0));
+        let nearest_m = ahead(&mut sea, throttle, 600.0, point(200.0, 0.0));
+        assert!((61.2..75.0).contains(&nearest_m), "{throttle}: {nearest_m}");
+        assert!(state(&sea, Entity::Grounding).description.to_str_lossy().contains("blocked"), "{throttle}");
+        assert!(!says(&sea, Entity::Grounding, "back to deep water"), "{throttle}");
+        assert_eq!(sea.plan_state().plan_id, "hand", "{throttle}");
+    }
 }
 
 fn parameter(sea: &mut Sea, name: &str, value: &str) {

@@ -179,7 +179,7 @@ impl Agent {
             "\n[Transports.Lutra]\nEnabled = Always\nURL = ws://{shore}/link\nToken File = lutra.token\n{more}"
         );
         let config = folder.join("otter.ini");
-        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link).unwrap();
+        std::fs::write(&config, std::fs::read_to_string(otter).unwrap() + &link + more).unwrap();
         std::fs::write(folder.join("lutra.token"), token).unwrap();
         let errors = File::options().create(true).append(true).open(folder.join("errors")).unwrap();
         let mut child = command

@@ -3,6 +3,7 @@
 import { getJson, reason } from "../api/http";
 import type { Order, PlanAboard, PlansAboard, System } from "../api/types.gen";
 import { type ControlState, legTo, type Part } from "../state/control";
+import type { Guard } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
 import { bearing, utc } from "../ui/format";
 import { createConfirm } from "./confirm";
@@ -12,7 +13,8 @@ import { createOrders, Unanswered, windowKey } from "./orders";
 import { createTeleop } from "./teleop";
 
 export interface ControlPanel {
-  update(state: ControlState, system: System | undefined, nowUs: number): void;
+  /** `guard`: what the vessel's grounding supervisor says. */
+  update(state: ControlState, system: System | undefined, nowUs: number, guard?: Guard): void;
 }
 
 export interface ControlNeeds {
@@ -146,7 +148,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, nam
   });
   if (may) goBox.append(make("h3", {}, "Go to a point"), form);
 
-  const helm = may && steers ? createTeleop(helmBox, { address, key, confirm, name }) : undefined;
+  const helm = may && steers ? createTeleop(helmBox, { address, key, orders, confirm, name }) : undefined;
 
   const enable = (): void => {
     const here = part === "here";
@@ -158,7 +160,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, nam
   void look();
 
   return {
-    update(state, now, nowUs) {
+    update(state, now, nowUs, guard) {
       system = now;
       const before = part;
       part = leaseView.update(state, nowUs);
@@ -166,7 +168,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, nam
         if (part !== "here") confirm.close();
         enable();
       }
-      helm?.update(part === "here");
+      helm?.update(part === "here", guard);
       const known = state.commands;
       past.update(known);
       const stored = known.find((one) => one.over && /^plan\.(upload|delete|list)$/.test(one.order));

@@ -5,29 +5,32 @@
 // explicit stop, and by samples that do not come any more.
 
 import type { TeleopSay, TeleopStop, TeleopTold } from "../api/types.gen";
-import { standing, tripText } from "../state/teleop";
+import { type Guard, standing, tripText } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
 import type { Confirm } from "./confirm";
+import { createGuard } from "./guard";
 import { createHands } from "./hands";
+import type { Orders } from "./orders";
 
 const SAMPLE_MS = 50;
 /** The server answers 20 times a second: after this silence nothing of what it said counts, ms. */
 const SILENCE_MS = 1_000;
 
 export interface TeleopPanel {
-  /** Whether this window has control. */
-  update(here: boolean): void;
+  /** Whether this window has control, and what the vessel's guard says. */
+  update(here: boolean, guard: Guard | undefined): void;
 }
 
 export interface TeleopNeeds {
   readonly address: number;
   /** Tells this window from others of the same person. */
   readonly key: string;
+  readonly orders: Orders;
   readonly confirm: Confirm;
   name(): string;
 }
 
-export function createTeleop(root: HTMLElement, { address, key, confirm, name }: TeleopNeeds): TeleopPanel {
+export function createTeleop(root: HTMLElement, { address, key, orders, confirm, name }: TeleopNeeds): TeleopPanel {
   const begin = make("button", { type: "button" }, "Steer by hand …");
   const leave = make("button", { type: "button", class: "main" }, "End steering by hand");
   const [state, why, remedy] = [make("p", { class: "helm-state" }), make("p", { class: "helm-why" }), make("p", { class: "helm-remedy" })];
@@ -38,11 +41,13 @@ export function createTeleop(root: HTMLElement, { address, key, confirm, name }:
   const knob = make("span", { class: "knob", "aria-hidden": "true" });
   const pad = make("div", { class: "helm-pad", role: "img", "aria-label": "Touch pad: hold it and move from where you touch; up is ahead. Keys do the same." }, knob);
   const gamepad = make("p", { class: "helm-gamepad" });
+  const guardBox = make("div", { class: "helm-guard", hidden: "" });
   const told = make("div", { class: "helm-told", role: "status" }, state, why, remedy);
-  const helm = make("div", { class: "helm", hidden: "" }, told, trip, make("div", { class: "helm-hands" }, make("div", {}, keys, make("label", { class: "row" }, "Most thrust ", most, mostTold), gamepad, leave), pad));
+  const helm = make("div", { class: "helm", hidden: "" }, told, trip, guardBox, make("div", { class: "helm-hands" }, make("div", {}, keys, make("label", { class: "row" }, "Most thrust ", most, mostTold), gamepad, leave), pad));
   const note = make("p", { class: "note bad", role: "alert", hidden: "" });
   root.append(make("h3", {}, "Steer by hand"), begin, helm, note);
   most.addEventListener("input", () => setText(mostTold, `${most.value} %`));
+  const guard = createGuard(guardBox, orders, confirm, name);
 
   let socket: WebSocket | undefined;
   let asked = false;
@@ -151,9 +156,10 @@ export function createTeleop(root: HTMLElement, { address, key, confirm, name }:
   });
 
   return {
-    update(here) {
+    update(here, guarded) {
       begin.disabled = !here;
       begin.title = here ? `What ${name()} does ends; its motors stand still until you steer.` : "Take control first.";
+      guard.update(guarded);
       if (!here && socket) {
         stop("person");
         close("Ended: control of the vessel was lost. Its motors stand still. Take control again if you still need it.");

@@ -18,6 +18,7 @@ import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { NO_CONTROL, withControl } from "../state/control";
 import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
+import { guardOf } from "../state/teleop";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, type Values, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
@@ -401,7 +402,7 @@ export function startVessel(root: HTMLElement): void {
   };
   const draw = (): void => {
     const now = nowUs();
-    panelOfControl.update(control, system, now);
+    panelOfControl.update(control, system, now, guardOf(state.values.get(address) ?? new Map(), labels, now));
     const us = atUs();
     const then = asItWas();
     const known: Values = us === null ? (state.values.get(address) ?? new Map()) : (then?.values ?? new Map());

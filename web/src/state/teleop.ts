@@ -1,6 +1,7 @@
 // Steering by hand, decided without a screen: what a person's hands say, and the words for how it stands.
 
 import type { TeleopTold } from "../api/types.gen";
+import { entities, type Labels, type Values } from "./vitals";
 
 /** What the hands do. `change` is another number than before when the device has shown life. */
 export interface Hands {
@@ -90,4 +91,21 @@ export function tripText(told: TeleopTold | undefined): string {
   const slow = told.slow ? ". SLOW: steer with care." : "";
   const cap = told.cap < 1 ? ` Thrust is limited to ${Math.round(told.cap * 100)} %.` : "";
   return `Round trip ${Math.round(ms)} ms ${way}${slow}${cap}`;
+}
+
+/** What the vessel's grounding supervisor says; undefined where it says nothing or has no chart. */
+export interface Guard {
+  readonly text: string;
+  /** It lets no thrust through in some direction. */
+  readonly blocks: boolean;
+  /** An operator had it lifted for a while. */
+  readonly lifted: boolean;
+}
+
+export const GUARD_ENTITY = "Grounding Supervisor";
+
+export function guardOf(values: Values, labels: Labels, nowUs: number): Guard | undefined {
+  const one = entities(values, labels, nowUs).find(({ label }) => label === GUARD_ENTITY);
+  if (!one || one.old || !one.description || one.description.startsWith("off:")) return undefined;
+  return { text: one.description, blocks: one.description.includes("thrust towards danger is blocked"), lifted: one.description.includes("may steer unguarded") };
 }

@@ -24,6 +24,8 @@ const TURN_S: f64 = 15.0;
 const LYING_MPS: f64 = 0.2;
 /// A vessel that lies close to danger and comes so much closer drifts in (m).
 const CREEP_M: f64 = 1.0;
+/// A vessel makes way ahead or astern when so much of its speed is along the hull: its course is within 25° of that.
+const UNDER_WAY: f64 = 0.9;
 /// Way beyond danger within stopping distance that does not matter (m).
 const SLACK_M: f64 = 0.5;
 
@@ -199,7 +201,7 @@ impl Grounding {
             && matches!(doing, Doing::Plan | Doing::Remedy)
             && settings.action >= GroundingAction::Slow;
         if !exempt {
-            self.act(now, settings, &look, index, (doing, stage), course_rad, &mut advice);
+            self.act(now, settings, &look, index, (doing, stage), course_rad, running, &mut advice);
         }
         self.abort(now, settings, stage, running && !exempt, &mut advice);
         if self.stage != Some(stage) {
@@ -238,12 +240,15 @@ impl Grounding {
         index: &DepthIndex,
         (doing, stage): (Doing, Stage),
         course_rad: f64,
+        running: bool,
         advice: &mut Vec<Advice>,
     ) {
         let wanted = match doing {
             Doing::Own => false,
             Doing::Plan | Doing::Remedy => stage >= Stage::Close,
-            Doing::Operator => self.operator_needs_help(now, look, settings, course_rad) || self.creeps,
+            Doing::Operator => {
+                self.operator_needs_help(now, look, settings, course_rad, running) || self.creeps
+            }
             Doing::Rest => {
                 let was_deep = *self.rest_was_deep.get_or_insert_with(|| {
                     let deep = settings.limits.demand(settings.limits.autonomous_m);
@@ -298,10 +303,14 @@ impl Grounding {
         look: &Look<'_>,
         settings: &GroundingSettings,
         course_rad: f64,
+        running: bool,
     ) -> bool {
-        // A vessel under way is the operator's until its motors were blocked for long enough to brake.
+        // A vessel under way is the operator's until its motors were blocked for long enough to brake; one that is
+        // carried another way than it heads, or lies idle, is not under way.
         let slow = self.speed_mps < 1.0;
-        let carried = slow && self.drifts_in(look, settings, course_rad);
+        let under_way = running && self.gate.surge_mps.abs() > UNDER_WAY * self.speed_mps;
+        let helpless = self.is_blocking() || !under_way;
+        let carried = slow && helpless && self.drifts_in(look, settings, course_rad);
         let since = carried.then(|| *self.blocked_since.get_or_insert(now));
         self.blocked_since = since;
         since.is_some_and(|since| now.since(since) >= Duration::from_secs_f64(settings.reaction_s))
