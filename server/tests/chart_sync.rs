@@ -19,8 +19,9 @@ use support::{CONSOLE, Client, OTTER, PATIENCE, packet};
 use tempfile::TempDir;
 use units::{LatLon, LocalFrame, LocalPoint};
 
-/// Where the archipelago is, and what `[Simulators.GPS]` must say for the Otter to be there.
-const START: &str = "\n[Simulators.GPS]\nInitial Position = 63.446, 10.345\n";
+/// Where the archipelago is, and what `[Simulators.GPS]` must say for the Otter to be there; it is more careful than
+/// the shore.
+const START: &str = "\n[Simulators.GPS]\nInitial Position = 63.446, 10.345\n\n[Supervisors.Grounding]\nAutonomous Depth = 8\n";
 const PASSWORD: &str = "seven-small-boats-at-sea";
 
 /// Brings the fictitious archipelago into the chart set.

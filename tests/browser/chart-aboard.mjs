@@ -12,5 +12,6 @@ await inBrowser(async (open) => {
   await tile.getByText("as ashore").waitFor();
   check(/2 charts, the newest XX\dLUTRA/.test(await tile.innerText()), await tile.innerText());
   check((await tile.getAttribute("data-old")) === null, "told over a link that stands");
+  await page.locator(".chart-credit").getByText("safety depth 8 m, the vessel's own").waitFor();
   await look(page, "vessel-chart-aboard");
 });

@@ -33,6 +33,16 @@ test("a safety depth may be chosen, and never one that the guard would not take"
   }
 });
 
+test("what is drawn goes by both guards, the vessel's own as it told it", () => {
+  const told = (...parameters) => ({ recorded: false, entities: [{ entity: "Grounding Supervisor", parameters: parameters.map(([name, value]) => ({ name, value })) }] });
+  assert.equal(chart.ownLimits({ recorded: false, entities: [] }), undefined);
+  assert.equal(chart.ownLimits(told(["Navigable Depth", "1"], ["Autonomous Depth", ""])), undefined);
+  const own = chart.ownLimits(told(["Navigable Depth", "0.5"], ["Autonomous Depth", " 8 "]));
+  assert.deepEqual(own, { navigable_m: 0.5, autonomous_m: 8 });
+  assert.deepEqual(chart.guarded(LIMITS, own), { navigable_m: 1, autonomous_m: 8 });
+  assert.deepEqual(chart.guarded(LIMITS, undefined), LIMITS);
+});
+
 test("a danger is an isolated one in otherwise safe water only", () => {
   for (const [depth, watlev, around, isolated] of [
     [2, 3, 10, true],

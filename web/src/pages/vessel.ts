@@ -63,7 +63,7 @@ export function startVessel(root: HTMLElement): void {
   const nothing = make("p", { class: "empty", hidden: "" }, "Nothing is recorded of this vessel yet. A log of it is brought in under Admin, Import; then it is watched here as it was.");
   tileBox.append(replayBox);
   const besideBox = make("section", { class: "beside", "aria-label": "Vessels" });
-  root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, besideBox, nothing, side));
+  root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, nothing, side));
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
   // What is looked at stays; the page begins anew with those who are in its address.
   const beside = createBeside(besideBox, address, names, query, (addresses) => {
@@ -229,6 +229,7 @@ export function startVessel(root: HTMLElement): void {
       if (firsts.length) choose({ fromUs: Math.min(...firsts), toUs: Math.max(...lasts) + 1_000_000 });
     },
   });
+  timeBox.querySelector("form")?.before(besideBox);
   const plots = createPlots(panels.Plots, address, root.dataset["researcher"] !== undefined, query.get("plots") ?? "", entity, {
     ...moves,
     cursor: (us) => hover(us, true),

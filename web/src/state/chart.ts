@@ -1,5 +1,8 @@
 // What a chart shows, decided without drawing: shades, soundings, scales, colours, and which leg a verdict is about.
 
+import type { VesselParameters } from "../api/types.gen";
+import { GUARD_ENTITY } from "./teleop";
+
 /** Depths below chart datum that part the shades, m. */
 export interface DepthLimits {
   /** Less is for nobody. */
@@ -31,6 +34,22 @@ export function shadeOf(depth_m: number | undefined, limits: DepthLimits): Shade
   if (depth_m < limits.navigable_m) return "very-shallow";
   if (depth_m < limits.autonomous_m) return "shallow";
   return depth_m < Math.max(DEEP_M, 2 * limits.autonomous_m) ? "safe" : "deep";
+}
+
+/** What a vessel's own guard goes by, as it told its parameters; undefined where it has not told them. */
+export function ownLimits({ entities }: VesselParameters): DepthLimits | undefined {
+  const guard = entities.find(({ entity }) => entity === GUARD_ENTITY);
+  const depth = (name: string): number => {
+    const text = guard?.parameters.find((one) => one.name === name)?.value.trim();
+    return text ? Number(text) : NaN;
+  };
+  const [navigable_m, autonomous_m] = [depth("Navigable Depth"), depth("Autonomous Depth")];
+  return Number.isFinite(navigable_m) && Number.isFinite(autonomous_m) ? { navigable_m, autonomous_m } : undefined;
+}
+
+/** What both guards let through, the one ashore and the vessel's own. */
+export function guarded(ashore: DepthLimits, own: DepthLimits | undefined): DepthLimits {
+  return { navigable_m: Math.max(ashore.navigable_m, own?.navigable_m ?? 0), autonomous_m: Math.max(ashore.autonomous_m, own?.autonomous_m ?? 0) };
 }
 
 /** The limits that are drawn where somebody has chosen a safety depth: never less than what the guard goes by. */

@@ -4,7 +4,9 @@ import type OlMap from "ol/Map";
 import { toLonLat } from "ol/proj";
 import { getJson, reason } from "../../api/http";
 import type { ChartSet } from "../../api/types.gen";
-import { type DepthLimits, drawnLimits, isOverscale, keptSwitches, MOST_SAFETY_M, shownScale, type Switch, SWITCHES } from "../../state/chart";
+import { createReader } from "../../params/reading";
+import { type DepthLimits, drawnLimits, guarded, isOverscale, keptSwitches, MOST_SAFETY_M, ownLimits, shownScale, type Switch, SWITCHES } from "../../state/chart";
+import { GUARD_ENTITY } from "../../state/teleop";
 import { make, setAttribute, setText } from "../../ui/dom";
 import { chartAt, depthWords } from "./api";
 import { createLayers } from "./layers";
@@ -44,7 +46,9 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   styles.without(left);
   let chart: ChartSet | undefined;
   const safetyKey = `${SAFETY_KEY}${vessel ?? "all"}`;
-  const limits = (of: ChartSet): DepthLimits => drawnLimits(of, localStorage.getItem(safetyKey));
+  // What the vessel's own guard goes by, once it has told.
+  let own: DepthLimits | undefined;
+  const limits = (of: ChartSet): DepthLimits => drawnLimits(guarded(of, own), localStorage.getItem(safetyKey));
   const learnt: ((chart: ChartSet) => void)[] = [];
 
   // What is told.
@@ -84,7 +88,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   options.append(make("fieldset", {}, make("legend", {}, "Shown"), make("label", { class: "inline" }, always, "Depths, land and dangers (always)"), ...switches), make("label", {}, vessel === undefined ? "Safety depth of the shades, m" : "Safety depth of this vessel's shades, m", safety), legend);
   const drawSafety = (of: ChartSet): void => {
     const { autonomous_m: safe } = limits(of);
-    safety.min = String(of.autonomous_m);
+    safety.min = String(guarded(of, own).autonomous_m);
     safety.value = String(safe);
     styles.limits(limits(of));
     drawCredit(of);
@@ -106,7 +110,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
       [colours.land, "land"],
       [colours.drying, "dries"],
       [colours.veryShallow, `less than ${least} m, or unknown`],
-      [colours.shallow, `${least} to ${safe} m: ${safe > chart.autonomous_m ? "less than the safety depth chosen here" : "only under an operator's hand"}`],
+      [colours.shallow, `${least} to ${safe} m: ${safe > guarded(chart, own).autonomous_m ? "less than the safety depth chosen here" : "only under an operator's hand"}`],
       [colours.safe, `from ${safe} m`],
       [colours.deep, `from ${Math.max(20, 2 * safe)} m`],
     ];
@@ -193,7 +197,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   };
   const drawCredit = (of: ChartSet): void => {
     const cells = of.cells.length > 3 ? `${of.cells.length} charts` : of.cells.map((cell) => `${cell.name} ed. ${cell.edition}.${cell.update}`).join(", ");
-    credit.replaceChildren(...(of.not_for_navigation ? [make("strong", {}, "NOT FOR NAVIGATION"), " · "] : []), `${cells} · depths in m below chart datum · safety depth ${limits(of).autonomous_m} m`);
+    credit.replaceChildren(...(of.not_for_navigation ? [make("strong", {}, "NOT FOR NAVIGATION"), " · "] : []), `${cells} · depths in m below chart datum · safety depth ${limits(of).autonomous_m} m${own && limits(of).autonomous_m === own.autonomous_m && own.autonomous_m > of.autonomous_m ? ", the vessel's own" : ""}`);
     credit.hidden = of.set === null;
     credit.title = of.cells.map((cell) => `${cell.name}: edition ${cell.edition}, update ${cell.update}, issued ${cell.issued}, 1 : ${cell.scale}. ${cell.comment}`).join("\n");
   };
@@ -251,8 +255,22 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     if (!busy() && !map.hasFeatureAtPixel(event.pixel, { hitTolerance: 8, layerFilter: (layer) => (layer.getZIndex() ?? 0) >= 0 })) void ask(event.coordinate, false);
   });
 
-  void learn();
-  const again = window.setInterval(() => void learn(), AGAIN_MS);
+  const reader = vessel === undefined ? undefined : createReader(`/api/v1/vessels/${vessel}`);
+  const learnOwn = async (): Promise<void> => {
+    if (!reader) return;
+    // What the vessel has told anybody does; it is asked only where it has told nobody.
+    const told = ownLimits(await reader.known()) ?? ownLimits((await reader.read([GUARD_ENTITY])).told);
+    if (!told || (told.navigable_m === own?.navigable_m && told.autonomous_m === own.autonomous_m)) return;
+    own = told;
+    if (chart) drawSafety(chart);
+  };
+  const learnAll = (): void => {
+    void learn();
+    // A vessel that has no such guard, is not heard or may not be asked has the limits of the server.
+    learnOwn().catch(() => undefined);
+  };
+  learnAll();
+  const again = window.setInterval(learnAll, AGAIN_MS);
   return {
     onChart(then) {
       learnt.push(then);
