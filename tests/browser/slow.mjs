@@ -45,6 +45,25 @@ await inBrowser(async (open) => {
   const stages = await order.getByText(/effect seen/).waitFor().then(() => order.innerText());
   for (const stage of ["accepted", "sent", "received", "effect seen"]) check(stages.includes(stage), `${stage} in ${stages}`);
 
+  // Steering by hand is told to be slow, and what comes too late moves nothing.
+  const refused = page.getByRole("region", { name: "Steer by hand" }).getByRole("alert");
+  for (let tries = 0; ; tries++) {
+    await button(page, "Steer by hand …").click();
+    await button(page, "Steer by hand").click();
+    await page.locator(".helm-trip[data-slow]").getByText(/^Round trip \d+ ms .*SLOW: steer with care\./).waitFor();
+    await page.locator('.helm[data-phase="locked"]').or(refused).first().waitFor();
+    if (!(await refused.isVisible())) break;
+    check(tries < 20, `not begun: ${await refused.innerText()}`);
+  }
+  await page.locator(".helm-keys").focus();
+  await page.keyboard.down("Space");
+  await page.keyboard.down("ArrowUp");
+  await page.locator(".helm-remedy").getByText("Your network is slow at present: wait, or send the vessel by a plan.").waitFor();
+  check((await page.locator(".helm").getAttribute("data-phase")) !== "steering", "it is not steered");
+  await look(page, "slow-teleop");
+  for (const key of ["ArrowUp", "Space"]) await page.keyboard.up(key);
+  await button(page, "End steering by hand").click();
+
   // A tab that is duplicated, with all that the browser keeps of it, is another window.
   const [copy] = await Promise.all([page.context().waitForEvent("page"), page.evaluate(() => void window.open(location.href))]);
   await copy.getByText("You have control in another window.").waitFor();
