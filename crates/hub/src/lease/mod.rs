@@ -8,7 +8,7 @@
 //! |---|---|---|---|
 //! | request | granted | waits for an answer, granted after [`ANSWER_WITHIN`] | renewed, or moved to this window |
 //! | grant, decline | refused | the one who asked may withdraw | decides about the request |
-//! | take | granted | granted at once | as request |
+//! | take | granted | granted at once; who waits waits anew | as request |
 //! | renew | refused | refused | lasts [`LASTS`] from now |
 //! | release | refused | refused | ends; who waits has it then |
 
@@ -362,9 +362,11 @@ impl Leases {
                 if reason.trim().is_empty() {
                     return Err(LeaseRefused::NoReason(held.holder.name.clone()));
                 }
-                // Whoever else waited asks the one who has it now.
-                if self.of(vessel).waiting.as_ref().is_some_and(|one| same(&one.who, who)) {
-                    self.stop_waiting(vessel);
+                // Whoever else waited asks the one who has it now, who gets the whole time to answer.
+                if let Some(waiting) = self.stop_waiting(vessel).filter(|one| !same(&one.who, who)) {
+                    let (due, granted_at) = (now.mono + ANSWER_WITHIN, later(now, ANSWER_WITHIN));
+                    let waiting = Waiting { due, granted_at, ..waiting };
+                    self.vessels.entry(vessel).or_default().waiting = Some(waiting);
                 }
                 self.grant(now, vessel, who.clone(), Change::TakenOver, reason);
                 Ok(())

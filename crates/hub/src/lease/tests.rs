@@ -93,6 +93,20 @@ fn taking_over_needs_a_reason_that_the_former_holder_reads() {
 }
 
 #[test]
+fn who_takes_over_has_the_whole_time_to_answer_who_waits() {
+    let mut leases = Leases::default();
+    leases.ask(at(0), BOAT, &person(1), request("")).unwrap();
+    leases.ask(at(1), BOAT, &person(2), request("my turn")).unwrap();
+    leases.ask(at(30), BOAT, &person(3), LeaseAsk::Take("it drifts".to_owned())).unwrap();
+    let waiting = leases.of(BOAT).waiting.clone().unwrap();
+    assert_eq!((waiting.since, waiting.granted_at), (at(1).utc, at(60).utc));
+    leases.tick(at(59));
+    assert_eq!(leases.of(BOAT).held.as_ref().unwrap().holder, person(3));
+    leases.tick(at(60));
+    assert_eq!(leases.of(BOAT).held.as_ref().unwrap().holder, person(2));
+}
+
+#[test]
 fn two_windows_of_one_person_are_told_apart() {
     let mut leases = Leases::default();
     let other = Holder { key: "another".to_owned(), ..person(1) };
