@@ -1,6 +1,8 @@
 //! What vessels say, as far as it tells what became of commands.
 
-use super::{Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, Stage, is_same_value};
+use super::{
+    Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, Stage, VESSELS, is_same_value,
+};
 use crate::Now;
 use imc::messages::{
     EntityParameter, EntityParameters, LogBookEntry, Payload as _, PlanControl, PlanControlOp,
@@ -114,7 +116,11 @@ impl Commands {
             md5: one.md5,
         };
         let plans = state.plans_info.of::<PlanDBInformation>().map(plan).collect();
-        self.aboard.insert(vessel, PlansAboard { at: now.utc, plans });
+        if self.aboard.len() >= VESSELS && !self.aboard.contains_key(&vessel) {
+            let oldest = self.aboard.iter().min_by_key(|(_, (at, _))| *at).map(|(vessel, _)| *vessel);
+            oldest.and_then(|oldest| self.aboard.remove(&oldest));
+        }
+        self.aboard.insert(vessel, (now.mono, PlansAboard { at: now.utc, plans }));
     }
 
     fn database(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
@@ -146,14 +152,14 @@ impl Commands {
     fn done(&mut self, now: Now, id: CommandId, answer: &PlanDB) {
         let Some(command) = self.all.get_mut(&id) else { return };
         let text = match &command.effect {
-            Effect::Stores(plan_id, digest) => {
-                let stored = answer.arg.of::<PlanDBInformation>();
-                if stored.is_some_and(|stored| stored.md5 != digest) {
+            Effect::Stores(plan_id, digest) => match answer.arg.of::<PlanDBInformation>() {
+                Some(stored) if stored.md5 != digest => {
                     let text = format!("the vessel stores another '{plan_id}': the digests differ");
                     return self.refused(now, id, text);
                 }
-                format!("stores {plan_id}")
-            }
+                Some(_) => format!("stores {plan_id}"),
+                None => format!("stores {plan_id}, as it says: it told no digest to compare"),
+            },
             Effect::Removed(plan_id) => format!("{plan_id} is removed"),
             Effect::Gave(_) => {
                 let Some(plan) = answer.arg.of::<PlanSpecification>() else {

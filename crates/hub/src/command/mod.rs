@@ -30,6 +30,8 @@ const KEPT: usize = 100;
 const OPEN: usize = 20;
 /// Answers kept for each vessel: they are large.
 const ANSWERS_KEPT: usize = 10;
+/// Vessels of which it is kept which plans they store: a peer may speak for any number of addresses.
+const VESSELS: usize = 256;
 /// A packet that is not delivered within this is not delivered at all.
 pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
 /// Most characters of what a stage says.
@@ -203,7 +205,8 @@ pub struct Outgoing {
 pub struct Commands {
     own: Address,
     all: BTreeMap<CommandId, Command>,
-    aboard: BTreeMap<Address, PlansAboard>,
+    /// With the time by which the one that told longest ago is found.
+    aboard: BTreeMap<Address, (MonoTime, PlansAboard)>,
     told: Told,
     next_request: u16,
     last_id: u64,
@@ -357,9 +360,10 @@ impl Commands {
         self.all.values().filter(move |one| one.revision > revision)
     }
 
-    /// The plans that a vessel stores, as far as it said.
+    /// The plans that a vessel stores, as far as it said: kept of the [`VESSELS`] that said so last, unknown again of
+    /// others until they are asked anew.
     pub fn aboard(&self, vessel: Address) -> Option<&PlansAboard> {
-        self.aboard.get(&vessel)
+        self.aboard.get(&vessel).map(|(_, plans)| plans)
     }
 
     /// What vessels tell of themselves.

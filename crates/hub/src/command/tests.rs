@@ -36,7 +36,11 @@ impl Bench {
     }
 
     fn says(&mut self, seconds: u64, dst: Address, message: impl Into<Message>) {
-        let header = Header { src: BOAT, dst, ..Header::default() };
+        self.hears(seconds, BOAT, dst, message);
+    }
+
+    fn hears(&mut self, seconds: u64, src: Address, dst: Address, message: impl Into<Message>) {
+        let header = Header { src, dst, ..Header::default() };
         let bytes = Packet::new(header, message).encode().unwrap();
         self.commands.heard(at(seconds), &PacketView::new(&bytes).unwrap());
     }
@@ -163,10 +167,17 @@ fn an_upload_is_done_when_the_digest_is_the_same() {
     let mut bench = Bench::new();
     let plan = PlanSpecification { plan_id: "survey".into(), ..PlanSpecification::default() };
     let md5 = imc::plan_digest::plan_md5(&plan).unwrap().to_vec();
-    for (md5, last) in [(md5, Stage::EffectSeen), (vec![0; 16], Stage::Refused)] {
+    let no_digest = "stores survey, as it says: it told no digest to compare";
+    for (md5, last, text) in [
+        (Some(md5), Stage::EffectSeen, "stores survey"),
+        (Some(vec![0; 16]), Stage::Refused, "the vessel stores another 'survey': the digests differ"),
+        (None, Stage::EffectSeen, no_digest),
+    ] {
         let (id, request) = bench.order(0, Order::Upload(Box::new(plan.clone())), None);
         let Message::PlanDB(request) = request else { panic!() };
-        let stored = PlanDBInformation { plan_id: "survey".into(), md5, ..PlanDBInformation::default() };
+        let stored = md5.map(|md5| {
+            Message::from(PlanDBInformation { plan_id: "survey".into(), md5, ..PlanDBInformation::default() })
+        });
         let reply = |r#type, arg: Option<Message>| PlanDB {
             r#type,
             op: PlanDBOp::Set,
@@ -177,8 +188,8 @@ fn an_upload_is_done_when_the_digest_is_the_same() {
         };
         bench.says(1, SHORE, reply(PlanDBType::InProgress, None));
         assert_eq!(bench.last(id).0, Stage::Executing);
-        bench.says(1, SHORE, reply(PlanDBType::Success, Some(stored.into())));
-        assert_eq!(bench.last(id).0, last);
+        bench.says(1, SHORE, reply(PlanDBType::Success, stored));
+        assert_eq!(bench.last(id), (last, text.to_owned()));
     }
 }
 
@@ -200,6 +211,27 @@ fn the_list_of_plans_is_kept_whoever_asked() {
     let Message::PlanDB(request) = request else { panic!() };
     bench.says(1, SHORE, PlanDB { request_id: request.request_id, ..reply });
     assert_eq!(bench.last(id).0, Stage::EffectSeen);
+}
+
+#[test]
+fn of_many_vessels_the_plans_of_those_are_kept_that_told_last() {
+    let mut bench = Bench::new();
+    let reply = PlanDB {
+        r#type: PlanDBType::Success,
+        op: PlanDBOp::GetState,
+        arg: Some(Message::from(PlanDBState::default())).into(),
+        ..PlanDB::default()
+    };
+    let others = (1..=2_000).map(Address);
+    for (second, vessel) in (0..).zip(others.clone()) {
+        bench.hears(second, vessel, SHORE, reply.clone());
+        // Who goes on to tell stays.
+        bench.says(second, SHORE, reply.clone());
+    }
+    assert_eq!(bench.commands.aboard.len(), VESSELS);
+    assert!(bench.commands.aboard(BOAT).is_some());
+    let kept: Vec<Address> = others.filter(|vessel| bench.commands.aboard(*vessel).is_some()).collect();
+    assert_eq!((kept.len(), kept[0]), (VESSELS - 1, Address(1_746)));
 }
 
 #[test]
