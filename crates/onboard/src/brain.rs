@@ -213,6 +213,10 @@ impl Brain {
                 None => "nobody has control from ashore".to_owned(),
             };
             self.bus.entry(Entity::Supervisor, Level::Info, text);
+            if self.supervise.commander_changed(now) {
+                let text = "the exemption was another's: the sea chart guards again".to_owned();
+                self.bus.entry(Entity::Grounding, Level::Warning, text);
+            }
         }
     }
 

@@ -182,9 +182,9 @@ impl Pilot {
         self.estimate.map(|estimate| estimate.place)
     }
 
-    /// Whether a motor is commanded to run.
-    pub(crate) fn is_running(&self) -> bool {
-        self.authority.motors() != MotorPair::STOPPED
+    /// What the motors are commanded.
+    pub(crate) fn motors(&self) -> MotorPair {
+        self.authority.motors()
     }
 
     /// What is wrong with the path under way.

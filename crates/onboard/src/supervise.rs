@@ -10,7 +10,7 @@ mod grounding;
 use crate::arbiter::{Arbiter, Picture, Source, Standing};
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::grounding::{DEEP_WATER, Grounding, GroundingSettings};
+use crate::grounding::{DEEP_WATER, Exempted, Grounding, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::output::Level;
 use crate::pilot::{Drive, Pilot};
@@ -83,6 +83,11 @@ impl Supervise {
     pub(crate) fn stepped_in(&mut self) {
         self.grounding.stepped_in();
         self.arbiter.stepped_in();
+    }
+
+    /// Somebody else commands from ashore; whether an exemption of the one before ends by that.
+    pub(crate) fn commander_changed(&mut self, now: MonoTime) -> bool {
+        self.grounding.exemption.request(now, 0.0) == Exempted::Ended
     }
 
     /// A console was heard.

@@ -165,6 +165,50 @@ fn a_slow_operator_is_blocked_and_keeps_the_vessel() {
     }
 }
 
+/// Land 3 m ahead of a vessel at a quay, where the position's uncertainty touches it.
+#[test]
+fn a_vessel_at_a_quay_is_its_operators_and_never_starts_by_itself() {
+    let chart = chartmaker().with(Ground::Land, point(40.0, 0.0), 36.5, 48);
+    let settings = with_chart(Chart::of("made up", chart.index()));
+    let mut sea = Sea::with(settings, |vessel| {
+        (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = (0.1, 0.0);
+    })
+    .ready();
+    steer(&mut sea);
+    for _ in 0..15 {
+        sea.send(RemoteActions { actions: "Throttle=0".into() });
+        sea.run(0.2);
+    }
+    assert!(!says(&sea, Entity::Grounding, "back to deep water"));
+    assert_eq!(sea.plan_state().plan_id, "hand");
+    // Away it goes; and once it was clear it is not let drift back in.
+    for _ in 0..200 {
+        sea.send(RemoteActions { actions: "Throttle=-100".into() });
+        sea.run(0.2);
+    }
+    assert!(sea.position().north_m < -20.0, "{:?}", sea.position());
+    assert!(!says(&sea, Entity::Grounding, "back to deep water"));
+    sea.run(600.0);
+    assert!(says(&sea, Entity::Grounding, "back to deep water"));
+}
+
+/// Whatever the motors do that is not towards danger, and however fast the water is.
+#[test]
+fn a_current_along_the_hull_is_no_way_of_the_operators() {
+    for (current_mps, throttle) in [(0.6, -8), (0.6, 0), (0.9, -8), (1.2, 0)] {
+        let chart = chartmaker().with(Ground::Depth(0.4), point(200.0, 0.0), 60.0, 48);
+        let settings = with_chart(Chart::of("made up", chart.index()));
+        let mut sea = Sea::with(settings, |vessel| {
+            (vessel.environment.current.speed_mps, vessel.environment.current.to_rad) = (current_mps, 0.0);
+        })
+        .ready();
+        steer(&mut sea);
+        let nearest_m = ahead(&mut sea, throttle, 300.0, point(200.0, 0.0));
+        assert!(nearest_m > 61.2, "{current_mps} m/s, {throttle}: {nearest_m}");
+        assert!(says(&sea, Entity::Grounding, "back to deep water"), "{current_mps} m/s, {throttle}");
+    }
+}
+
 fn parameter(sea: &mut Sea, name: &str, value: &str) {
     let wanted = EntityParameter { name: name.into(), value: value.into() };
     let params = [wanted].into_iter().collect();

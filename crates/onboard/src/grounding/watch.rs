@@ -7,6 +7,7 @@ use super::settings::{Chart, ChartFile, GroundingAction, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::pilot::Gate;
 use charts::depth_index::{DepthIndex, Water};
+use control::MotorPair;
 use mission::RunId;
 use std::time::Duration;
 use units::MonoTime;
@@ -22,6 +23,8 @@ const SLOW_MPS: f64 = 0.7;
 const TURN_S: f64 = 15.0;
 /// Slower lies, and what carries it is too slow for a course to be known (m/s).
 const LYING_MPS: f64 = 0.2;
+/// An operator's vessel that is braked is slow from here on (m/s).
+const SLOWED_MPS: f64 = 1.0;
 /// A vessel that lies close to danger and comes so much closer drifts in (m).
 const CREEP_M: f64 = 1.0;
 /// A vessel makes way ahead or astern when so much of its speed is along the hull: its course is within 25° of that.
@@ -86,7 +89,10 @@ pub(crate) struct Grounding {
     /// Whether the rest began in water deep enough for the vessel by itself.
     rest_was_deep: Option<bool>,
     within_since: Option<MonoTime>,
-    blocked_since: Option<MonoTime>,
+    /// Since when the operator's vessel is carried in, and whether slowly.
+    carried_since: Option<(MonoTime, bool)>,
+    /// Hull and position uncertainty were clear of danger at some time of this operator's steering.
+    was_clear: bool,
     /// The most room beyond hull and uncertainty while it lies close to danger (m).
     lay_m: Option<f64>,
     /// It lies close to danger and comes closer.
@@ -106,6 +112,7 @@ impl Grounding {
         self.within_since = None;
         self.rest_was_deep = None;
         self.lay_m = None;
+        self.was_clear = false;
     }
 
     /// Another chart is in force, and would refuse the plan under way so.
@@ -155,14 +162,14 @@ impl Grounding {
         refuge::find(&look, settings, radius_m)
     }
 
-    /// Looks at the water with a new estimate; `running` tells whether a motor runs.
+    /// Looks at the water with a new estimate; `motors` is what they are commanded.
     pub(crate) fn see(
         &mut self,
         now: MonoTime,
         settings: &GroundingSettings,
         estimate: &Estimate,
         doing: Doing,
-        running: bool,
+        motors: MotorPair,
     ) -> Vec<Advice> {
         let mut advice = Vec::new();
         let (exempt, answer) = self.exemption.check(now);
@@ -187,6 +194,9 @@ impl Grounding {
         self.speed_mps = motion.speed_over_ground_mps();
         let stage = self.judge(&look, settings, course_rad);
         let exempt = exempt && doing == Doing::Operator;
+        if exempt || doing != Doing::Operator {
+            self.was_clear = false;
+        }
         let lies = matches!(doing, Doing::Rest | Doing::Operator) && !exempt;
         self.creeps = lies && self.creeps_in(&look, settings);
         if !lies {
@@ -201,8 +211,9 @@ impl Grounding {
             && matches!(doing, Doing::Plan | Doing::Remedy)
             && settings.action >= GroundingAction::Slow;
         if !exempt {
-            self.act(now, settings, &look, index, (doing, stage), course_rad, running, &mut advice);
+            self.act(now, settings, &look, index, (doing, stage), course_rad, motors, &mut advice);
         }
+        let running = motors != MotorPair::STOPPED;
         self.abort(now, settings, stage, running && !exempt, &mut advice);
         if self.stage != Some(stage) {
             let before = self.stage.replace(stage).unwrap_or(Stage::Clear);
@@ -240,14 +251,14 @@ impl Grounding {
         index: &DepthIndex,
         (doing, stage): (Doing, Stage),
         course_rad: f64,
-        running: bool,
+        motors: MotorPair,
         advice: &mut Vec<Advice>,
     ) {
         let wanted = match doing {
             Doing::Own => false,
             Doing::Plan | Doing::Remedy => stage >= Stage::Close,
             Doing::Operator => {
-                self.operator_needs_help(now, look, settings, course_rad, running) || self.creeps
+                self.operator_needs_help(now, look, settings, course_rad, motors) || self.creeps
             }
             Doing::Rest => {
                 let was_deep = *self.rest_was_deep.get_or_insert_with(|| {
@@ -296,25 +307,31 @@ impl Grounding {
         lay_m > 0.0 && room_m <= (lay_m - CREEP_M).max(0.0)
     }
 
-    /// Thrust towards danger is blocked, and yet the vessel goes in.
+    /// The vessel goes in, and not by the operator's thrust: that is blocked, or goes elsewhere.
+    ///
+    /// Who begins in danger, such as at a quay, is let out of it: nothing moves a vessel by itself that was never clear.
     fn operator_needs_help(
         &mut self,
         now: MonoTime,
         look: &Look<'_>,
         settings: &GroundingSettings,
         course_rad: f64,
-        running: bool,
+        motors: MotorPair,
     ) -> bool {
-        // A vessel under way is the operator's until its motors were blocked for long enough to brake; one that is
-        // carried another way than it heads, or lies idle, is not under way.
-        let slow = self.speed_mps < 1.0;
-        let under_way = running && self.gate.surge_mps.abs() > UNDER_WAY * self.speed_mps;
-        let helpless = self.is_blocking() || !under_way;
-        let carried = slow && helpless && self.drifts_in(look, settings, course_rad);
-        let since = carried.then(|| *self.blocked_since.get_or_insert(now));
-        self.blocked_since = since;
-        since.is_some_and(|since| now.since(since) >= Duration::from_secs_f64(settings.reaction_s))
-            || self.stage == Some(Stage::Within) && carried
+        self.was_clear |= look.is_clear();
+        let surge_mps = self.gate.surge_mps;
+        let drives = f64::midpoint(motors.port, motors.starboard) * surge_mps > 0.0;
+        let under_way = drives && surge_mps.abs() > UNDER_WAY * self.speed_mps && !self.is_blocking();
+        if !self.was_clear || under_way || !self.drifts_in(look, settings, course_rad) {
+            self.carried_since = None;
+            return false;
+        }
+        // A fast vessel is the operator's until its motors had the time to brake.
+        let slow = self.speed_mps < SLOWED_MPS;
+        let patience_s = if slow { settings.reaction_s } else { 2.0 * settings.reaction_s };
+        let before = self.carried_since.filter(|(_, before)| *before == slow);
+        let (since, _) = *self.carried_since.insert(before.unwrap_or((now, slow)));
+        now.since(since) >= Duration::from_secs_f64(patience_s) || self.stage == Some(Stage::Within)
     }
 
     fn abort(

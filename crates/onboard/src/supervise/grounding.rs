@@ -27,8 +27,7 @@ impl Supervise {
             Activity::Remedy if self.arbiter.source() == Some(Source::Grounding) => Doing::Own,
             Activity::Remedy => Doing::Remedy,
         };
-        let running = desk.pilot.is_running();
-        let advice = self.grounding.see(now, desk.grounding, estimate, doing, running);
+        let advice = self.grounding.see(now, desk.grounding, estimate, doing, desk.pilot.motors());
         desk.pilot.guard(self.grounding.gate(), self.grounding.speed_limit_mps());
         for one in advice {
             self.take(desk, one);
