@@ -364,8 +364,8 @@ impl Leases {
                 }
                 // Whoever else waited asks the one who has it now, who gets the whole time to answer.
                 if let Some(waiting) = self.stop_waiting(vessel).filter(|one| !same(&one.who, who)) {
-                    let (due, granted_at) = (now.mono + ANSWER_WITHIN, later(now, ANSWER_WITHIN));
-                    let waiting = Waiting { due, granted_at, ..waiting };
+                    let (granted_at, due) = (later(now, ANSWER_WITHIN), now.mono + ANSWER_WITHIN);
+                    let waiting = Waiting { granted_at, due, ..waiting };
                     self.vessels.entry(vessel).or_default().waiting = Some(waiting);
                 }
                 self.grant(now, vessel, who.clone(), Change::TakenOver, reason);
