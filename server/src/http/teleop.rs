@@ -3,7 +3,8 @@
 //! [`hub::Teleop`] decides what goes to the vessel; here are its socket, its clock and its doors. A stick position goes
 //! out only while this window has control, by the vessel's link with a time to live, else by the door behind which the
 //! vessel is heard. However the conversation ends, the vessel is told to stop and that steering by hand is over; when it
-//! cannot be told, the life of the last stick position ends aboard.
+//! cannot be told, the life of the last stick position ends aboard. When control is lost the link itself stops the
+//! vessel; one that is reached otherwise knows of no control, and is told to stop.
 
 use super::caller::Caller;
 use super::control::{Issuer, issue, running};
@@ -33,6 +34,9 @@ const STOP_LASTS: Duration = Duration::from_secs(2);
 const HEARD_WITHIN: Duration = hub::BUDGET;
 /// A browser that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// Looks without a word from the browser, one each [`TICK`], after which it is let go, and the helm with it: 3 s. What
+/// holds up the server lets no time pass here, as what came meanwhile is not read yet.
+const SILENT_LOOKS: u32 = 60;
 /// Rights are looked at again at least so often.
 const RIGHTS_EVERY: Duration = Duration::from_secs(30);
 
@@ -60,6 +64,7 @@ pub(crate) async fn socket(
             helm: None,
             late,
             said: (String::new(), ""),
+            silent: 0,
         };
         tasks.track_future(session.run(socket))
     })
@@ -91,6 +96,8 @@ struct Session {
     late: u64,
     /// Why it is not begun, or ended, and what to do about that.
     said: (String, &'static str),
+    /// Looks since the browser said something.
+    silent: u32,
 }
 
 /// What the hub says when it is asked to steer.
@@ -135,6 +142,7 @@ impl Session {
 
     /// Takes what the browser sent.
     async fn heed(&mut self, said: Option<Result<Message, axum::Error>>) -> Result<(), End> {
+        self.silent = 0;
         let text = match said {
             Some(Ok(Message::Text(text))) => text,
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
@@ -208,6 +216,11 @@ impl Session {
 
     /// Time passes: stops what is stale, and answers.
     async fn tick(&mut self, socket: &mut WebSocket) -> Result<(), End> {
+        self.silent += 1;
+        if self.silent > SILENT_LOOKS {
+            // Of a computer that lost its network nothing tells that it is gone.
+            return Err((close_code::POLICY, "nothing came from the window for 3 s"));
+        }
         let trip = self.state.links.round_trip(self.vessel);
         self.teleop.vessel_trip(trip.unwrap_or_default());
         let now = self.state.relay.clock().now();
@@ -306,6 +319,7 @@ impl Session {
             (Phase::Idle, _) => {}
             _ if !may => {
                 self.noting(|teleop| teleop.interrupt(Why::Lease));
+                self.let_go().await;
                 let remedy = "The vessel's motors stand still. Take control again if you still need it.";
                 self.over(Why::Lease.text(), remedy).await;
             }
@@ -325,6 +339,17 @@ impl Session {
             }
             (Phase::Starting(_) | Phase::Live, _) => {}
         }
+    }
+
+    /// Control is lost: stops the vessel if it does not learn of that by itself. No other window of this server steers
+    /// it yet, as this one has the helm.
+    async fn let_go(&mut self) {
+        let stop = self.teleop.tick(self.state.relay.clock().now());
+        let Some(stop) = stop.filter(|_| matches!(self.phase, Phase::Live)) else { return };
+        let (vessel, link) = (self.vessel, self.state.links.is_up(self.vessel));
+        let look = move |hub: &mut Hub, now: hub::Now| release(hub, now, vessel, &stop, link);
+        // When the hub is gone nothing is sent any more.
+        self.state.relay.look(look).await.ok();
     }
 
     /// Nothing is steered from here on.
@@ -359,9 +384,15 @@ impl Session {
             return;
         }
         let stop = self.teleop.tick(self.state.relay.clock().now());
+        let live = matches!(self.phase, Phase::Live);
         let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
         let look = move |hub: &mut Hub, now: hub::Now| {
-            let epoch = hub.leases().epoch(now, vessel, &holder).ok()?;
+            let Ok(epoch) = hub.leases().epoch(now, vessel, &holder) else {
+                if let Some(stop) = stop.filter(|_| live) {
+                    release(hub, now, vessel, &stop, link);
+                }
+                return None;
+            };
             Some(stop.and_then(|stop| dispatch(hub, now, (vessel, epoch), &stop, now.utc.seconds(), link)))
         };
         match self.state.relay.look(look).await {
@@ -408,13 +439,27 @@ fn dispatch(
         Header { timestamp: sent_s, src: hub.address(), src_ent: u8::MAX, dst: vessel, dst_ent: u8::MAX };
     let keys = RemoteActions { actions: sticks.actions().as_str().into() };
     let packet = Packet::new(header, keys).encode().ok()?.into();
-    let elsewhere = hub.doors_to(now.mono, vessel).any(|door| door != Door::Link);
-    if link == Some(true) || (link.is_some() && !elsewhere) {
+    if by_link(hub, now, vessel, link) {
         hub.record_own(now, &packet);
         return Some(Outgoing { epoch, packet });
     }
     hub.send(now, &packet);
     None
+}
+
+/// Stops a vessel of which control was lost, where it is reached by another way than its link: it knows of no control
+/// and goes on with the last stick position. One that does something else by now is left alone.
+fn release(hub: &mut Hub, now: hub::Now, vessel: Address, stop: &Sticks, link: Option<bool>) {
+    let steered = running(hub, vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
+    if steered && !by_link(hub, now, vessel, link) {
+        dispatch(hub, now, (vessel, 0), stop, now.utc.seconds(), link);
+    }
+}
+
+/// Whether what a vessel gets goes by its link.
+fn by_link(hub: &Hub, now: hub::Now, vessel: Address, link: Option<bool>) -> bool {
+    let elsewhere = hub.doors_to(now.mono, vessel).any(|door| door != Door::Link);
+    link == Some(true) || (link.is_some() && !elsewhere)
 }
 
 /// Why a browser stops, as the hub has it.

@@ -236,3 +236,50 @@ async fn a_vessel_that_falls_silent_is_not_steered() {
     shore.sailing.abort();
     hands.until(true, |told| told.why == "the vessel is not heard").await;
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_vessel_without_a_link_is_stopped_when_control_of_it_is_lost() {
+    let shore = Shore::start().await;
+    let (bert, _) = shore.person("bert", Role::Operator);
+    let mut hands = shore.hands_of_anna().await;
+    hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
+    let (sticks, mut last) = tokio::sync::watch::channel(String::new());
+    let boats = shore.boats.clone();
+    let listening = tokio::spawn(async move {
+        loop {
+            for packet in boats.heard_together(RemoteActions::ID).await {
+                let keys: RemoteActions = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
+                sticks.send_replace(keys.actions.to_str_lossy().into_owned());
+            }
+        }
+    });
+    hands.until(true, |_| last.borrow().starts_with("Port Motor=127;Starboard Motor=127;")).await;
+    shore.control((bert, "bert"), LeaseAsk::Take("it drifts".to_owned())).await;
+    hands.until(true, |told| told.phase == TeleopPhase::Idle).await;
+    let stopped = last.wait_for(|text| text == "Port Motor=0;Starboard Motor=0;Stop=1");
+    let stopped = tokio::time::timeout(Duration::from_secs(5), stopped).await.is_ok();
+    assert!(stopped, "its last word is {:?}", *last.borrow());
+    listening.abort();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_window_that_falls_silent_gives_the_helm_back() {
+    let shore = Shore::start().await;
+    let (anna, token) = shore.person("anna", Role::Operator);
+    shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
+    let mut dead = shore.connect(&token).await.unwrap();
+    dead.begin().await;
+    let ((), _) = tokio::join!(shore.obey(), dead.until(false, |told| told.phase == TeleopPhase::Ready));
+    let mut again = shore.connect(&token).await.unwrap();
+    again.begin().await;
+    let refused = again.until(false, |told| told.why.starts_with("Not begun: ")).await;
+    assert!(refused.why.contains("another window"), "{refused:?}");
+    // Nothing comes from the first any more, and its connection is not closed either.
+    let ended = || shore.audited().into_iter().find(|[action, ..]| action == "teleop.end");
+    again.until(false, |_| ended().is_some()).await;
+    let [_, subject, outcome] = ended().unwrap();
+    assert!(subject.contains("nothing came from the window for 3 s") && outcome == "done", "{subject}");
+    again.begin().await;
+    let ((), _) = tokio::join!(shore.obey(), again.until(false, |told| told.phase == TeleopPhase::Ready));
+    drop(dead);
+}
