@@ -7,7 +7,7 @@ use crate::charts::{Charts, ChartsAboard};
 use crate::clock;
 use crate::config::Config;
 use crate::doors::link::Links;
-use crate::people::{People, persons, tokens};
+use crate::people::{People, persons, tokens, vessels};
 use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, Helms, History, Imports};
 use api::{NewToken, Role};
@@ -327,6 +327,21 @@ async fn what_people_write_reaches_pages_as_text() {
     assert!(page.body.contains("lutra_api_") && !page.body.contains("<script>alert"), "{}", page.body);
     let page = shore.page("/admin/audit", &cookies).await;
     assert!(page.body.contains("token.make") && !page.body.contains("<script>alert"));
+}
+
+#[tokio::test]
+async fn nobody_reads_names_of_vessels_that_they_may_not_see() {
+    let shore = Shore::start();
+    let named = shore.people.change(|db| {
+        vessels::add(db, OWN, "mine", clock::now())?;
+        vessels::add(db, OWN + 1, "theirs", clock::now())
+    });
+    named.await.unwrap();
+    let operator = shore.token(Some(OWN), Role::Operator).await;
+    for path in ["/".to_owned(), format!("/vessels/{OWN}"), "/plans".to_owned()] {
+        let page = shore.get(&path, &operator).await;
+        assert!(page.body.contains("mine") && !page.body.contains("theirs"), "{path}: {}", page.body);
+    }
 }
 
 #[tokio::test]

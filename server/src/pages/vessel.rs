@@ -19,7 +19,7 @@ struct VesselPage {
     address: u16,
     /// The name that people gave it; empty for none.
     given: String,
-    /// Names that people gave to all vessels, as JSON by address, for the script.
+    /// Names that people gave to the vessels that this one may see, as JSON by address, for the script.
     names: String,
     /// Whether the person may stop it.
     operator: bool,
@@ -36,8 +36,8 @@ pub(super) async fn page(
 ) -> Result<Response, PageError> {
     let address = vessel.0;
     let known = state.people.ask(vessels::list).await?;
-    let names: BTreeMap<u16, String> =
-        known.into_iter().map(|vessel| (vessel.address, vessel.name)).collect();
+    let seen = known.into_iter().filter(|vessel| who.grants.on(vessel.address).is_some());
+    let names: BTreeMap<u16, String> = seen.map(|vessel| (vessel.address, vessel.name)).collect();
     let given = names.get(&address).cloned();
     let role = who.grants.on(address);
     Ok(html(&VesselPage {
