@@ -28,7 +28,9 @@ pub(crate) async fn list(State(state): State<AppState>, Who(who): Who) -> Result
             history: history.map(alarms::note).collect(),
         }
     };
-    Ok(Json(state.relay.look(look).await.map_err(|_| ApiError::stopping())?))
+    let mut list = state.relay.look(look).await.map_err(|_| ApiError::stopping())?;
+    alarms::name(&state.people, &mut list.standing).await;
+    Ok(Json(list))
 }
 
 /// What stands in the path of one alarm.
@@ -92,7 +94,10 @@ async fn change(
         let known = hub.alarms().get(id).map(|one| alarms::alarm(hub.fleet(), one));
         known.ok_or(AlarmRefused::Gone)
     };
-    let outcome = state.relay.look(done).await.map_err(|_| ApiError::stopping())?;
+    let mut outcome = state.relay.look(done).await.map_err(|_| ApiError::stopping())?;
+    if let Ok(known) = &mut outcome {
+        alarms::name(&state.people, std::slice::from_mut(known)).await;
+    }
     let refused = outcome.as_ref().err().map(ToString::to_string);
     let written = state
         .people

@@ -3,6 +3,7 @@
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};
 use crate::clock;
+use crate::people::vessels;
 use api::{Alarm, AlarmList, AuditEntry, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
@@ -47,6 +48,11 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     assert_eq!((silent.len(), &*silent[0].kind, &*silent[0].priority), (1, "not_heard", "caution"));
     assert!(!silent[0].action.is_empty() && !silent[0].wants_acknowledgement);
     assert!(standing(&shore, &elsewhere).await.is_empty(), "not theirs to see");
+    // As its page calls it: by its own name, unless people gave it one.
+    assert_eq!(silent[0].vessel_name.as_deref(), Some("otter-0"));
+    let named = shore.state.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
+    named.await.unwrap();
+    assert_eq!(standing(&shore, &viewer).await[0].vessel_name.as_deref(), Some("northern-otter"));
     let acknowledge = format!("{}/acknowledge", silent[0].id);
     assert_eq!(post(&shore, &acknowledge, &operator, "").await.0, StatusCode::UNPROCESSABLE_ENTITY);
 

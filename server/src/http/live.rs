@@ -12,7 +12,7 @@ use super::error::ApiError;
 use super::guard::{Who, identify};
 use crate::clock;
 use crate::people::{Principal, Via};
-use crate::shore::{AppState, Wanted};
+use crate::shore::{AppState, Wanted, alarms};
 use api::{LiveFrame, LiveRequest, Subscription, System, Update};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
@@ -208,6 +208,7 @@ impl Client {
         let described = snapshot || begun >= self.systems_not_before;
         let mut changes =
             self.state.fleet.changes(self.known, self.known_control, wanted, described).await.ok_or(gone)?;
+        alarms::name(&self.state.people, &mut changes.alarms).await;
         if described {
             self.systems_not_before = begun + SYSTEMS_EVERY;
             if snapshot {

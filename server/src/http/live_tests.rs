@@ -4,7 +4,7 @@ use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat, event, voltage};
 use crate::clock;
 use crate::config::Config;
-use crate::people::{open, persons, sessions, tokens};
+use crate::people::{open, persons, sessions, tokens, vessels};
 use api::{LiveFrame, NewToken, Role};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::LogBookEntry;
@@ -95,6 +95,31 @@ async fn a_snapshot_comes_first_and_then_what_changes() {
         next = frame(&mut socket).await.unwrap();
     }
     assert_eq!((next.snapshot, next.values[0].abbrev.as_str(), next.values.len()), (false, "Voltage", 1));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_alarm_calls_its_vessel_by_the_name_that_people_gave_it() {
+    let shore = Shore::start().await;
+    let token = shore.token(None, Role::Viewer);
+    let named =
+        shore.serving.state.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
+    named.await.unwrap();
+    shore.boats.say(boat(0, clock::now())).await;
+    let mut socket = shore.subscribed(&token, "{\"messages\":[],\"every_ms\":5}").await;
+    let silent = |hub: &mut hub::Hub, now: hub::Now| {
+        hub.watch(
+            hub::Now { mono: now.mono + Duration::from_secs(20), ..now },
+            &hub::alarm::Outside::default(),
+        );
+    };
+    shore.serving.relay.look(silent).await.unwrap();
+    let alarm = loop {
+        let alarms = frame(&mut socket).await.unwrap().alarms;
+        if let Some(alarm) = alarms.into_iter().find(|alarm| alarm.vessel == Some(FIRST)) {
+            break alarm;
+        }
+    };
+    assert_eq!(alarm.vessel_name.as_deref(), Some("northern-otter"), "{alarm:?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

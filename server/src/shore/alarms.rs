@@ -4,7 +4,7 @@
 //! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
 
 use super::{AppState, Wanted};
-use crate::people::{Fault, People};
+use crate::people::{Fault, People, vessels};
 use api::{AlarmNote, AlarmShelf, AlarmWord};
 use hub::alarm::{Alarm, AlarmId, Key, Kind, LinkClock, Note, Outside, Priority, Said, Saved, State};
 use hub::{Fleet, Hub};
@@ -16,10 +16,28 @@ use units::UtcTime;
 
 /// How often it looks.
 const EVERY: Duration = Duration::from_secs(1);
+/// An alarm does not wait longer for its vessel's name.
+const NAMED_WITHIN: Duration = Duration::from_secs(1);
 /// The disk is looked at each so many looks.
 const DISK_EVERY: u32 = 30;
 
-/// An alarm as people and machines get it.
+/// Calls vessels by the names that people gave them, as everywhere else; others go on as they announce themselves.
+pub(crate) async fn name(people: &People, alarms: &mut [api::Alarm]) {
+    if alarms.iter().all(|alarm| alarm.vessel.is_none()) {
+        return;
+    }
+    // An alarm is told, whether app.db can be read or not.
+    let given = tokio::time::timeout(NAMED_WITHIN, people.ask(vessels::list)).await;
+    let Ok(Ok(given)) = given else { return };
+    for alarm in alarms {
+        let given = given.iter().find(|given| Some(given.address) == alarm.vessel);
+        if let Some(given) = given {
+            alarm.vessel_name = Some(given.name.clone());
+        }
+    }
+}
+
+/// An alarm as the hub knows it; [`name`] is for its vessel's name.
 pub(crate) fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
     let advice = alarm.key.kind.advice();
     let word = |said: &Said| AlarmWord { by: said.by.clone(), time_us: said.at.micros() };
@@ -163,7 +181,8 @@ pub(crate) async fn watch(state: AppState) {
             )
         };
         let Ok((revision, standing)) = state.relay.look(look).await else { return };
-        if let Some(standing) = standing {
+        if let Some(mut standing) = standing {
+            name(&state.people, &mut standing).await;
             for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
                 let (vessel, text) = (&alarm.vessel_name, &alarm.text);
                 tracing::warn!(vessel, kind = alarm.kind, priority = alarm.priority, "alarm: {text}");
