@@ -46,7 +46,7 @@ await inBrowser(async (open) => {
   await look(page, "admin-people");
   await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
   await page.getByRole("button", { name: "Remove admin" }).click();
-  await page.getByRole("alert").getByText("The last admin must stay").waitFor();
+  await page.getByRole("alert").getByText("the last admin stays until somebody else is one").waitFor();
 
   // The other person comes in, makes a token and sees no administration.
   const other = await open();

@@ -69,7 +69,7 @@ await inBrowser(async (open) => {
   await page.getByRole("tab", { name: "Link loss" }).click();
   await page.getByText("Link lost.").waitFor();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
-  await page.getByText(/Lost Communications, in its own words of .*: in contact; without: hold at \d\d:\d\d:\d\d UTC\. That is in \d+/).waitFor();
+  await page.getByText(/What it will do without the link, as its Lost Communications said .*, while it heard a console: hold at \d\d:\d\d:\d\d UTC\. That is in \d+/).waitFor();
   await page.getByText(/Last message .* ago · last position .* ago · last order that it answered never/).waitFor();
   check(!(await page.getByRole("button", { name: "Ask for its settings" }).isDisabled()), "it can be asked");
   await told(page, /otter-0: not heard since/);

@@ -55,7 +55,14 @@ await inBrowser(async (open) => {
 
   // A request that is declined, and taking over: two steps, with a reason that the other reads.
   await button(one, "Ask for control").click();
-  await button(two, "Decline").click();
+  // Who asks is told on every page.
+  await two.goto(`${url}/plans`);
+  await two.getByText(/^admin asks for control of otter-1\. Granted in \d+ s unless you answer\./).waitFor();
+  await look(two, "control-asked-elsewhere");
+  await two.getByRole("button", { name: "Decline: admin, otter-1", exact: true }).click();
+  await two.getByText("admin asks for control").waitFor({ state: "hidden" });
+  await two.goto(`${url}/vessels/${OTTER}?tab=Control`);
+  await who(two, "You have control of this vessel.");
   await button(one, "Take over …").click();
   await one.getByRole("alert").getByText("Say why you take over: nils is told.").waitFor();
   await one.getByLabel("Reason, for the one who has control").fill("it drifts ashore");

@@ -171,6 +171,9 @@ test("control and commands follow the frames of their vessel", () => {
   let state = control.withControl(control.NO_CONTROL, frame([], { leases: [lease], commands: [command(1, "sent"), command(2, "sent")] }), 7);
   state = control.withControl(state, frame([], { commands: [command(1, "received"), { ...command(3, "sent"), vessel: 8 }] }), 7);
   assert.deepEqual(state.commands.map((one) => [one.id, one.steps[0].stage]), [[2, "sent"], [1, "received"]]);
+  const all = control.withControls(new Map(), frame([], { snapshot: true, leases: [lease], commands: [{ ...command(3, "sent"), vessel: 8 }] }));
+  assert.deepEqual([all.get(7).lease, all.get(8).commands.length], [lease, 1], "of all vessels from the first frame on");
+  assert.equal(control.withControls(all, frame([])), all);
   assert.equal(control.withControl(state, frame([]), 7), state);
   assert.equal(control.withControl(state, frame([], { snapshot: true }), 7).lease, undefined);
   const part = (name, key, more = {}) => control.partOf({ ...lease, ...more }, name, key);

@@ -25,7 +25,12 @@ test("a touch steers by how far it went, a gamepad by its left stick while a tri
   assert.deepEqual(ofPad(pad), { held: true, thrust: 1, turn: 0.25, change: 12.5 });
   assert.equal(ofPad({ ...pad, buttons: [] }).held, false);
   assert.deepEqual(ofPad({ ...pad, axes: [NaN, 0.5] }), { held: true, thrust: -0.5, turn: 0, change: 12.5 });
-  assert.equal(limited(ofPad(pad), 0.4).thrust, 0.4);
+  // The server takes 0.08 off for its dead zone: what is left of it is the share that was chosen.
+  const beyond = (value) => Math.max(0, Math.abs(value) - 0.08) / 0.92;
+  for (const most of [0.1, 0.4, 1]) assert.ok(Math.abs(beyond(limited(ofPad(pad), most).thrust) - most) < 1e-9, String(most));
+  const hands = { held: true, thrust: 0.8, turn: 0.5, change: 1 };
+  assert.ok(limited(hands, 0.1).thrust > 0.08 && limited(hands, 0.1).turn > 0.08, "what is not in neutral is not told to be");
+  assert.equal(limited({ ...hands, thrust: 0.05 }, 0.1).thrust, 0.05);
 });
 
 test("why it stopped is told with what to do, and not any more while it moves", () => {

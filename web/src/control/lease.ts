@@ -24,6 +24,7 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
   root.append(who, asked, left, whyBox, row);
   let part: Part = "free";
   let drawn = "";
+  let overTaken: string | undefined;
   const ask = async (action: LeaseAction, text = ""): Promise<void> => {
     failed("");
     try {
@@ -45,6 +46,7 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
       why.focus();
       return;
     }
+    overTaken = from;
     confirm.ask("Take over?", [`${from} loses control at once and is told: ${text}`, "What the vessel does goes on until you order something else."], "Take over now", () => void ask("take", text));
   };
   window.setInterval(() => {
@@ -57,6 +59,11 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
       part = partOf(lease, me, key);
       setText(who, whoHas(lease, part));
       const { holder, waiting } = lease ?? {};
+      // What was to be confirmed named somebody else.
+      if (overTaken !== undefined && holder?.name !== overTaken) {
+        overTaken = undefined;
+        confirm.close();
+      }
       const mine = part === "here" || part === "elsewhere";
       const request = waiting ? `${waiting.name === me ? "You ask" : `${waiting.name} asks`} for control${waiting.reason ? `: ${waiting.reason}` : "."}` : "";
       setText(asked, request);

@@ -140,7 +140,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, nam
     const place = [lat.valueAsNumber, lon.valueAsNumber] as const;
     const mps = speed.valueAsNumber;
     mark(place);
-    const lines = [`Vessel: ${name()}`, `To ${place[0].toFixed(6)}°, ${place[1].toFixed(6)}° at ${mps.toFixed(1)} m/s, straight, and stay there`, leg(place), "What the vessel does now ends. Nobody has looked at the chart for this."];
+    const lines = [`Vessel: ${name()}`, `To ${place[0].toFixed(6)}°, ${place[1].toFixed(6)}° at ${mps.toFixed(1)} m/s, straight, and stay there`, leg(place), "What the vessel does now ends. Where a sea chart is loaded, a way over danger is refused; look out yourself."];
     confirm.ask(`Send ${name()} there?`, lines, "Go", () => {
       mark(null);
       void give({ kind: "goto", lat_deg: place[0], lon_deg: place[1], speed_mps: mps });

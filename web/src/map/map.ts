@@ -168,7 +168,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
   /** Draws a vessel where it is; what has not changed is left alone, so that the map rests while nothing moves. */
   const place = (one: Drawn, system: System, fix: Fix, selected: boolean, nowUs: number): void => {
     const old = system.liveness === "stale" || system.liveness === "lost";
-    const radius = old ? Math.max(0, (nowUs - system.heard_us) / 1e6) * FASTEST_MPS : 0;
+    const radius = old ? Math.max(0, (nowUs - Math.min(system.heard_us, fix.time_us)) / 1e6) * FASTEST_MPS : 0;
     const ring = radius > 0 && radius < FARTHEST_M ? Math.ceil(radius) : 0;
     const look = [system.liveness, systemName(system), selected, fix.heading_rad === null, ring > 0].join("/");
     const at = [look, fix.lat_deg, fix.lon_deg, fix.heading_rad, fix.course_rad, fix.speed_mps, ring].join("/");

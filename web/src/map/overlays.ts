@@ -36,6 +36,7 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
   const tags = new VectorSource();
   const cluster = new Cluster({ distance: TOGETHER_PX, source: tags });
   const tagLayer = new VectorLayer({
+    zIndex: 3,
     source: cluster,
     style: (feature) => {
       const group = heard(feature);

@@ -408,7 +408,8 @@ export function startVessel(root: HTMLElement): void {
     const then = asItWas();
     const known: Values = us === null ? (state.values.get(address) ?? new Map()) : (then?.values ?? new Map());
     const called = us === null ? labels : (then?.labels ?? labels);
-    const asOf = us === null ? now : (then?.us ?? us);
+    // Values are asked for and come while time goes on: their age counts to the time that is shown.
+    const asOf = us === null ? now : Math.max(us, then?.us ?? us);
     const newest = Math.max(...[...known.values()].map((one) => one.time_us));
     const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
     const readings = vitals(known, called, asOf);

@@ -4,7 +4,7 @@ import { getJson, postJson, reason } from "../api/http";
 import type { Command, LiveFrame, PlansAboard, PlanUploadAsk, System } from "../api/types.gen";
 import { type ControlPanel, createControl } from "../control/panel";
 import { createOrders, windowKey } from "../control/orders";
-import { type ControlState, NO_CONTROL, withControl } from "../state/control";
+import { type ControlState, NO_CONTROL, withControls } from "../state/control";
 import { make, setAttribute, setText } from "../ui/dom";
 import { systemName } from "../ui/format";
 
@@ -44,6 +44,7 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
   const vessels = new Map<number, Vessel>();
   let systems: readonly System[] = [];
   let listed = "";
+  let controls: ReadonlyMap<number, ControlState> = new Map();
 
   const chosen = (): Vessel | undefined => vessels.get(Number(choose.value));
   const nameOf = (address: number): string => {
@@ -115,6 +116,7 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
   return {
     frame(frame, now, nowUs) {
       systems = now;
+      controls = withControls(controls, frame);
       const all = new Map(Object.entries(needs.names));
       for (const system of now) if (system.kind !== "CCU" && system.doors.some((door) => door !== "shore")) all.set(String(system.address), nameOf(system.address));
       const here = [...all].join("\n");
@@ -125,7 +127,7 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
         choose.value = kept;
       }
       for (const [address, one] of vessels) {
-        one.control = withControl(one.control, frame, address);
+        one.control = controls.get(address) ?? NO_CONTROL;
         one.panel.update(one.control, now.find((system) => system.address === address), nowUs);
         const stored = one.control.commands.find((command) => command.over && /^plan\.(upload|delete|list)$/.test(command.order));
         if (stored && stored.id !== one.seen) {

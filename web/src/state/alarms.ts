@@ -10,8 +10,8 @@ export const NO_ALARMS: Alarms = new Map();
 export const PRIORITIES = ["emergency", "alarm", "warning", "caution"] as const;
 export type Priority = (typeof PRIORITIES)[number];
 
-/** Shape beside the colour: octagon, triangle, circle, square. */
-export const SHAPES: Readonly<Record<Priority, string>> = { emergency: "⯃", alarm: "▲", warning: "●", caution: "■" };
+/** Shape beside the colour: diamond, triangle, circle, square. */
+export const SHAPES: Readonly<Record<Priority, string>> = { emergency: "◆", alarm: "▲", warning: "●", caution: "■" };
 
 /** The alarms after a frame. */
 export function withAlarms(alarms: Alarms, frame: LiveFrame): Alarms {

@@ -24,6 +24,15 @@ export function withControl(state: ControlState, frame: LiveFrame, vessel: numbe
   return { lease, commands };
 }
 
+/** The same of all vessels of which anything was told. */
+export function withControls(known: ReadonlyMap<number, ControlState>, frame: LiveFrame): ReadonlyMap<number, ControlState> {
+  const told = new Set([...frame.leases, ...frame.commands].map(({ vessel }) => vessel));
+  if (!frame.snapshot && !told.size) return known;
+  const next = new Map(frame.snapshot ? [] : known);
+  for (const vessel of told) next.set(vessel, withControl(next.get(vessel) ?? NO_CONTROL, { ...frame, snapshot: false }, vessel));
+  return next;
+}
+
 /** What somebody is to a vessel's control: they have it here, in another window, wait for it, or none of these. */
 export type Part = "here" | "elsewhere" | "waiting" | "other" | "free";
 

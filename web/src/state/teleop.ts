@@ -50,9 +50,13 @@ export function ofPad(pad: Pad): Hands {
   return { held, thrust: unit(-(pad.axes[1] ?? 0)), turn: unit(pad.axes[0] ?? 0), change: pad.timestamp };
 }
 
-/** Less of it, as the person chose; neutral stays neutral. */
+/** Sticks within this are in neutral for the server, which takes it off the rest, of 1. */
+const NEUTRAL = 0.08;
+
+/** Less of what is beyond neutral, as the person chose; what is within stays as it is. */
 export function limited(hands: Hands, most: number): Hands {
-  return { ...hands, thrust: hands.thrust * most, turn: hands.turn * most };
+  const less = (value: number): number => (Math.abs(value) <= NEUTRAL ? value : Math.sign(value) * (NEUTRAL + (Math.abs(value) - NEUTRAL) * most));
+  return { ...hands, thrust: less(hands.thrust), turn: less(hands.turn) };
 }
 
 /** How it stands: the state in words, why it stopped, and what to do. */

@@ -7,6 +7,7 @@ import { EMPTY, type FleetState, withFrame } from "../state/fleet";
 import { windowKey } from "../state/window";
 import { createAlarms } from "./alarms";
 import { setAttribute, setText } from "./dom";
+import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
 import { systemName } from "./format";
 
@@ -29,6 +30,8 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   const trouble = document.getElementById("trouble");
   const [buttons, orders] = [document.getElementById("stop"), document.getElementById("orders")];
   const stop = buttons && orders ? createStop(buttons, orders) : undefined;
+  const asked = document.getElementById("requests");
+  const requests = asked ? createRequests(asked, asked.dataset["me"] ?? "") : undefined;
   const alarmBox = document.getElementById("alarms");
   const bar = alarmBox ? createAlarms(alarmBox) : undefined;
   let alarms = NO_ALARMS;
@@ -46,6 +49,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
       }
       stop?.frame(frame, named(state));
+      requests?.frame(frame, (address) => called(state, address));
       if (bar) alarms = bar.frame(frame);
       handlers.frame?.(state, frame);
     },
@@ -59,6 +63,11 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
     },
   });
   return { stop, alarms: () => alarms };
+}
+
+function called(state: FleetState, address: number): string {
+  const system = state.systems.get(address);
+  return system ? systemName(system) : `0x${address.toString(16).toUpperCase().padStart(4, "0")}`;
 }
 
 function named(state: FleetState): System[] {

@@ -83,9 +83,13 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
   }
   document.addEventListener("keydown", (event) => {
     // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
-    if (!(event.ctrlKey && event.key === ".") || !aim || event.repeat) return;
+    if (!(event.ctrlKey && event.key === ".") || event.repeat) return;
     event.preventDefault();
-    void order(aim.address, aim.name);
+    if (aim) return void order(aim.address, aim.name);
+    // Where the page is about no vessel, somebody has to say which.
+    if (form || menu.hasAttribute("hidden")) return;
+    menu.open = true;
+    list.querySelector("button")?.focus();
   });
 
   return {

@@ -85,8 +85,8 @@ export function createTiles(root: HTMLElement): Tiles {
       else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       const held = chart(link);
       const told = link?.chart.told_us ?? null;
-      const toldS = past !== undefined || told === null ? null : link?.up ? 0 : (nowUs - told) / 1e6;
-      show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up }, linked, held.alert);
+      const toldS = past !== undefined || told === null ? null : link?.up && live ? (silence ?? 0) : (nowUs - told) / 1e6;
+      show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
       show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
       show("plan", plan.note || "none", "", plan.word, plan, linked);
       // What was told of the last plan says nothing of one that does not run.
