@@ -344,6 +344,34 @@ fn a_gap_at_the_border_of_a_finer_cell_is_no_data_from_without_too() {
 }
 
 #[test]
+fn structures_in_the_water_are_obstacles() {
+    for class in ["LNDMRK", "BUISGL", "SILTNK", "CRANES", "FORSTC"] {
+        let code = ObjectClass::from_acronym(class).unwrap().0;
+        let more = [
+            node(11, (63.01, 10.01)),
+            point(11, code, &[], 11),
+            node(12, (63.01, 10.03)),
+            node(13, (63.012, 10.03)),
+            node(14, (63.012, 10.032)),
+            edge(12, 12, 13, &[]),
+            edge(13, 13, 14, &[]),
+            edge(14, 14, 12, &[]),
+            area(12, code, &[], &[(12, 1, 1), (13, 1, 1), (14, 1, 1)]),
+        ];
+        let cell = read(&square(NAME, SOUTH_WEST, NORTH_EAST, &more), &[]).unwrap();
+        assert!(cell.notices.is_empty(), "{:?}", cell.notices);
+        let index = index(&[cell]);
+        let demand = Demand::least_depth(2.0);
+        let water = |lat_deg, lon_deg| index.shallowest_within(place(lat_deg, lon_deg), 5.0, &demand).water;
+        assert_eq!(water(63.01, 10.01), Water::Obstacle, "{class}");
+        assert_eq!(water(63.0115, 10.0305), Water::Obstacle, "{class}");
+        assert_eq!(water(63.01, 10.02).least_m(), Some(5.0), "{class}");
+        // Nobody asks for the buildings of a town by name.
+        assert!(index.points_of_interest(place(63.01, 10.01), 9, 5_000.0, |_| true).is_empty());
+    }
+}
+
+#[test]
 fn exchange_sets_are_read_whole_and_tell_what_is_wrong() {
     let entry = |id: u32, name: &str, crc: u32| {
         let bytes = Bytes::default()
