@@ -372,6 +372,22 @@ fn structures_in_the_water_are_obstacles() {
 }
 
 #[test]
+fn what_has_no_position_is_told() {
+    let lost = frid(11, 1, 153, 1, 1);
+    let group = frid(12, 255, 400, 1, 1);
+    let astray = point(13, 86, &[(179, "1")], 99);
+    let cell = read(&square(NAME, SOUTH_WEST, NORTH_EAST, &[lost, group, astray]), &[]).unwrap();
+    let told: Vec<_> = cell.notices.iter().map(|one| (one.feature, one.text.as_str())).collect();
+    assert_eq!(
+        told,
+        [
+            (Some(11), "UWTROC 11 has no position: it is in the cell, but nowhere on the chart"),
+            (Some(13), "OBSTRN 13 has no readable geometry: node 99 is not there"),
+        ]
+    );
+}
+
+#[test]
 fn exchange_sets_are_read_whole_and_tell_what_is_wrong() {
     let entry = |id: u32, name: &str, crc: u32| {
         let bytes = Bytes::default()

@@ -126,6 +126,11 @@ impl ObjectClass {
         lookup(OBJECTS, self.0)
     }
 
+    /// Whether its objects are groups of others (C_AGGR and the like) and have no place of their own.
+    pub fn is_collection(self) -> bool {
+        (400..500).contains(&self.0)
+    }
+
     /// The class of an acronym.
     pub fn from_acronym(acronym: &str) -> Option<Self> {
         OBJECTS.iter().find(|(_, name)| *name == acronym).map(|(code, _)| Self(*code))
