@@ -1,8 +1,9 @@
 //! Which files are to be imported: cells with their updates, gathered from folders or named one by one.
 
 use crate::error::{ChartDbError, Named as _, Result};
+use crate::supplements;
 use charts::s57::{Catalogue, S57Error, S57Problem};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -28,6 +29,12 @@ pub(crate) struct Found {
 impl Found {
     pub(crate) fn count(&self) -> usize {
         self.cells.len() + self.soundings.len() + self.land.len() + self.lakes.len()
+    }
+
+    /// The names that the charts have in a set.
+    pub(crate) fn names(&self) -> BTreeSet<String> {
+        let files = self.soundings.iter().chain(&self.land).chain(&self.lakes);
+        self.cells.keys().cloned().chain(files.map(|path| supplements::name(path))).collect()
     }
 
     /// Looks through folders for cells, and takes files for what their endings say.

@@ -123,8 +123,8 @@ pub struct ImportReport {
 /// Imports files and folders into a chart set, which is made where there is none.
 ///
 /// `progress` is told before each chart and may return false to stop. Where any chart fails, the set stays as
-/// it was (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import goes on from
-/// what was read.
+/// it was (unless [`ImportOptions::keep_going`]), the report has all failures, and a later import of the same
+/// charts goes on from what was read.
 ///
 /// # Errors
 /// When the set or an input cannot be read or written at all, or the caller asked to stop.
@@ -135,7 +135,7 @@ pub fn import(
     progress: &mut dyn FnMut(&ImportProgress<'_>) -> bool,
 ) -> Result<ImportReport> {
     let mut found = Found::of(inputs)?;
-    let mut stage = Stage::open(db)?;
+    let mut stage = Stage::resumed(db, &found.names())?;
     let of = found.count();
     let mut report = ImportReport {
         charts: Vec::new(),
@@ -148,32 +148,24 @@ pub fn import(
         found.cells.remove(&name);
         report.failures.push(ImportFailure { name, error });
     }
-    let mut done = 0;
-    let mut tell = |name: &str| {
+    let before = report.failures.len();
+    let mut tell = |done: usize, name: &str| {
         let go_on = progress(&ImportProgress { done, of, name });
-        done += 1;
         if go_on { Ok(()) } else { Err(ChartDbError::Cancelled) }
     };
-    for (name, files) in &found.cells {
-        tell(name)?;
-        report.add(name, cells::import(&mut stage, name, files, &found, options))?;
-    }
-    for path in &found.soundings {
-        tell(&supplements::name(path))?;
-        let outcome = supplements::soundings(&mut stage, path, options);
-        report.add(&supplements::name(path), outcome)?;
-    }
-    for path in &found.land {
-        tell(&supplements::name(path))?;
-        report.add(&supplements::name(path), supplements::land(&mut stage, path, options))?;
-    }
-    for path in &found.lakes {
-        tell(&supplements::name(path))?;
-        report.add(&supplements::name(path), lakes::import(&mut stage, path, options))?;
+    report.read(&mut stage, &found, options, &mut tell)?;
+    let fails_now = |name: &String| report.failures.iter().any(|failure| failure.name == *name);
+    if options.keep_going && stage.begun().iter().any(fails_now) {
+        // What an earlier run read of it must not go live along with the others.
+        stage.abandon()?;
+        stage = Stage::fresh(db)?;
+        report.charts.clear();
+        report.failures.truncate(before);
+        report.read(&mut stage, &found, options, &mut tell)?;
     }
     report.applied = report.failures.is_empty() || options.keep_going && !report.charts.is_empty();
     if report.applied {
-        tell("index")?;
+        tell(of, "index")?;
         report.digest = hex(&stage.finish(&options.now.to_string())?);
         index_file::load_index(db)?;
     }
@@ -181,6 +173,41 @@ pub fn import(
 }
 
 impl ImportReport {
+    /// Reads all charts into the copy.
+    fn read(
+        &mut self,
+        stage: &mut Stage,
+        found: &Found,
+        options: &ImportOptions,
+        tell: &mut dyn FnMut(usize, &str) -> Result<()>,
+    ) -> Result<()> {
+        let mut done = 0;
+        let mut next = |name: &str| {
+            done += 1;
+            tell(done - 1, name)
+        };
+        for (name, files) in &found.cells {
+            next(name)?;
+            self.add(name, cells::import(stage, name, files, found, options))?;
+        }
+        for path in &found.soundings {
+            let name = supplements::name(path);
+            next(&name)?;
+            self.add(&name, supplements::soundings(stage, path, options))?;
+        }
+        for path in &found.land {
+            let name = supplements::name(path);
+            next(&name)?;
+            self.add(&name, supplements::land(stage, path, options))?;
+        }
+        for path in &found.lakes {
+            let name = supplements::name(path);
+            next(&name)?;
+            self.add(&name, lakes::import(stage, path, options))?;
+        }
+        Ok(())
+    }
+
     /// Keeps what came of one chart. What is wrong with the chart is its failure; what is wrong with the disk
     /// or the database ends the import.
     fn add(&mut self, name: &str, outcome: Result<Imported>) -> Result<()> {
@@ -195,7 +222,7 @@ impl ImportReport {
     }
 }
 
-/// Takes charts out of a set.
+/// Takes charts out of a set, and nothing else: what a failed import read is given up.
 ///
 /// Returns the digest of the set after that, in hexadecimal.
 ///
@@ -203,7 +230,7 @@ impl ImportReport {
 /// When there is no set or no chart of a name, and when the set cannot be written; then it stays as it was.
 pub fn remove(db: &Path, names: &[String], now: UtcTime) -> Result<String> {
     let charts = crate::read::ChartDb::open(db)?.charts_named(names)?;
-    let mut stage = Stage::open(db)?;
+    let mut stage = Stage::fresh(db)?;
     let time = now.to_string();
     let part = stage.part().to_owned();
     let take = |connection: &mut rusqlite::Connection| -> rusqlite::Result<()> {

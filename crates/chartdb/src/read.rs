@@ -64,6 +64,10 @@ const SELECT_CHART: &str = "SELECT id, name, kind, sha256, bytes, edition, updat
      sounding_datum, vertical_datum, features, vertices, skin_holds, imported, min_x, min_y, max_x, max_y, comment \
      FROM cells";
 
+/// Another number wherever the same charts come to mean something else in an index: indexes made before, ashore and
+/// aboard, are of another set then, and are made anew.
+const MEANING: &[u8] = b"lutra charts 2\n";
+
 /// The chart of a name.
 pub(crate) fn find_chart(connection: &Connection, name: &str) -> rusqlite::Result<Option<Chart>> {
     let mut select = connection.prepare_cached(&format!("{SELECT_CHART} WHERE name = ?1"))?;
@@ -199,7 +203,7 @@ impl ChartDb {
     /// # Errors
     /// When the database cannot be read.
     pub fn digest(&self) -> Result<[u8; 32]> {
-        let mut hash = Sha256::new_with_prefix(b"lutra charts 1\n");
+        let mut hash = Sha256::new_with_prefix(MEANING);
         for chart in self.charts()? {
             let text = [chart.name, chart.kind, chart.sha256, chart.edition, chart.update].join("\u{1F}");
             hash.update(text.as_bytes());
@@ -288,7 +292,7 @@ impl Chart {
             band: self.band,
             scale: self.scale,
             sounding_datum: self.sounding_datum,
-            supplement: self.kind == "soundings",
+            supplement: matches!(self.kind.as_str(), "soundings" | "land"),
         }
     }
 }

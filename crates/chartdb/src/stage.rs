@@ -2,15 +2,17 @@
 //!
 //! Changes go into a copy, `chart.gpkg.part`, one transaction for each chart, and the copy takes the place of
 //! the set when all is done. A change that fails or is killed leaves the set as it was; the copy stays, and the
-//! next import goes on from it as long as the set is still the one that it was copied from.
+//! next import goes on from it as long as the set is still the one that it was copied from, and the import is of
+//! all that was changed in the copy: nothing goes into a set but what its operator gives at that time.
 
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::index_file::{self, forget, index_path, part_of};
-use crate::read::ChartDb;
+use crate::read::{Chart, ChartDb};
 use crate::schema;
 use charts::depth_index::SealedIndex;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OptionalExtension as _};
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -27,6 +29,8 @@ pub(crate) struct Stage {
     connection: Connection,
     /// Digest of the set that the copy was made of; empty where there was none.
     base: String,
+    /// The charts that an earlier run has brought into the copy.
+    begun: BTreeSet<String>,
     _lock: File,
 }
 
@@ -40,19 +44,42 @@ pub fn hex(digest: &[u8]) -> String {
 }
 
 impl Stage {
-    /// Makes the copy, or goes on with the one that is there.
-    pub(crate) fn open(live: &Path) -> Result<Self> {
+    /// Makes the copy anew, whatever an earlier run left.
+    pub(crate) fn fresh(live: &Path) -> Result<Self> {
+        Self::open(live, None)
+    }
+
+    /// Goes on with the copy that is there if these charts are all that is changed in it; else makes it anew.
+    pub(crate) fn resumed(live: &Path, charts: &BTreeSet<String>) -> Result<Self> {
+        Self::open(live, Some(charts))
+    }
+
+    fn open(live: &Path, charts: Option<&BTreeSet<String>>) -> Result<Self> {
         if let Some(folder) = live.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             fs::create_dir_all(folder).named(folder)?;
         }
         let lock = lock(live)?;
-        let base = if live.exists() { hex(&ChartDb::open(live)?.digest()?) } else { String::new() };
+        let (mut base, mut held) = (String::new(), Vec::new());
+        if live.exists() {
+            let set = ChartDb::open(live)?;
+            (base, held) = (hex(&set.digest()?), set.charts()?);
+        }
         let part = part_of(live);
-        let connection = match resume(&part, &base) {
-            Some(connection) => connection,
-            None => copy(live, &part, &base)?,
+        let left = charts.and_then(|charts| {
+            let copy = resume(&part, &base)?;
+            let begun = begun(&held, &copy.charts().ok()?).filter(|begun| begun.is_subset(charts))?;
+            Some((copy.into_connection(), begun))
+        });
+        let (connection, begun) = match left {
+            Some(left) => left,
+            None => (copy(live, &part, &base)?, BTreeSet::new()),
         };
-        Ok(Self { live: live.to_owned(), part, connection, base, _lock: lock })
+        Ok(Self { live: live.to_owned(), part, connection, base, begun, _lock: lock })
+    }
+
+    /// The charts that an earlier run has brought into the copy.
+    pub(crate) fn begun(&self) -> &BTreeSet<String> {
+        &self.begun
     }
 
     pub(crate) fn connection(&mut self) -> &mut Connection {
@@ -67,7 +94,7 @@ impl Stage {
     ///
     /// Returns the digest of the set.
     pub(crate) fn finish(self, time: &str) -> Result<[u8; 32]> {
-        let Self { live, part, connection, base, _lock } = self;
+        let Self { live, part, connection, base, begun: _, _lock } = self;
         let copy = ChartDb::of(connection, &part)?;
         let digest = copy.digest()?;
         if hex(&digest) == base {
@@ -109,18 +136,26 @@ fn lock(live: &Path) -> Result<File> {
 }
 
 /// The copy that an earlier run left, if it is whole and of this set.
-fn resume(part: &Path, base: &str) -> Option<Connection> {
+fn resume(part: &Path, base: &str) -> Option<ChartDb> {
     if !part.exists() {
         return None;
     }
     let connection = Connection::open(part).ok()?;
-    schema::check(&connection, part).ok()?;
     let sound: String = connection.query_row("PRAGMA quick_check", [], |row| row.get(0)).ok()?;
     let of: Option<String> = connection
         .query_row("SELECT value FROM chart_set WHERE key = 'base'", [], |row| row.get(0))
         .optional()
         .ok()?;
-    (sound == "ok" && of.as_deref() == Some(base)).then_some(connection)
+    let whole = sound == "ok" && of.as_deref() == Some(base);
+    ChartDb::of(connection, part).ok().filter(|_| whole)
+}
+
+/// What a copy has beyond its set. `None` where it lacks a chart: which edition was withdrawn does not show any more.
+fn begun(held: &[Chart], copied: &[Chart]) -> Option<BTreeSet<String>> {
+    let names: BTreeSet<&String> = copied.iter().map(|chart| &chart.name).collect();
+    let there = |chart: &Chart| names.contains(&chart.name);
+    let new = copied.iter().filter(|chart| !held.contains(chart)).map(|chart| chart.name.clone());
+    held.iter().all(there).then(|| new.collect())
 }
 
 fn copy(live: &Path, part: &Path, base: &str) -> Result<Connection> {

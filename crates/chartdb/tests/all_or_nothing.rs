@@ -54,6 +54,51 @@ fn a_damaged_cell_changes_nothing_and_the_good_ones_wait() {
     assert_eq!(ChartDb::open(&db).unwrap().charts().unwrap().len(), 3);
 }
 
+fn names(db: &Path) -> Vec<String> {
+    ChartDb::open(db).unwrap().charts().unwrap().into_iter().map(|chart| chart.name).collect()
+}
+
+/// A failed import of a good and a bad cell beside the set of [`start`]; the two cells.
+fn fail(db: &Path, cells: &Path) -> [PathBuf; 2] {
+    let good = put(cells, "GB5X01SE", 0).unwrap();
+    let bad = put(cells, "GB5X01NW", 0).unwrap();
+    std::fs::write(&bad, &std::fs::read(&bad).unwrap()[..1000]).unwrap();
+    let inputs = [good, bad];
+    assert!(!import(db, &inputs).applied);
+    inputs
+}
+
+#[test]
+fn what_a_failed_import_read_comes_in_with_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((db, cells)) = start(folder.path()) else { return };
+    fail(&db, &cells);
+    let other = put(&cells, "GB5X01NE", 0).unwrap();
+    assert!(import(&db, &[other]).applied);
+    assert_eq!(names(&db), ["GB5X01NE", "GB5X02SE"]);
+    fail(&db, &cells);
+    chartdb::remove(&db, &["GB5X01NE".to_owned()], options().now).unwrap();
+    assert_eq!(names(&db), ["GB5X02SE"]);
+    // Going on with one of the two is another import too.
+    let [_, bad] = fail(&db, &cells);
+    put(&cells, "GB5X01NW", 0).unwrap();
+    assert!(import(&db, &[bad]).applied);
+    assert_eq!(names(&db), ["GB5X01NW", "GB5X02SE"]);
+}
+
+#[test]
+fn a_chart_that_fails_now_does_not_come_in_as_it_was_read_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((db, cells)) = start(folder.path()) else { return };
+    let [good, bad] = fail(&db, &cells);
+    put(&cells, "GB5X01NW", 0).unwrap();
+    std::fs::write(&good, &std::fs::read(&good).unwrap()[..1000]).unwrap();
+    let options = chartdb::ImportOptions { keep_going: true, ..options() };
+    let report = chartdb::import(&db, &[good, bad], &options, &mut |_| true).unwrap();
+    assert!(report.applied && report.charts.len() == 1 && report.failures.len() == 1, "{report:?}");
+    assert_eq!(names(&db), ["GB5X01NW", "GB5X02SE"]);
+}
+
 #[test]
 fn flipped_bits_are_refused_or_read_but_never_half_imported() {
     let folder = tempfile::tempdir().unwrap();

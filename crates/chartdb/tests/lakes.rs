@@ -125,6 +125,28 @@ fn a_shapefile_in_degrees_and_one_in_metres_say_the_same() {
 }
 
 #[test]
+fn land_of_a_mask_is_land_beside_a_lake_whatever_the_names() {
+    for (lakes, mask) in [("a.shp", "b.geojson"), ("b.shp", "a.geojson")] {
+        let folder = tempfile::tempdir().unwrap();
+        let (lakes, mask) = (folder.path().join(lakes), folder.path().join(mask));
+        shapefile(&lakes, &|x, y| (x, y));
+        let land = r#"{"type":"Polygon","coordinates":[[[8.9,60.03],[9.3,60.03],[9.3,60.06],[8.9,60.03]]]}"#;
+        std::fs::write(&mask, land).unwrap();
+        let db = folder.path().join("set/chart.gpkg");
+        let options = ImportOptions { epsg: Some(4326), ..holding("depth") };
+        let report = chartdb::import(&db, &[lakes, mask], &options, &mut |_| true).unwrap();
+        assert!(report.applied, "{}", told(&report));
+        let index = load_index(&db).unwrap().sealed.index;
+        let water = |lat, lon| index.depth_at(LatLon::from_deg(lat, lon).unwrap(), &Demand::default()).water;
+        for (lat, lon) in [(60.035, 9.06), (60.031, 9.09), (60.035, 9.15), (60.035, 9.25)] {
+            assert_eq!(water(lat, lon), Water::Land, "{lat} {lon}");
+        }
+        assert_eq!(water(60.07, 9.07).least_m(), Some(12.5));
+        assert_eq!(water(60.01, 9.15), Water::NoData);
+    }
+}
+
+#[test]
 fn what_a_shapefile_does_not_say_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("lakes.shp");

@@ -87,9 +87,9 @@ fn segment_distance_m(frame: &LocalFrame, a: GeoPoint, b: GeoPoint) -> f64 {
 fn severity(feature: &Feature) -> Option<f64> {
     const LAND: [&str; 10] =
         ["LNDARE", "PONTON", "HULKES", "FLODOC", "SLCONS", "COALNE", "DAMCON", "CAUSWY", "DYKCON", "DRYDOC"];
-    const OBSTACLES: [&str; 12] = [
-        "FSHFAC", "GATCON", "ICEARE", "LITFLT", "LITVES", "LOGPON", "MARCUL", "MORFAC", "OFSPLF", "OILBAR",
-        "PILPNT", "PYLONS",
+    const OBSTACLES: [&str; 17] = [
+        "BUISGL", "CRANES", "FORSTC", "FSHFAC", "GATCON", "ICEARE", "LITFLT", "LITVES", "LNDMRK", "LOGPON",
+        "MARCUL", "MORFAC", "OFSPLF", "OILBAR", "PILPNT", "PYLONS", "SILTNK",
     ];
     let class = feature.class.acronym().unwrap_or_default();
     let number = |code| feature.number(code);

@@ -298,6 +298,95 @@ fn a_coarse_cell_answers_only_where_no_finer_one_does() {
     assert_eq!(least(63.021, 112.0), (1.0, 4));
 }
 
+/// A cell of band 4 round the square, 5 to 10 m deep like it.
+fn coarse() -> Vec<(&'static str, Vec<u8>)> {
+    let mut head = dsid(false, "NO4X0001.000", "1", "0");
+    let band = head[0].1.iter().position(|byte| *byte == 5).unwrap();
+    head[0].1[band] = 4;
+    head
+}
+
+#[test]
+fn a_gap_at_the_border_of_a_finer_cell_is_no_data_from_without_too() {
+    let mut around = writer::square_records("NO4X0001.000", (62.9, 9.9), (63.1, 10.1), &[]);
+    around[0] = coarse();
+    let mut fine = writer::square_records(NAME, SOUTH_WEST, NORTH_EAST, &[]);
+    // The water leaves out a notch at the northern border; the border itself has no vertex there, and its middle is
+    // beside the notch.
+    fine.extend([
+        node(5, (63.02, 10.025)),
+        node(6, (63.015, 10.025)),
+        node(7, (63.015, 10.03)),
+        node(8, (63.02, 10.03)),
+        edge(5, 2, 5, &[]),
+        edge(6, 5, 6, &[]),
+        edge(7, 6, 7, &[]),
+        edge(8, 7, 8, &[]),
+        edge(9, 8, 3, &[]),
+    ]);
+    let ring = [(1, 1, 1), (5, 1, 1), (6, 1, 1), (7, 1, 1), (8, 1, 1), (9, 1, 1), (3, 1, 1), (4, 2, 1)];
+    fine[11] = area(2, DEPARE, &[(DRVAL1, "5"), (DRVAL2, "10")], &ring);
+    let cells = [("NO4X0001.000", file(&around)), (NAME, file(&fine))]
+        .map(|(name, bytes)| Cell::read(NamedBytes { name, bytes: &bytes }, &[]).unwrap());
+    let index = index(&cells);
+    let demand = Demand::least_depth(2.0);
+    assert_eq!(index.depth_at(place(63.018, 10.0275), &demand).water, Water::NoData);
+    // 111.5 m north of the border, and 125 m from the sides of the notch when it is in it.
+    let leg = |lon_deg: f64| Leg { from: place(63.021, lon_deg), to: place(63.0185, lon_deg) };
+    let danger = index.first_danger_along(leg(10.0275), 1.0, &demand).unwrap();
+    assert_eq!(danger.water, Water::NoData);
+    assert!((danger.along_m - 110.5).abs() < 0.5, "{danger:?}");
+    let near = index.distance_to_shallower(place(63.021, 10.0275), 2.0, 1_000.0).unwrap();
+    assert!((near.distance_m - 111.5).abs() < 0.5, "{near:?}");
+    for beside in [10.024, 10.031] {
+        assert!(index.first_danger_along(leg(beside), 1.0, &demand).is_none(), "{beside}");
+    }
+}
+
+#[test]
+fn structures_in_the_water_are_obstacles() {
+    for class in ["LNDMRK", "BUISGL", "SILTNK", "CRANES", "FORSTC"] {
+        let code = ObjectClass::from_acronym(class).unwrap().0;
+        let more = [
+            node(11, (63.01, 10.01)),
+            point(11, code, &[], 11),
+            node(12, (63.01, 10.03)),
+            node(13, (63.012, 10.03)),
+            node(14, (63.012, 10.032)),
+            edge(12, 12, 13, &[]),
+            edge(13, 13, 14, &[]),
+            edge(14, 14, 12, &[]),
+            area(12, code, &[], &[(12, 1, 1), (13, 1, 1), (14, 1, 1)]),
+        ];
+        let cell = read(&square(NAME, SOUTH_WEST, NORTH_EAST, &more), &[]).unwrap();
+        assert!(cell.notices.is_empty(), "{:?}", cell.notices);
+        let index = index(&[cell]);
+        let demand = Demand::least_depth(2.0);
+        let water = |lat_deg, lon_deg| index.shallowest_within(place(lat_deg, lon_deg), 5.0, &demand).water;
+        assert_eq!(water(63.01, 10.01), Water::Obstacle, "{class}");
+        assert_eq!(water(63.0115, 10.0305), Water::Obstacle, "{class}");
+        assert_eq!(water(63.01, 10.02).least_m(), Some(5.0), "{class}");
+        // Nobody asks for the buildings of a town by name.
+        assert!(index.points_of_interest(place(63.01, 10.01), 9, 5_000.0, |_| true).is_empty());
+    }
+}
+
+#[test]
+fn what_has_no_position_is_told() {
+    let lost = frid(11, 1, 153, 1, 1);
+    let group = frid(12, 255, 400, 1, 1);
+    let astray = point(13, 86, &[(179, "1")], 99);
+    let cell = read(&square(NAME, SOUTH_WEST, NORTH_EAST, &[lost, group, astray]), &[]).unwrap();
+    let told: Vec<_> = cell.notices.iter().map(|one| (one.feature, one.text.as_str())).collect();
+    assert_eq!(
+        told,
+        [
+            (Some(11), "UWTROC 11 has no position: it is in the cell, but nowhere on the chart"),
+            (Some(13), "OBSTRN 13 has no readable geometry: node 99 is not there"),
+        ]
+    );
+}
+
 #[test]
 fn exchange_sets_are_read_whole_and_tell_what_is_wrong() {
     let entry = |id: u32, name: &str, crc: u32| {

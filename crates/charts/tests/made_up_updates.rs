@@ -294,3 +294,43 @@ fn wrong_datum_and_units_are_refused_by_name() {
         assert!(text.starts_with("NO5X0001.000, record 2 at byte ") && text.contains(expected), "{text}");
     }
 }
+
+/// Where records end, but the last.
+fn record_ends(bytes: &[u8]) -> Vec<usize> {
+    let mut ends = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        at += std::str::from_utf8(&bytes[at..at + 5]).unwrap().parse::<usize>().unwrap();
+        ends.push(at);
+    }
+    assert_eq!(ends.pop(), Some(bytes.len()));
+    ends
+}
+
+#[test]
+fn files_cut_between_two_records_are_refused() {
+    let Square { mut cell, .. } = open();
+    let rock = |records: &mut charts::s57::write::Records, lat_deg, lon_deg| {
+        let node = records.isolated_node(at(lat_deg, lon_deg));
+        records.feature(FeatureDraft::point(ObjectClass::UWTROC, node).with(AttributeCode::VALSOU, "1"));
+    };
+    rock(&mut cell.records, 63.01, 10.01);
+    let base = cell.to_bytes().unwrap();
+    let mut update = UpdateDraft::new(&cell, 1);
+    rock(&mut update.records, 63.01, 10.02);
+    rock(&mut update.records, 63.01, 10.03);
+    let update = update.to_bytes().unwrap();
+    assert!(read_files(&base, std::slice::from_ref(&update)).unwrap().notices.is_empty());
+    for end in record_ends(&base) {
+        let error = read_files(&base[..end], &[]).unwrap_err();
+        assert_eq!(error.file, NAME);
+        assert!(error.to_string().contains("cut"), "{error}");
+    }
+    let ends = record_ends(&update);
+    // The first cut leaves no identification, as above.
+    for end in ends.into_iter().skip(1) {
+        let error = read_files(&base, &[update[..end].to_vec()]).unwrap_err();
+        assert_eq!(error.file, "NO5X0001.001");
+        assert!(matches!(error.problem, S57Problem::Cut { .. }), "{error}");
+    }
+}

@@ -31,6 +31,32 @@ fn the_land_of_trondelag_is_land_and_its_sea_is_no_data() {
     assert_eq!(DepthIndex::from_bytes(&index.to_bytes()).unwrap(), index);
 }
 
+#[test]
+fn land_of_a_mask_is_land_under_any_cell() {
+    let bytes = writer::square("NO5X0001.000", (63.0, 10.0), (63.02, 10.04), &[]);
+    let cell = Cell::read(NamedBytes { name: "NO5X0001.000", bytes: &bytes }, &[]).unwrap();
+    let mask =
+        br#"{"type":"Polygon","coordinates":[[[10.01,63.005],[10.02,63.005],[10.02,63.01],[10.01,63.005]]]}"#;
+    let mut builder = IndexBuilder::new();
+    builder.add_cell(&cell).unwrap();
+    builder.add_land("mask", &geojson::read_areas(mask).unwrap()).unwrap();
+    let index = builder.build().unwrap();
+    let demand = Demand::least_depth(2.0);
+    let islet = index.depth_at(place(63.006, 10.018), &demand);
+    assert_eq!((islet.water, islet.navigable), (Water::Land, false));
+    assert_eq!(index.source(index.object(islet.object.unwrap()).unwrap()).name, "mask");
+    let across = Leg { from: place(63.006, 10.03), to: place(63.006, 10.005) };
+    let danger = index.first_danger_along(across, 5.0, &demand).unwrap();
+    assert_eq!(danger.water, Water::Land);
+    assert_eq!(index.shallowest_along(across, 5.0, &demand).water, Water::Land);
+    // It hides nothing and opens nothing around it.
+    assert_eq!(index.depth_at(place(63.015, 10.03), &demand).water.least_m(), Some(5.0));
+    assert_eq!(index.depth_at(place(63.03, 10.03), &demand).water, Water::NoData);
+    let clear = Leg { from: place(63.015, 10.005), to: place(63.015, 10.035) };
+    assert!(index.shallowest_along(clear, 5.0, &demand).navigable);
+    assert_eq!(DepthIndex::from_bytes(&index.to_bytes()).unwrap(), index);
+}
+
 /// A square of water 5 to 10 m deep at 63.0°N to 63.02°N, 10.0°E to 10.04°E, with soundings.
 fn with_soundings(text: &str) -> Result<DepthIndex, XyzError> {
     let bytes = writer::square("NO5X0001.000", (63.0, 10.0), (63.02, 10.04), &[]);

@@ -100,6 +100,11 @@ impl IndexBuilder {
             };
             add_feature(feature, &mut objects).ok_or_else(fail)?;
         }
+        if source.supplement {
+            // Skin would cover what it is part of, and hide what lies there.
+            let skin = objects.iter_mut().filter(|one| one.object.role == Role::Skin);
+            skin.for_each(|one| one.object.role = Role::Danger);
+        }
         self.sources.push(PendingSource { source, objects });
         Ok(())
     }
@@ -115,12 +120,13 @@ impl IndexBuilder {
         self.add_features(source, [&feature])
     }
 
-    /// Adds areas of land. Around them is no data, not water; where a cell has data, the cell answers.
+    /// Adds areas of land. They are land whatever cell has data there: who gives them wants them kept clear of.
+    /// Around them nothing is said.
     ///
     /// # Errors
     /// When a position is outside the globe.
     pub fn add_land(&mut self, name: &str, areas: &[Area]) -> Result<(), BuildError> {
-        let source = Source { name: name.to_owned(), ..Source::default() };
+        let source = Source { name: name.to_owned(), supplement: true, ..Source::default() };
         let features: Vec<Feature> =
             areas.iter().map(|area| made(ObjectClass::LNDARE, Geometry::Area(area.clone()))).collect();
         self.add_features(source, &features)

@@ -59,7 +59,8 @@ impl DepthIndex {
         self.areas.vertices.len()
     }
 
-    /// Visits the objects of the best source whose areas hold a point; `None` where no source covers it.
+    /// Visits the objects of supplements and of the best source whose areas hold a point; `None` where no source
+    /// covers it.
     pub(super) fn visit_at(&self, at: Spot, mut visit: impl FnMut(u32, &ChartObject)) -> Option<u32> {
         // ±180° is one meridian; areas are asked on the side on which they are written.
         let at = at.wrapped();
@@ -69,6 +70,13 @@ impl DepthIndex {
             let id = self.areas.list[area as usize].object;
             let object = &self.objects[id as usize];
             let coverage = object.role == Role::Coverage;
+            // They stand first in the leaf.
+            if self.sources[object.source as usize].supplement {
+                if !coverage && (entry & WHOLE != 0 || self.areas.contains(area, at)) {
+                    visit(id, object);
+                }
+                continue;
+            }
             match answering {
                 Some(source) if object.source != source => break,
                 Some(_) if coverage => continue,

@@ -2,7 +2,8 @@
 //!
 //! S-57 appendix A, chapters 1 and 2; the choices are those of facts/charts.md, section 8: what is not known
 //! to be deep is not deep. A danger without a depth blocks, unless the chart says that its depth lies within
-//! that of the area around it (EXPSOU 1). Piles, buoys, beacons, platforms and fish farms block always.
+//! that of the area around it (EXPSOU 1). Piles, buoys, beacons, platforms, structures and fish farms block
+//! always.
 
 use super::object::{Role, Stored, millimetres};
 use crate::s57::{AttributeCode as Attr, Feature, Geometry, ObjectClass as Class, SKIN_CLASSES};
@@ -32,7 +33,9 @@ pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
         Class::BRIDGE | Class::CBLOHD | Class::PIPOHD | Class::CONVYR => {
             Some((Role::Overhead, Stored::Overhead(clearance_mm(feature))))
         }
-        class if OBSTACLES.contains(&class) => Some((Role::Danger, Stored::Obstacle)),
+        class if OBSTACLES.contains(&class) || STRUCTURES.contains(&class) => {
+            Some((Role::Danger, Stored::Obstacle))
+        }
         class if class == Class::LIGHTS || class == Class::DAYMAR => Some((Role::Interest, Stored::NoData)),
         _ => None,
     }
@@ -65,6 +68,9 @@ const OBSTACLES: [Class; 24] = [
     Class::PYLONS,
     Class::DISMAR,
 ];
+
+/// What stands on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
+const STRUCTURES: [Class; 5] = [Class::LNDMRK, Class::BUISGL, Class::SILTNK, Class::CRANES, Class::FORSTC];
 
 /// Whether an operator asks for it by name: the points of interest of the thesis' table A.1 and more of their
 /// kind.

@@ -147,7 +147,7 @@ pub struct Source {
     pub scale: u32,
     /// Datum of depths (S-57 code VERDAT); 0 if unknown.
     pub sounding_datum: u8,
-    /// Whether it only adds to cells (soundings): no cell hides it, and it makes nothing navigable.
+    /// Whether it only adds to cells (soundings, land masks): no cell hides it, and it makes nothing navigable.
     pub supplement: bool,
 }
 
@@ -169,11 +169,11 @@ impl Source {
         words.join(" ")
     }
 
-    /// Less answers before more: finer band, larger scale, newer issue, then the name so that the order is
+    /// Less answers before more: supplements, which answer beside the others, finer band, larger scale, newer issue, then the name so that the order is
     /// the same in every run.
     pub(crate) fn rank(&self) -> impl Ord + use<> {
         let scale = if self.scale == 0 { u32::MAX } else { self.scale };
         let newer = std::cmp::Reverse(self.issue_date.clone());
-        (std::cmp::Reverse(self.band), scale, newer, self.name.clone())
+        (!self.supplement, std::cmp::Reverse(self.band), scale, newer, self.name.clone())
     }
 }

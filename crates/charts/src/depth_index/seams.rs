@@ -73,11 +73,16 @@ pub(super) fn best_scale_only(index: &mut DepthIndex, runs: Vec<Run>) -> Vec<Run
 
 /// Runs along all borders of coverage and of incomplete skins, for what lies just beyond.
 pub(super) fn borders(index: &mut DepthIndex) -> Vec<Run> {
-    let several = index.sources.len() > 1;
-    let all = if several { tree_of(index, |object| object.role <= Role::Danger) } else { Tree::default() };
+    let incomplete = incomplete_skins(index);
+    let needed = index.sources.len() > 1 || incomplete.contains(&true);
+    let all = if needed { tree_of(index, |object| object.role <= Role::Danger) } else { Tree::default() };
     let mut found: BTreeSet<(Vertex, Vertex, u32)> = BTreeSet::new();
-    for (a, b, source) in border_segments(index) {
-        let cuts = crossings(index, &all, a, b, |object| object.source != source);
+    for (a, b, source) in border_segments(index, &incomplete) {
+        // Where its own skin has gaps, a segment may lie by a gap in part only: its middle does not tell.
+        let own = incomplete[source as usize];
+        let cuts = crossings(index, &all, a, b, |object| {
+            object.source != source || own && object.role == Role::Skin
+        });
         for (a, b) in split(a, b, &cuts) {
             let middle = halfway(a, b);
             let (dx, dy) = (f64::from(b[0]) - f64::from(a[0]), f64::from(b[1]) - f64::from(a[1]));
@@ -111,8 +116,7 @@ fn push_piece(vertices: &mut Vec<Vertex>, a: Vertex, b: Vertex, object: u32) -> 
 }
 
 /// Segments beyond which another source, or nothing, may begin, with their own source.
-fn border_segments(index: &DepthIndex) -> Vec<(Vertex, Vertex, u32)> {
-    let incomplete = incomplete_skins(index);
+fn border_segments(index: &DepthIndex, incomplete: &[bool]) -> Vec<(Vertex, Vertex, u32)> {
     let (mut borders, mut skins) = (Vec::new(), Vec::new());
     for area in &index.areas.list {
         let object = &index.objects[area.object as usize];

@@ -156,6 +156,13 @@ impl Cell {
                 let text = format!("{} {record} has no readable geometry: {reason}", feature.class);
                 notices.push(Notice { file: file.to_owned(), feature: Some(record), text });
             }
+            if feature.geometry == Geometry::None && !feature.class.is_collection() {
+                let text = format!(
+                    "{} {record} has no position: it is in the cell, but nowhere on the chart",
+                    feature.class
+                );
+                notices.push(Notice { file: file.to_owned(), feature: Some(record), text });
+            }
             let outside = |point: super::GeoPoint| point.place().is_none();
             if feature.geometry.points().any(outside) {
                 return Err(fail(S57Problem::Range { what: "a position" }));

@@ -34,6 +34,8 @@ impl ObjectClass {
     pub const BOYSAW: Self = Self(18);
     /// `BOYSPP`.
     pub const BOYSPP: Self = Self(19);
+    /// `BUISGL`.
+    pub const BUISGL: Self = Self(12);
     /// `CBLOHD`.
     pub const CBLOHD: Self = Self(21);
     /// `CAUSWY`.
@@ -42,6 +44,8 @@ impl ObjectClass {
     pub const COALNE: Self = Self(30);
     /// `CONVYR`.
     pub const CONVYR: Self = Self(34);
+    /// `CRANES`.
+    pub const CRANES: Self = Self(35);
     /// `DAMCON`.
     pub const DAMCON: Self = Self(38);
     /// `DAYMAR`.
@@ -62,6 +66,8 @@ impl ObjectClass {
     pub const FSHFAC: Self = Self(55);
     /// `FLODOC`.
     pub const FLODOC: Self = Self(57);
+    /// `FORSTC`.
+    pub const FORSTC: Self = Self(59);
     /// `GATCON`.
     pub const GATCON: Self = Self(61);
     /// `HULKES`.
@@ -70,6 +76,8 @@ impl ObjectClass {
     pub const ICEARE: Self = Self(66);
     /// `LNDARE`.
     pub const LNDARE: Self = Self(71);
+    /// `LNDMRK`.
+    pub const LNDMRK: Self = Self(74);
     /// `LIGHTS`.
     pub const LIGHTS: Self = Self(75);
     /// `LITFLT`.
@@ -96,6 +104,8 @@ impl ObjectClass {
     pub const PONTON: Self = Self(95);
     /// `PYLONS`.
     pub const PYLONS: Self = Self(98);
+    /// `SILTNK`.
+    pub const SILTNK: Self = Self(125);
     /// `SLCONS`.
     pub const SLCONS: Self = Self(122);
     /// `SOUNDG`.
@@ -114,6 +124,11 @@ impl ObjectClass {
     /// The acronym, such as `DEPARE`; `None` for a code beyond S-57 3.1.
     pub fn acronym(self) -> Option<&'static str> {
         lookup(OBJECTS, self.0)
+    }
+
+    /// Whether its objects are groups of others (C_AGGR and the like) and have no place of their own.
+    pub fn is_collection(self) -> bool {
+        (400..500).contains(&self.0)
     }
 
     /// The class of an acronym.

@@ -90,6 +90,16 @@ pub enum S57Problem {
         /// What is wrong with it.
         what: &'static str,
     },
+    /// The file ends before the last of the records that its head announces.
+    #[error("the head of the file announces {announced} {what}, but it has only {found}")]
+    Cut {
+        /// Kind of records.
+        what: &'static str,
+        /// By the head.
+        announced: u32,
+        /// In the file.
+        found: u32,
+    },
     /// The file that should be a base cell is an update.
     #[error("the file is an update, not a base cell")]
     NotABase,
@@ -150,6 +160,7 @@ impl S57Problem {
             Self::NoIdentification | Self::NoParameters => {
                 "the file is cut or no cell: fetch it again from the producer"
             }
+            Self::Cut { .. } => "the file is cut: fetch it again from the producer",
             Self::Parameter { .. } => "only charts on WGS 84 in degrees and metres are read: ask for an ENC",
             Self::Range { .. } => "the file is damaged: fetch it again",
             Self::Record { .. } => {

@@ -4,8 +4,8 @@ use super::cell::{Attribute, ObjectId};
 use super::error::{Place, S57Error, S57Problem};
 use super::fields::FileReader;
 use super::records::{
-    Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, Edits, FeatureRecord,
-    Instruction, Link, Name, Pointer, VectorRecord,
+    CONNECTED_NODE, Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, EDGE, Edits,
+    FeatureRecord, ISOLATED_NODE, Instruction, Link, Name, Pointer, VectorRecord,
 };
 use std::collections::BTreeMap;
 
@@ -63,8 +63,10 @@ impl Store {
         let mut reader = FileReader::new(file, bytes)?;
         let (mut id, mut structure, mut parameters) = (None, None, None);
         let (mut features, mut vectors) = (BTreeMap::new(), BTreeMap::new());
+        let mut tally = Tally::default();
         while let Some((place, record)) = reader.next_record()? {
             let fail = |problem| S57Error { file: file.to_owned(), place: Some(place), problem };
+            tally.add(&record);
             match record {
                 DataRecord::Id(found, found_structure) => {
                     if found.purpose == 2 {
@@ -100,28 +102,62 @@ impl Store {
         if store.id.edition == "0" {
             return Err(whole(S57Problem::Cancelled));
         }
-        store.compare_counts(file);
+        let texts = tally.compare(&store.structure).map_err(whole)?;
+        store.note(file, texts);
         Ok(store)
     }
 
-    /// The head of the file says how many records there are: a file cut between two records shows here.
-    fn compare_counts(&mut self, file: &str) {
-        let of_kind = |kind: u8| self.vectors.keys().filter(|name| name.kind == kind).count() as u32;
-        let features = self.features.len() as u32;
-        let said = &self.structure;
-        let announced = said.meta_features.saturating_add(said.geo_features).saturating_add(said.collections);
+    pub(super) fn note(&mut self, file: &str, texts: Vec<String>) {
+        let notice = |text| Notice { file: file.to_owned(), feature: None, text };
+        self.notices.extend(texts.into_iter().map(notice));
+    }
+}
+
+/// Records of a file by kind, to be compared with what its head announces.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    features: u32,
+    isolated_nodes: u32,
+    connected_nodes: u32,
+    edges: u32,
+}
+
+impl Tally {
+    /// Counts a record.
+    pub(super) fn add(&mut self, record: &DataRecord) {
+        let count = match record {
+            DataRecord::Feature(_) => &mut self.features,
+            DataRecord::Vector(vector) => match vector.name.kind {
+                ISOLATED_NODE => &mut self.isolated_nodes,
+                CONNECTED_NODE => &mut self.connected_nodes,
+                EDGE => &mut self.edges,
+                _ => return,
+            },
+            DataRecord::Id(..) | DataRecord::Parameters(_) | DataRecord::Other => return,
+        };
+        *count += 1;
+    }
+
+    /// A file cut between two records is whole records all through: only its head tells, and what is lost may be a
+    /// danger. More records than announced take nothing away: the texts tell of them.
+    pub(super) fn compare(&self, said: &DatasetStructure) -> Result<Vec<String>, S57Problem> {
+        let features = said.meta_features.saturating_add(said.geo_features).saturating_add(said.collections);
         let counts = [
-            ("features", announced, features),
-            ("isolated nodes", said.isolated_nodes, of_kind(super::records::ISOLATED_NODE)),
-            ("connected nodes", said.connected_nodes, of_kind(super::records::CONNECTED_NODE)),
-            ("edges", said.edges, of_kind(super::records::EDGE)),
+            ("features", features, self.features),
+            ("isolated nodes", said.isolated_nodes, self.isolated_nodes),
+            ("connected nodes", said.connected_nodes, self.connected_nodes),
+            ("edges", said.edges, self.edges),
         ];
-        for (what, said, found) in counts {
-            if said != 0 && said != found {
-                let text = format!("the head of the file announces {said} {what}, but it has {found}");
-                self.notices.push(Notice { file: file.to_owned(), feature: None, text });
+        let mut texts = Vec::new();
+        for (what, announced, found) in counts {
+            if found < announced {
+                return Err(S57Problem::Cut { what, announced, found });
+            }
+            if announced != 0 && found > announced {
+                texts.push(format!("the head of the file announces {announced} {what}, but it has {found}"));
             }
         }
+        Ok(texts)
     }
 }
 

@@ -7,7 +7,7 @@ use super::cell::Attribute;
 use super::error::{S57Error, S57Problem};
 use super::fields::FileReader;
 use super::records::{Control, DataRecord, DatasetId, Edits, FeatureRecord, Instruction, VectorRecord};
-use super::store::{Notice, Store, StoredFeature, StoredVector, at};
+use super::store::{Notice, Store, StoredFeature, StoredVector, Tally, at};
 
 /// Deletes an attribute when it stands alone as its value (S-57 part 3, 8.4.2.2.b and 8.4.2.3).
 const DELETED: &str = "\u{7F}";
@@ -19,7 +19,7 @@ impl Store {
     pub(super) fn apply(&mut self, file: &str, bytes: &[u8]) -> Result<bool, S57Error> {
         let mut reader = FileReader::new(file, bytes)?;
         let fail = |problem| S57Error { file: file.to_owned(), place: None, problem };
-        let Some((place, DataRecord::Id(id, _))) = reader.next_record()? else {
+        let Some((place, DataRecord::Id(id, structure))) = reader.next_record()? else {
             return Err(fail(S57Problem::NoIdentification));
         };
         if !self.admits(&id).map_err(|problem| at(file, place, problem))? {
@@ -27,7 +27,9 @@ impl Store {
         }
         // Half an update is worse than none: work on a copy.
         let mut next = self.clone();
+        let mut tally = Tally::default();
         while let Some((place, record)) = reader.next_record()? {
+            tally.add(&record);
             let done = match record {
                 DataRecord::Feature(record) => next.apply_feature(file, record),
                 DataRecord::Vector(record) => next.apply_vector(file, record),
@@ -35,6 +37,8 @@ impl Store {
             };
             done.map_err(|problem| at(file, place, problem))?;
         }
+        let texts = tally.compare(&structure.unwrap_or_default()).map_err(fail)?;
+        next.note(file, texts);
         next.id.update = id.update;
         next.id.issue_date = id.issue_date;
         next.bytes = next.bytes.saturating_add(bytes.len());
