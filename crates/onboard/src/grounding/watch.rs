@@ -77,6 +77,15 @@ pub(crate) enum Advice {
     ExemptionOver,
 }
 
+/// What an operator's steering came to.
+#[derive(Debug, Default)]
+struct Steering {
+    /// Hull and position uncertainty were clear of danger at some time of it.
+    was_clear: bool,
+    /// Since when the vessel is carried in, and whether slowly.
+    carried_since: Option<(MonoTime, bool)>,
+}
+
 /// The machine.
 #[derive(Debug, Default)]
 pub(crate) struct Grounding {
@@ -89,10 +98,7 @@ pub(crate) struct Grounding {
     /// Whether the rest began in water deep enough for the vessel by itself.
     rest_was_deep: Option<bool>,
     within_since: Option<MonoTime>,
-    /// Since when the operator's vessel is carried in, and whether slowly.
-    carried_since: Option<(MonoTime, bool)>,
-    /// Hull and position uncertainty were clear of danger at some time of this operator's steering.
-    was_clear: bool,
+    steering: Steering,
     /// The most room beyond hull and uncertainty while it lies close to danger (m).
     lay_m: Option<f64>,
     /// It lies close to danger and comes closer.
@@ -112,7 +118,7 @@ impl Grounding {
         self.within_since = None;
         self.rest_was_deep = None;
         self.lay_m = None;
-        self.was_clear = false;
+        self.steering = Steering::default();
     }
 
     /// Another chart is in force, and would refuse the plan under way so.
@@ -195,7 +201,7 @@ impl Grounding {
         let stage = self.judge(&look, settings, course_rad);
         let exempt = exempt && doing == Doing::Operator;
         if exempt || doing != Doing::Operator {
-            self.was_clear = false;
+            self.steering = Steering::default();
         }
         let lies = matches!(doing, Doing::Rest | Doing::Operator) && !exempt;
         self.creeps = lies && self.creeps_in(&look, settings);
@@ -318,19 +324,19 @@ impl Grounding {
         course_rad: f64,
         motors: MotorPair,
     ) -> bool {
-        self.was_clear |= look.is_clear();
+        self.steering.was_clear |= look.is_clear();
         let surge_mps = self.gate.surge_mps;
         let drives = f64::midpoint(motors.port, motors.starboard) * surge_mps > 0.0;
         let under_way = drives && surge_mps.abs() > UNDER_WAY * self.speed_mps && !self.is_blocking();
-        if !self.was_clear || under_way || !self.drifts_in(look, settings, course_rad) {
-            self.carried_since = None;
+        if !self.steering.was_clear || under_way || !self.drifts_in(look, settings, course_rad) {
+            self.steering.carried_since = None;
             return false;
         }
         // A fast vessel is the operator's until its motors had the time to brake.
         let slow = self.speed_mps < SLOWED_MPS;
         let patience_s = if slow { settings.reaction_s } else { 2.0 * settings.reaction_s };
-        let before = self.carried_since.filter(|(_, before)| *before == slow);
-        let (since, _) = *self.carried_since.insert(before.unwrap_or((now, slow)));
+        let before = self.steering.carried_since.filter(|(_, before)| *before == slow);
+        let (since, _) = *self.steering.carried_since.insert(before.unwrap_or((now, slow)));
         now.since(since) >= Duration::from_secs_f64(patience_s) || self.stage == Some(Stage::Within)
     }
 
