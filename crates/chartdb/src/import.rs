@@ -155,8 +155,8 @@ pub fn import(
     };
     report.read(&mut stage, &found, options, &mut tell)?;
     let fails_now = |name: &String| report.failures.iter().any(|failure| failure.name == *name);
-    if options.keep_going && stage.begun().iter().any(fails_now) {
-        // What an earlier run read of it must not go live along with the others.
+    if stage.begun().iter().any(fails_now) {
+        // What an earlier run read of it must not go live along with the others, nor be what it is too old for.
         stage.abandon()?;
         stage = Stage::fresh(db)?;
         report.charts.clear();

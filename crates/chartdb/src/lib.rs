@@ -8,7 +8,7 @@
 //! On disk, for a set `chart.gpkg`:
 //! - `chart.gpkg`: an OGC GeoPackage 1.3, which QGIS opens as it is (its tables: `schema.rs`);
 //! - `chart.lutra-index`: the depth index under the digest of the set;
-//! - `chart.gpkg.part`: a change under way, or what one that did not end leaves for the next;
+//! - `chart.gpkg.part`: a change under way, or what an import that did not end leaves for the next of the same charts;
 //! - `chart.gpkg.lock`: locked by the one process that changes the set.
 
 mod blob;

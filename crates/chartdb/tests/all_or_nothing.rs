@@ -100,6 +100,22 @@ fn a_chart_that_fails_now_does_not_come_in_as_it_was_read_before() {
 }
 
 #[test]
+fn a_chart_is_too_old_for_the_set_and_not_for_what_a_failed_import_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((db, cells)) = start(folder.path()) else { return };
+    let base = put(&cells, "US5WA22M", 1).unwrap();
+    let bad = put(&cells, "GB5X01NW", 0).unwrap();
+    let whole = std::fs::read(&bad).unwrap();
+    std::fs::write(&bad, &whole[..1000]).unwrap();
+    assert!(!import(&db, &[base.clone(), bad.clone()]).applied);
+    std::fs::remove_file(cells.join("US5WA22M.001")).unwrap();
+    std::fs::write(&bad, whole).unwrap();
+    let report = import(&db, &[base, bad]);
+    assert!(report.applied, "{}", messages(&report));
+    assert_eq!(names(&db), ["GB5X01NW", "GB5X02SE", "US5WA22M"]);
+}
+
+#[test]
 fn flipped_bits_are_refused_or_read_but_never_half_imported() {
     let folder = tempfile::tempdir().unwrap();
     let Some((db, cells)) = start(folder.path()) else { return };
