@@ -114,8 +114,8 @@ fuzz: setup
 	  printf '\n== Fuzzing %s for %s s\n' "$$target" "$(FUZZ_SECONDS)"; \
 	  mkdir -p fuzz/corpus/$$target; \
 	  : the reader of shapefiles tries to reserve what a file claims and fills only what it has; \
-	  at_once=2048; [ $$target != lakes ] || { at_once=1000000; export ASAN_OPTIONS=allocator_may_return_null=1; }; \
-	  RUSTC_BOOTSTRAP=1 cargo fuzz run $$target fuzz/corpus/$$target fuzz/seeds/$$target -- \
+	  at_once=2048; asan=; [ $$target != lakes ] || { at_once=1000000; asan=allocator_may_return_null=1; }; \
+	  ASAN_OPTIONS=$$asan RUSTC_BOOTSTRAP=1 cargo fuzz run $$target fuzz/corpus/$$target fuzz/seeds/$$target -- \
 	    -max_total_time=$(FUZZ_SECONDS) -timeout=60 -rss_limit_mb=2048 -malloc_limit_mb=$$at_once \
 	    -print_final_stats=1 || exit 1; \
 	done
