@@ -71,6 +71,9 @@ test("a track joins what was recorded with what is live, and is bounded", () => 
 });
 
 test("numbers are written in one way", () => {
+  const systems = [{ address: 10256, name: "otter-1" }, { address: 9, name: "otter-1" }, { address: 7, name: null }, { address: 8, name: "a\u202eb" }];
+  assert.deepEqual(format.asCalled(systems, { 10256: "Lutra one" }).map(({ name }) => name), ["Lutra one", "otter-1", "unknown 0x0007", "ab"]);
+  assert.deepEqual(format.asCalled(systems, {}).slice(0, 2).map(({ name }) => name), ["otter-1 (0x2810)", "otter-1 (0x0009)"]);
   assert.equal(format.latitude(63.4459123), "63° 26.755′ N");
   assert.equal(format.longitude(-0.99999999), "001° 00.000′ W");
   assert.equal(format.bearing(-Math.PI / 2), "270° T");

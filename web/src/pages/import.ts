@@ -3,7 +3,7 @@
 import { csrf, getJson, reason } from "../api/http";
 import type { Import, Recorded } from "../api/types.gen";
 import { make, setText } from "../ui/dom";
-import { utc } from "../ui/format";
+import { hexAddress, utc } from "../ui/format";
 
 /** The server is asked how far it is so often, ms. */
 const AGAIN_MS = 1_000;
@@ -93,7 +93,7 @@ async function watchable(root: HTMLElement): Promise<void> {
     root.dataset["told"] = told;
     root.replaceChildren(
       ...series.map(({ system, first_us, last_us }) => {
-        const address = `0x${system.toString(16).toUpperCase().padStart(4, "0")}`;
+        const address = hexAddress(system);
         return make("li", {}, make("a", { href: `/vessels/${system}` }, address), ` ${utc(first_us)} to ${utc(last_us)}`);
       }),
       ...(series.length ? [] : [make("li", { class: "dim" }, "None yet.")]),

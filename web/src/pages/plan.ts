@@ -14,7 +14,7 @@ import { displaced, History, KINDS, middle, placeAt, placesOf, same, type TaskKi
 import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute, setText } from "../ui/dom";
-import { utc } from "../ui/format";
+import { hexAddress, utc } from "../ui/format";
 
 /** What is drawn is judged this long after the last change, ms. */
 const CHECK_MS = 200;
@@ -270,7 +270,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
     const text = textField("What for", "plan-text", now.description, (value) => (value.length <= 500 ? { value } : { wrong: "up to 500 letters" }), (description) => change({ ...now, description }));
     const vessels: (readonly [string, string])[] = [["", "any vessel"], ...Object.entries(names)];
     const vessel = now.vessel === null ? "" : String(now.vessel);
-    if (vessel && !(vessel in names)) vessels.push([vessel, `0x${Number(vessel).toString(16).toUpperCase().padStart(4, "0")}`]);
+    if (vessel && !(vessel in names)) vessels.push([vessel, hexAddress(Number(vessel))]);
     const forWhom = choiceField("For", "plan-vessel", vessel, vessels, (value) => change({ ...now, vessel: value ? Number(value) : null }));
     const repeat = checkField("Begins anew at its end", "plan-repeat", now.repeat, (value) => change({ ...now, repeat: value }));
     const form = choiceField("Coordinates", "minutes", minutes ? "yes" : "no", [["no", "decimal degrees"], ["yes", "degrees and minutes"]], (value) => {

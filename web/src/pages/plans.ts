@@ -5,7 +5,7 @@ import type { ImportedPlan, PlanDocument, PlansAboard, PlanSummary, StoredPlan, 
 import { type Aboard, type Pair, pairs } from "../plan/copies";
 import { durationText, energyText, lengthText } from "../plan/steps";
 import { make } from "../ui/dom";
-import { isShore, systemName, utc } from "../ui/format";
+import { hexAddress, isShore, systemName, utc } from "../ui/format";
 
 const PATIENCE_MS = 15_000;
 /** How long a vessel's answer is waited for, and how often is looked whether it is there, ms. */
@@ -93,7 +93,7 @@ export function startPlans(root: HTMLElement): void {
         return make("tr", {}, make("th", { scope: "row" }, pair.name), ...nobody, ...copies, ...(writable ? [make("td", {})] : []));
       }
       const cells: (Node | string)[] = [
-        plan.vessel === null ? "any vessel" : (names[String(plan.vessel)] ?? `0x${plan.vessel.toString(16).toUpperCase().padStart(4, "0")}`),
+        plan.vessel === null ? "any vessel" : (names[String(plan.vessel)] ?? hexAddress(plan.vessel)),
         plan.problems ? make("span", { class: "bad-text" }, plan.problems === 1 ? "1 problem" : `${plan.problems} problems`) : plan.draft ? "draft" : "saved",
         `${utc(plan.updated_us)} by ${plan.author}`,
         plan.problems ? "—" : [lengthText(plan.total.length_m), durationText(plan.total.duration_s), energyText(plan.total.energy_j)].join(" · "),

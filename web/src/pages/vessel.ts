@@ -25,7 +25,7 @@ import { createChrome } from "../ui/chrome";
 import { make, setAttribute, setText } from "../ui/dom";
 import { createDetections, createLogBook } from "../ui/events";
 import { createEntities } from "../ui/entities";
-import { position, systemName, utc } from "../ui/format";
+import { hexAddress, position, systemName, utc } from "../ui/format";
 import { createLinkLoss } from "../ui/linkloss";
 import { createTabs } from "../ui/tabs";
 import { createTiles } from "../ui/tiles";
@@ -253,7 +253,7 @@ export function startVessel(root: HTMLElement): void {
     pick,
     file: root.dataset["researcher"] === undefined ? undefined : () => {
       const { fromUs, toUs } = ends(range, nowUs());
-      return `${system ? systemName(system) : (given ?? String(address))} ${utc(fromUs)} to ${utc(toUs)}`.replaceAll(":", "");
+      return `${system ? systemName(system) : (given ?? hexAddress(address))} ${utc(fromUs)} to ${utc(toUs)}`.replaceAll(":", "");
     },
   };
   const logBook = createLogBook(panels["Log book"], entity, events);
@@ -267,7 +267,7 @@ export function startVessel(root: HTMLElement): void {
     me: root.dataset["me"] ?? "",
     may: root.dataset["operator"] !== undefined,
     steers: true,
-    name: () => (system ? systemName(system) : (given ?? String(address))),
+    name: () => (system ? systemName(system) : (given ?? hexAddress(address))),
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
   });
@@ -275,7 +275,7 @@ export function startVessel(root: HTMLElement): void {
     address,
     me: root.dataset["me"] ?? "",
     may: root.dataset["operator"] !== undefined,
-    name: () => (system ? systemName(system) : (given ?? String(address))),
+    name: () => (system ? systemName(system) : (given ?? hexAddress(address))),
     openControl: () => tabs.open("Control"),
   });
   const underWay = createUnderWay(mapFrame, map, address);
@@ -452,7 +452,7 @@ export function startVessel(root: HTMLElement): void {
       labels = new Map(Object.entries(system?.entities ?? {}).map(([number, label]) => [Number(number), label ?? ""]));
       plots.live(frame.values);
       parameters.heard(frame);
-      chrome.stop?.target({ address, name: system ? systemName(system) : (given ?? String(address)) });
+      chrome.stop?.target({ address, name: system ? systemName(system) : (given ?? hexAddress(address)) });
       if (system?.fix && ahead.add(system.fix) && isLive(range)) {
         const { fromUs } = ends(range, nowUs());
         track = ahead.all().filter((point) => point.time_us >= fromUs);

@@ -6,6 +6,7 @@ import type { FleetMap } from "../map/map";
 import { type Companion, ends, isLive, type Range } from "../plot/model";
 import { placeAt, Track } from "../state/track";
 import { make, setAttribute, setText } from "../ui/dom";
+import { hexAddress } from "../ui/format";
 import type { Playback } from "./clock";
 import { labelsThen, systemThen } from "./then";
 
@@ -36,7 +37,7 @@ export function besideFrom(query: URLSearchParams, own: number): number[] {
 
 /** A vessel's name, as people gave it, or else its address. */
 function called(address: number, names: Readonly<Record<string, string>>): string {
-  return names[String(address)] ?? `0x${address.toString(16).toUpperCase().padStart(4, "0")}`;
+  return names[String(address)] ?? hexAddress(address);
 }
 
 /** Who is beside, in `root`, with a way to change that; `go` is called with those who shall be. */

@@ -4,7 +4,7 @@ import { getJson, postJson, reason } from "../api/http";
 import type { Alarm, AlarmList, LiveFrame } from "../api/types.gen";
 import { type Alarms, counts, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, withAlarms } from "../state/alarms";
 import { make, setAttribute, setText } from "./dom";
-import { utc } from "./format";
+import { hexAddress, utc } from "./format";
 import { createSound } from "./sound";
 
 const PATIENCE_MS = 8_000;
@@ -23,7 +23,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   let alarms: Alarms = NO_ALARMS;
   let sounded: Alarms | undefined;
   const names = new Map<number, string>();
-  const vesselName = (vessel: number | null): string => (vessel === null ? "Server" : (names.get(vessel) ?? `0x${vessel.toString(16).toUpperCase().padStart(4, "0")}`));
+  const vesselName = (vessel: number | null): string => (vessel === null ? "Server" : (names.get(vessel) ?? hexAddress(vessel)));
 
   const numbers = make("span", { class: "counts" });
   const worst = make("span", { class: "worst" });

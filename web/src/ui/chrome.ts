@@ -9,7 +9,7 @@ import { createAlarms } from "./alarms";
 import { setAttribute, setText } from "./dom";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
-import { systemName } from "./format";
+import { asCalled, hexAddress, systemName } from "./format";
 
 export interface ChromeHandlers {
   /** A frame came. */
@@ -34,6 +34,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   const requests = asked ? createRequests(asked, asked.dataset["me"] ?? "") : undefined;
   const alarmBox = document.getElementById("alarms");
   const bar = alarmBox ? createAlarms(alarmBox) : undefined;
+  const names = givenNames();
   let alarms = NO_ALARMS;
   let state = EMPTY;
   palette();
@@ -48,8 +49,8 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
         setAttribute(trouble, "hidden", state.recording ? null : "");
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
       }
-      stop?.frame(frame, named(state));
-      requests?.frame(frame, (address) => called(state, address));
+      stop?.frame(frame, named(state, names));
+      requests?.frame(frame, (address) => called(state, names, address));
       if (bar) alarms = bar.frame(frame);
       handlers.frame?.(state, frame);
     },
@@ -65,13 +66,21 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   return { stop, alarms: () => alarms };
 }
 
-function called(state: FleetState, address: number): string {
+function called(state: FleetState, names: Names, address: number): string {
   const system = state.systems.get(address);
-  return system ? systemName(system) : `0x${address.toString(16).toUpperCase().padStart(4, "0")}`;
+  return names[String(address)] ?? (system ? systemName(system) : hexAddress(address));
 }
 
-function named(state: FleetState): System[] {
-  return [...state.systems.values()].sort((one, other) => systemName(one).localeCompare(systemName(other)));
+type Names = Readonly<Record<string, string>>;
+
+/** The names that people gave vessels, where the page has them. */
+function givenNames(): Names {
+  const told = document.querySelector<HTMLElement>("[data-names], [data-vessels]")?.dataset;
+  return JSON.parse(told?.["names"] ?? told?.["vessels"] ?? "{}") as Names;
+}
+
+function named(state: FleetState, names: Names): System[] {
+  return asCalled([...state.systems.values()], names).sort((one, other) => systemName(one).localeCompare(systemName(other)));
 }
 
 /** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */

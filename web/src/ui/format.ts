@@ -96,7 +96,26 @@ export function isShore(system: { doors: readonly string[] }): boolean {
   return system.doors.length > 0 && system.doors.every((door) => door === "shore");
 }
 
+/** Letters that turn the direction of what is read: a name with them looks like another. */
+const TURNING = /[\u200e\u200f\u202a-\u202e\u2066-\u2069]/g;
+
+/** An IMC address as people write it. */
+export function hexAddress(address: number): string {
+  return `0x${address.toString(16).toUpperCase().padStart(4, "0")}`;
+}
+
 /** A system's name, or its address where nobody has named it. */
 export function systemName(system: { address: number; name: string | null }): string {
-  return system.name ?? `unknown 0x${system.address.toString(16).toUpperCase().padStart(4, "0")}`;
+  return system.name?.replace(TURNING, "") || `unknown ${hexAddress(system.address)}`;
+}
+
+/**
+ * Systems as people call them: by the name they were given, else by what they announce. A name that several have is told
+ * with the address: nobody stops another's vessel by its name.
+ */
+export function asCalled<S extends { address: number; name: string | null }>(systems: readonly S[], given: Readonly<Record<string, string>>): S[] {
+  const called = systems.map((system) => ({ ...system, name: systemName({ ...system, name: given[String(system.address)] ?? system.name }) }));
+  const counts = new Map<string, number>();
+  for (const { name } of called) counts.set(name, (counts.get(name) ?? 0) + 1);
+  return called.map((system) => ((counts.get(system.name) ?? 0) > 1 ? { ...system, name: `${system.name} (${hexAddress(system.address)})` } : system));
 }
