@@ -164,6 +164,12 @@ test("a time on the track is a place between its points", () => {
   assert.equal(placeAt([at(0, 63), at(10, 64)], 5).lat_deg, 63.5);
   assert.equal(placeAt([at(0, 63)], 30e6), undefined);
   assert.equal(placeAt([], 5), undefined);
+  const [gone, back] = [at(0, 63), at(600e6, 64)];
+  const silence = [{ from_us: 1e6, to_us: 599e6 }];
+  assert.equal(placeAt([gone, back], 300e6, silence), undefined, "nobody knows where it was");
+  assert.ok(placeAt([gone, back], 2e6, silence), "but right after it was heard");
+  assert.ok(placeAt([gone, at(290e6, 63), at(310e6, 63), back], 300e6, silence), "and once it told, late");
+  assert.ok(placeAt([gone, back], 300e6, []), "a straight way has no points between");
 });
 
 const control = await load("state/control");

@@ -93,6 +93,7 @@ export function startVessel(root: HTMLElement): void {
   let lastLabels: Labels = new Map();
   let track: readonly TrackPoint[] = [];
   let catalogue: readonly Series[] = [];
+  let silences: readonly Gap[] = [];
   let link: LinkStatus | undefined;
   let chosen: readonly Source[] = [];
   const ahead = new Track();
@@ -128,7 +129,7 @@ export function startVessel(root: HTMLElement): void {
       asker.want(us);
       // The plot that is pointed to has its cursor by itself, and has told the others.
       if (!byPlot || hoverUs === null || play?.playing) plots.cursor(us);
-      const place = us === null ? undefined : placeAt(track, us);
+      const place = us === null ? undefined : placeAt(track, us, silences);
       // Where the replayed vessel itself is drawn, a mark would only hide it.
       map.overlays.cursor(us === play?.atUs ? null : (place ?? null));
       setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
@@ -357,6 +358,7 @@ export function startVessel(root: HTMLElement): void {
         getJson<Entity[]>(`${path}/entities`),
       ]);
       catalogue = series;
+      silences = gaps;
       named = entities;
       lastLabels = labelsThen(named, Infinity);
       then = undefined;
@@ -398,7 +400,7 @@ export function startVessel(root: HTMLElement): void {
     if (play) {
       const known: Values = asItWas()?.values ?? new Map();
       map.track(address, track, play.atUs);
-      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs), play.atUs), ...others], address, play.atUs);
+      map.update([systemThen(address, given ?? system?.name ?? nameThen(known), known, placeAt(track, play.atUs, silences), play.atUs), ...others], address, play.atUs);
     } else if (system) map.update([system, ...others].map((one) => asSeen(one, state.values.get(one.address), nowUs(), linked)), address, nowUs());
   };
   const draw = (): void => {

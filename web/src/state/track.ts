@@ -40,14 +40,23 @@ export class Track {
 /** Before a track and after it there is no place, but for this, µs. */
 const APART_US = 5_000_000;
 
-/** Where the vessel was at this time, between the points of its track; undefined where that is not known. */
-export function placeAt(points: readonly TrackPoint[], us: number): TrackPoint | undefined {
+/** A time of which nothing was recorded, µs since 1970 UTC. */
+export type Silence = { readonly from_us: number; readonly to_us: number };
+
+/**
+ * Where the vessel was at this time, between the points of its track; undefined where that is not known, as within one of
+ * `silences`.
+ */
+export function placeAt(points: readonly TrackPoint[], us: number, silences: readonly Silence[] = []): TrackPoint | undefined {
   const low = pointsUntil(points, us);
   const [before, after] = [points[low - 1], points[low]];
   if (!before || !after) {
     const end = before ?? after;
     return end && Math.abs(end.time_us - us) < APART_US ? end : undefined;
   }
+  // What was missed may have come since, with its places.
+  const missed = ({ from_us, to_us }: Silence): boolean => us > from_us + APART_US && us < to_us - APART_US && before.time_us <= from_us + APART_US && after.time_us >= to_us - APART_US;
+  if (silences.some(missed)) return undefined;
   // A simplified track has few points where the vessel went straight, so that what lies between two is known.
   const along = (us - before.time_us) / Math.max(1, after.time_us - before.time_us);
   return {
