@@ -34,6 +34,9 @@ fn a_cell_is_imported_asked_exported_and_removed() {
     // The census of data/charts/README.md.
     assert_eq!(json(data, &["info", "gb5x01nw"])["charts"][0]["classes"]["DEPARE"], 54);
     assert_eq!(json(data, &["depth", "--at", "-32.0,60.9"])["water"], "no data");
+    let point = chart(data, &["depth", "--at", "-32.47,60.9"]);
+    assert!(String::from_utf8_lossy(&point.stderr).contains("--radius M"), "single rocks are not looked at");
+    assert!(chart(data, &["depth", "--at", "-32.47,60.9", "--radius", "10"]).stderr.is_empty());
     let corridor = json(data, &["corridor", "--from", "-32.49,60.88", "--to", "-32.46,60.95"]);
     assert_eq!(corridor["object"]["chart"], "GB5X01NW", "{corridor}");
 

@@ -97,6 +97,7 @@ pub(super) fn depth(db: &Path, json: bool, arguments: &DepthArguments) -> anyhow
     let answer = if arguments.radius > 0.0 || demand.position_m > 0.0 || arguments.needs.errors {
         index.shallowest_within(arguments.at, arguments.radius, &demand)
     } else {
+        complain!("rocks, wrecks and soundings beside the place are not looked at; --radius M does");
         index.depth_at(arguments.at, &demand)
     };
     if json {
