@@ -17,6 +17,8 @@ import { createStyles } from "./style";
 const DEPTH_MS = 120;
 /** Whether the chart set is another one is asked so often, ms. */
 const AGAIN_MS = 60_000;
+/** A vessel that has not told its limits yet is asked again this much later, and twice as much each time, ms. */
+const OWN_AGAIN_MS = 5_000;
 /** After tiles did not come the server is asked again this much later, and twice as much each time, ms. */
 const LOST_MS = 3_000;
 /** Objects this near to a click are told, px. */
@@ -255,22 +257,25 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     if (!busy() && !map.hasFeatureAtPixel(event.pixel, { hitTolerance: 8, layerFilter: (layer) => (layer.getZIndex() ?? 0) >= 0 })) void ask(event.coordinate, false);
   });
 
+  // What the vessel has told anybody does; it is asked only where it has told nobody. One that has no such guard, is not
+  // heard or may not be asked has the limits of the server.
   const reader = vessel === undefined ? undefined : createReader(`/api/v1/vessels/${vessel}`);
-  const learnOwn = async (): Promise<void> => {
-    if (!reader) return;
-    // What the vessel has told anybody does; it is asked only where it has told nobody.
-    const told = ownLimits(await reader.known()) ?? ownLimits((await reader.read([GUARD_ENTITY])).told);
-    if (!told || (told.navigable_m === own?.navigable_m && told.autonomous_m === own.autonomous_m)) return;
-    own = told;
-    if (chart) drawSafety(chart);
+  let untold: number | undefined;
+  let soon = OWN_AGAIN_MS;
+  const learnOwn = async (from: NonNullable<typeof reader>): Promise<void> => {
+    const told = await from.known().then(async (known) => ownLimits(known) ?? ownLimits((await from.read([GUARD_ENTITY])).told)).catch(() => undefined);
+    if (told && (told.navigable_m !== own?.navigable_m || told.autonomous_m !== own.autonomous_m)) {
+      own = told;
+      if (chart) drawSafety(chart);
+    }
+    if (gone) return;
+    untold = window.setTimeout(() => void learnOwn(from), own ? AGAIN_MS : soon);
+    soon = Math.min(AGAIN_MS, 2 * soon);
   };
-  const learnAll = (): void => {
-    void learn();
-    // A vessel that has no such guard, is not heard or may not be asked has the limits of the server.
-    learnOwn().catch(() => undefined);
-  };
-  learnAll();
-  const again = window.setInterval(learnAll, AGAIN_MS);
+  let gone = false;
+  if (reader) void learnOwn(reader);
+  void learn();
+  const again = window.setInterval(() => void learn(), AGAIN_MS);
   return {
     onChart(then) {
       learnt.push(then);
@@ -284,6 +289,8 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     dispose() {
       window.clearInterval(again);
       window.clearTimeout(waiting);
+      gone = true;
+      window.clearTimeout(untold);
       asked.abort();
     },
   };
