@@ -360,7 +360,7 @@ impl Commands {
         self.all.values().filter(move |one| one.revision > revision)
     }
 
-    /// The plans that a vessel stores, as far as it said: kept of the [`VESSELS`] that said so last, unknown again of
+    /// The plans that a vessel stores, as far as it said: kept of the 256 vessels that said so last, unknown again of
     /// others until they are asked anew.
     pub fn aboard(&self, vessel: Address) -> Option<&PlansAboard> {
         self.aboard.get(&vessel).map(|(_, plans)| plans)
