@@ -59,6 +59,11 @@ await inBrowser(async (open) => {
   await row(page, "not_heard").getByText("more urgent because nobody acknowledged it").waitFor({ timeout: 90_000 });
   await page.waitForFunction(() => window.tones >= 4);
   check((await bar(page).getAttribute("data-priority")) === "alarm", "it is an alarm now");
+  const flashing = () => page.evaluate(() => document.querySelector(".alarms .counts").getAnimations({ subtree: true }).length);
+  check((await flashing()) > 0, "what nobody acknowledged flashes");
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  check((await flashing()) === 0, "but not for who wants no motion");
+  await page.emulateMedia({ reducedMotion: null });
   await look(page, "alarms-escalated");
   await page.getByRole("button", { name: /^Acknowledge: otter-0: not heard/ }).press("Enter");
   await row(page, "not_heard").getByText("acknowledged by admin").waitFor();

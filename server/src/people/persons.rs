@@ -168,7 +168,9 @@ fn somebody_manages(db: &Connection) -> Result<(), Fault> {
         |row| row.get(0),
     )?;
     if admins == 0 {
-        return Err(Fault::Refused("The server needs an admin: the first person is one, and the last admin stays until somebody else is one.".to_owned()));
+        let text = "The server needs an admin: the first person is one, and the last admin stays until somebody else \
+                    is one.";
+        return Err(Fault::Refused(text.to_owned()));
     }
     Ok(())
 }

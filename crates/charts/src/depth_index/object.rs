@@ -169,8 +169,8 @@ impl Source {
         words.join(" ")
     }
 
-    /// Less answers before more: supplements, which answer beside the others, finer band, larger scale, newer issue, then the name so that the order is
-    /// the same in every run.
+    /// Less answers before more: supplements, which answer beside the others, finer band, larger scale, newer issue,
+    /// then the name so that the order is the same in every run.
     pub(crate) fn rank(&self) -> impl Ord + use<> {
         let scale = if self.scale == 0 { u32::MAX } else { self.scale };
         let newer = std::cmp::Reverse(self.issue_date.clone());
