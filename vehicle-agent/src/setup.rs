@@ -7,7 +7,7 @@ use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, Vecto
 use imc::Address;
 use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, VehicleModel};
 use onboard::parameters::{self, Parameter};
-use onboard::{Chart, ChartTrust, Entity, GroundingAction, Settings};
+use onboard::{Chart, Entity, GroundingAction, Settings};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
@@ -320,11 +320,6 @@ fn grounding(config: &Config, settings: &mut Settings) {
         };
     }
     grounding.refuses_without = section.get(&schema::WITHOUT_CHART) == "refuse";
-    grounding.limits.trust = match section.get(&schema::TRUST) {
-        "all errors" => ChartTrust::AllErrors(ChartTrust::STANDARD),
-        "depth errors" => ChartTrust::DepthErrors(ChartTrust::STANDARD),
-        _ => ChartTrust::AsCharted,
-    };
     grounding.action = match section.get(&schema::ACTION) {
         "warn" => GroundingAction::Warn,
         "slow" => GroundingAction::Slow,

@@ -10,6 +10,7 @@
 
 use crate::entity::Entity;
 use crate::settings::Settings;
+use charts::depth_index::ChartTrust;
 use config::schema::{
     common, control as loops, control::course_speed, control::course_speed_force, control::remote, general,
     mission::maneuver, mission::navigation as gnss, path, path::ilos, path::vector_field, transport, watch,
@@ -55,6 +56,8 @@ enum Place {
     Limit(fn(&mut Settings) -> Option<&mut Option<f64>>, f64),
     /// A number that decides more than a number.
     Choice(fn(&Settings) -> Option<f64>, fn(&mut Settings, f64)),
+    /// One of the schema's words.
+    Word(fn(&Settings) -> &'static str, fn(&mut Settings, &str)),
 }
 
 /// Why a value was not taken.
@@ -104,6 +107,16 @@ const FOLLOW_REFERENCE: Homes = &[&maneuver::FOLLOW_REFERENCE];
 /// All parameters.
 pub fn all() -> Vec<Parameter> {
     [control_loops(), path_control(), navigation(), watching(), grounding(), maneuvers()].concat()
+}
+
+/// Takes what a vessel told of a parameter into settings that stand for it. What is unknown here, or no value by the
+/// schema, changes nothing.
+pub fn take_told(settings: &mut Settings, entity: &str, name: &str, text: &str) {
+    let told = |one: &Parameter| one.entity.label_and_task().0 == entity && one.name == name;
+    if let Some(parameter) = all().iter().find(|one| told(one)) {
+        // A vessel of another version may have what we refuse.
+        let _ = parameter.set(settings, text);
+    }
 }
 
 impl Parameter {
@@ -265,12 +278,16 @@ fn watching() -> Vec<Parameter> {
 
 fn grounding() -> Vec<Parameter> {
     use watch::grounding as schema;
-    let of = |spec, at| Parameter::new(Entity::Grounding, GROUNDING, spec, Place::Number(at, 1.0));
+    let new = |spec, place| Parameter::new(Entity::Grounding, GROUNDING, spec, place);
+    let of = |spec, at| new(spec, Place::Number(at, 1.0));
     vec![
         of(schema::NAVIGABLE.spec, |s| Some(&mut s.grounding.limits.navigable_m)).file_only(),
         of(schema::AUTONOMOUS.spec, |s| Some(&mut s.grounding.limits.autonomous_m)).file_only(),
         of(schema::DRAUGHT.spec, |s| Some(&mut s.grounding.limits.draught_m)).file_only(),
         of(schema::SQUAT.spec, |s| Some(&mut s.grounding.limits.squat_m)).file_only(),
+        new(schema::AIR_DRAUGHT.spec, Place::Limit(|s| Some(&mut s.grounding.limits.air_draught_m), 0.0))
+            .file_only(),
+        new(schema::TRUST.spec, Place::Word(trust, set_trust)).file_only(),
         of(schema::WATER_LEVEL.spec, |s| Some(&mut s.grounding.limits.water_level_m)).file_only(),
         of(schema::POSITION.spec, |s| Some(&mut s.grounding.limits.position_m)).file_only(),
         of(schema::CROSS_TRACK.spec, |s| Some(&mut s.grounding.limits.cross_track_m)).file_only(),
@@ -318,6 +335,22 @@ fn corridor(settings: &mut Settings) -> Option<&mut control::Corridor> {
         Law::VectorField(field) => Some(&mut field.corridor),
         Law::PurePursuit => None,
     }
+}
+
+fn trust(settings: &Settings) -> &'static str {
+    match settings.grounding.limits.trust {
+        ChartTrust::AsCharted => "as charted",
+        ChartTrust::DepthErrors(_) => "depth errors",
+        ChartTrust::AllErrors(_) => "all errors",
+    }
+}
+
+fn set_trust(settings: &mut Settings, word: &str) {
+    settings.grounding.limits.trust = match word {
+        "all errors" => ChartTrust::AllErrors(ChartTrust::STANDARD),
+        "depth errors" => ChartTrust::DepthErrors(ChartTrust::STANDARD),
+        _ => ChartTrust::AsCharted,
+    };
 }
 
 /// 0 leaves it to the table of the hull.
@@ -373,6 +406,7 @@ impl Parameter {
             }
             Place::Limit(at, off) => short(at(&mut copy)?.unwrap_or(*off)),
             Place::Choice(get, _) => short(get(settings)?),
+            Place::Word(get, _) => get(settings).to_owned(),
         })
     }
 
@@ -413,9 +447,14 @@ impl Parameter {
             (pid.kp, pid.ki, pid.kd) = (*kp, *ki, *kd);
             return Ok(true);
         }
+        if let Place::Word(_, set) = &self.place {
+            let Some(word) = <&'static str>::from_value(&value) else { return Ok(false) };
+            set(settings, word);
+            return Ok(true);
+        }
         let Some(number) = f64::from_value(&value) else { return Ok(false) };
         match &self.place {
-            Place::Gains(_) => return Ok(false),
+            Place::Gains(_) | Place::Word(..) => return Ok(false),
             Place::Number(at, factor) => match at(settings) {
                 Some(place) => *place = number * factor,
                 None => return Ok(false),

@@ -5,6 +5,7 @@ use crate::grounding::GroundingSettings;
 use crate::navigation::NavigationSettings;
 use control::{CourseSpeedConfig, GuidanceConfig, PathConfig, RemoteConfig};
 use imc::Address;
+use mission::guard::GuardLimits;
 use mission::{BatteryConfig, EngineConfig, LimitsConfig, LostCommsConfig, PlanLimits};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddrV4;
@@ -212,6 +213,16 @@ impl Settings {
             return Err("the disk's warning level must not be below its error level".to_owned());
         }
         self.grounding.limits.validate().map_err(|error| error.to_string())
+    }
+
+    /// What plans are held against the chart by: the smallest circles that are really sailed count too.
+    pub fn guard_limits(&self) -> GuardLimits {
+        let maneuver = &self.mission.engine.maneuver;
+        GuardLimits {
+            least_loiter_m: maneuver.loiter_min_radius_m,
+            least_station_m: maneuver.station_min_radius_m,
+            ..self.grounding.limits
+        }
     }
 
     /// An Otter with this name and address, everything else as usual.

@@ -18,7 +18,7 @@ pub(crate) use parcel::Parcel;
 use crate::config::Config;
 use cache::Cache;
 use chartdb::{Chart, ChartDb, hex};
-use charts::depth_index::DepthIndex;
+use charts::depth_index::{Demand, DepthIndex};
 use charts::tile::{NoTile, Sheet, SheetSource};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -92,15 +92,10 @@ pub(crate) struct Set {
 impl Charts {
     /// Nothing yet; [`Self::look`] takes what is there.
     pub(crate) fn new(config: &Config) -> Self {
-        let limits = GuardLimits {
-            navigable_m: config.charts.navigable_m,
-            autonomous_m: config.charts.autonomous_m,
-            ..GuardLimits::default()
-        };
         let cache_bytes = usize::try_from(config.charts.tiles_mib << 20).unwrap_or(usize::MAX);
         Self(Arc::new(Shared {
             path: config.chart_set(),
-            limits,
+            limits: config.charts.limits(),
             cache_bytes,
             now: RwLock::default(),
             seen: Mutex::default(),
@@ -108,7 +103,7 @@ impl Charts {
         }))
     }
 
-    /// What is demanded of the water.
+    /// What is demanded of the water where no vessel told its own limits.
     pub(crate) fn limits(&self) -> &GuardLimits {
         &self.0.limits
     }
@@ -185,10 +180,21 @@ impl Charts {
         }
     }
 
-    /// What the guard says of a plan; `None` where there is no chart.
-    pub(crate) fn guard(&self, plan: &Plan, from: Option<LatLon>) -> Option<api::Guard> {
+    /// Whether an operator could steer there with these limits; not where there is no chart.
+    pub(crate) fn afloat(&self, place: LatLon, limits: &GuardLimits) -> bool {
+        let demand = Demand { position_m: 0.0, ..limits.demand(limits.navigable_m) };
+        self.set().is_some_and(|set| set.index.depth_at(place, &demand).navigable)
+    }
+
+    /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
+    pub(crate) fn guard(
+        &self,
+        plan: &Plan,
+        from: Option<LatLon>,
+        limits: &GuardLimits,
+    ) -> Option<api::Guard> {
         match self.now() {
-            Now { set: Some(set), .. } => Some(told(&check_plan(plan, from, &set.index, self.limits()))),
+            Now { set: Some(set), .. } => Some(told(&check_plan(plan, from, &set.index, limits))),
             Now { set: None, trouble: Some(trouble) } => Some(guard::without(&trouble)),
             Now { set: None, trouble: None } => None,
         }

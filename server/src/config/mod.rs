@@ -11,6 +11,7 @@ pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
 pub use sinks::{Influx, Sinks};
 
+use mission::guard::GuardLimits;
 use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -92,8 +93,22 @@ pub struct Charts {
     pub navigable_m: f64,
     /// Least depth in which it may go by itself (m).
     pub autonomous_m: f64,
+    /// Height above the water of a vessel that has not told its own (m); 0 passes under everything.
+    pub air_draught_m: f64,
     /// MiB of drawn tiles that are kept in memory.
     pub tiles_mib: u64,
+}
+
+impl Charts {
+    /// What the guard demands of the water for a vessel that has not told its own limits.
+    pub(crate) fn limits(&self) -> GuardLimits {
+        GuardLimits {
+            navigable_m: self.navigable_m,
+            autonomous_m: self.autonomous_m,
+            air_draught_m: Some(self.air_draught_m).filter(|height_m| *height_m > 0.0),
+            ..GuardLimits::default()
+        }
+    }
 }
 
 /// What the server tells about itself.
@@ -153,7 +168,7 @@ impl Default for People {
 
 impl Default for Charts {
     fn default() -> Self {
-        Self { set: PathBuf::new(), navigable_m: 1.0, autonomous_m: 5.0, tiles_mib: 64 }
+        Self { set: PathBuf::new(), navigable_m: 1.0, autonomous_m: 5.0, air_draught_m: 2.0, tiles_mib: 64 }
     }
 }
 
@@ -221,6 +236,7 @@ impl Config {
             self.charts.navigable_m <= self.charts.autonomous_m,
             "charts.navigable_m must not be more than charts.autonomous_m",
         );
+        check((0.0..=100.0).contains(&self.charts.air_draught_m), "charts.air_draught_m must be 0 to 100 m");
         check((1..=4096).contains(&self.charts.tiles_mib), "charts.tiles_mib must be 1 to 4096 MiB");
         check(
             self.log.level.parse::<tracing_subscriber::filter::Targets>().is_ok(),

@@ -1,17 +1,58 @@
 //! The guard against grounding before a vessel is ordered to go somewhere.
 //!
-//! A plan that goes aboard, one that is to be started and a place to go to are held against the chart with the way
-//! from where the vessel said last to be. A plan aboard is known by its digest: one that nobody drew here is judged
-//! by the vessel alone, which has the same guard.
+//! A plan that is drawn, saved or goes aboard, one that is to be started and a place to go to are held against the chart
+//! by the limits that the vessel told of its own guard, but never with less water than the server demands. A plan
+//! aboard is known by its digest: one that nobody drew here is judged by the vessel alone, if it has a guard; a DUNE
+//! vessel has none.
 
 use super::error::ApiError;
+use crate::charts::Charts;
 use crate::plans;
 use crate::shore::AppState;
 use axum::http::StatusCode;
 use hub::{Hub, Order};
 use imc::Address;
 use imc::messages::PlanSpecification;
-use mission::guard::Outcome;
+use mission::Plan;
+use mission::guard::{GuardLimits, Outcome};
+use units::LatLon;
+
+/// What a plan is judged by.
+pub(super) struct Judge {
+    charts: Charts,
+    limits: GuardLimits,
+    from: Option<LatLon>,
+}
+
+impl Judge {
+    /// For a plan that is to be sailed some day. The way to its first place counts from where the vessel is, if it is
+    /// heard and afloat: from a trailer or a quay nobody sails.
+    pub(super) async fn of_drawing(state: &AppState, vessel: Option<Address>) -> Self {
+        let Some(vessel) = vessel else {
+            return Self { charts: state.charts.clone(), limits: *state.charts.limits(), from: None };
+        };
+        let judge = Self::of(state, vessel).await;
+        let from = state.fleet.place_now(vessel).await;
+        Self { from: from.filter(|place| judge.charts.afloat(*place, &judge.limits)), ..judge }
+    }
+
+    /// For a plan that begins now, wherever the vessel said last to be.
+    async fn of_start(state: &AppState, vessel: Address) -> Self {
+        Self { from: state.fleet.place(vessel).await, ..Self::of(state, vessel).await }
+    }
+
+    async fn of(state: &AppState, vessel: Address) -> Self {
+        let floor = state.charts.limits();
+        let own = state.fleet.guard_limits(vessel).await;
+        let limits = own.map_or(*floor, |own| own.at_least(floor));
+        Self { charts: state.charts.clone(), limits, from: None }
+    }
+
+    /// What the guard says; `None` where there is no chart.
+    pub(super) fn guard(&self, plan: &Plan) -> Option<api::Guard> {
+        self.charts.guard(plan, self.from, &self.limits)
+    }
+}
 
 /// Why the order is not given, if it leads into danger by the chart.
 ///
@@ -30,10 +71,13 @@ pub(crate) async fn danger(
         other => other.plan(),
     };
     let Some(plan) = plan else { return Ok(None) };
-    let from = state.fleet.place(vessel).await;
-    let charts = state.charts.clone();
-    let judge = move || plans::understood(&plan).and_then(|plan| charts.guard(&plan, from));
-    let guard = tokio::task::spawn_blocking(judge).await.map_err(|error| ApiError::internal(&error))?;
+    let judge = match order {
+        // It goes aboard today and is started another day.
+        Order::Upload(_) => Judge::of_drawing(state, Some(vessel)).await,
+        _ => Judge::of_start(state, vessel).await,
+    };
+    let judged = move || plans::understood(&plan).and_then(|plan| judge.guard(&plan));
+    let guard = tokio::task::spawn_blocking(judged).await.map_err(|error| ApiError::internal(&error))?;
     Ok(guard.filter(|guard| guard.outcome == Outcome::Refused.code()).map(|guard| {
         let text = format!("The chart shows danger: {}", guard.text);
         ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "grounding", text)

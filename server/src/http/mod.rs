@@ -3,6 +3,8 @@
 mod alarms;
 #[cfg(test)]
 mod alarms_tests;
+#[cfg(test)]
+mod ashore_aboard_tests;
 mod asked;
 mod assets;
 #[cfg(test)]

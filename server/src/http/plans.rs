@@ -7,6 +7,7 @@ use super::asked::{Asked, InPath};
 use super::caller::Caller;
 use super::control::{self, Issuer};
 use super::error::ApiError;
+use super::grounding::Judge;
 use super::guard::Who;
 use crate::clock;
 use crate::people::{Fault, Principal};
@@ -61,7 +62,7 @@ pub(crate) async fn read(
     Asked(query): Asked<PlanQuery>,
 ) -> Result<Json<StoredPlan>, ApiError> {
     let row = find(&state, &who, id, query.revision).await?;
-    stored(&state, row).await.map(Json)
+    stored(&state, &who, row).await.map(Json)
 }
 
 /// `GET /api/v1/plans/{id}/revisions`.
@@ -111,9 +112,9 @@ pub(crate) async fn save(
     };
     let row = find(&state, &who, id, None).await?;
     match done {
-        Ok(()) => Ok(Json(stored(&state, row).await?).into_response()),
+        Ok(()) => Ok(Json(stored(&state, &who, row).await?).into_response()),
         Err(Fault::Refused(text)) if row.revision != from => {
-            let newer = stored(&state, row).await?;
+            let newer = stored(&state, &who, row).await?;
             let body = json!({ "error": { "code": "newer_revision", "text": text }, "newer": newer });
             Ok((StatusCode::CONFLICT, Json(body)).into_response())
         }
@@ -160,17 +161,18 @@ pub(crate) async fn restore(
         plans::restore(db, id, Change { author: &author, now: clock::now(), draft: false })
     };
     state.people.act(&who, caller.address.to_string(), "plan.restore", row.plan.name, work).await?;
-    stored(&state, find(&state, &who, id, None).await?).await.map(Json)
+    stored(&state, &who, find(&state, &who, id, None).await?).await.map(Json)
 }
 
 /// `POST /api/v1/plans/check`.
 pub(crate) async fn check(
     State(state): State<AppState>,
+    Who(who): Who,
     sent: Sent<PlanDocument>,
 ) -> Result<Json<PlanCheck>, ApiError> {
     let plan = taken(sent)?;
     plans::limits(&plan).map_err(refused)?;
-    judged(&state, plan).await.map(Json)
+    judged(&state, &who, plan).await.map(Json)
 }
 
 /// `POST /api/v1/plans/{id}/upload`.
@@ -255,7 +257,7 @@ async fn keep_new(
         plans::create(db, plan, Change { author: &author, now: clock::now(), draft: true })
     };
     let id = state.people.act(who, caller.address.to_string(), action, subject, work).await?;
-    stored(state, find(state, who, id, None).await?).await
+    stored(state, who, find(state, who, id, None).await?).await
 }
 
 /// The name of a plan that the person may see, and whether they may change it.
@@ -308,14 +310,15 @@ async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> R
     tokio::task::spawn_blocking(work).await.map_err(|error| ApiError::internal(&error))
 }
 
-/// What is told of a plan, by the chart too. Where a vessel would come from is not known here.
-async fn judged(state: &AppState, plan: PlanDocument) -> Result<PlanCheck, ApiError> {
-    let charts = state.charts.clone();
-    slow(move || plans::check_with(&plan, clock::now(), |plan| charts.guard(plan, None))).await
+/// What is told of a plan, by the chart too. Where its vessel is counts only for who may see the vessel.
+async fn judged(state: &AppState, who: &Principal, plan: PlanDocument) -> Result<PlanCheck, ApiError> {
+    let seen = plan.vessel.filter(|vessel| who.grants.on(*vessel).is_some());
+    let judge = Judge::of_drawing(state, seen.map(Address)).await;
+    slow(move || plans::check_with(&plan, clock::now(), |plan| judge.guard(plan))).await
 }
 
-async fn stored(state: &AppState, row: Row) -> Result<StoredPlan, ApiError> {
-    let check = judged(state, row.plan.clone()).await?;
+async fn stored(state: &AppState, who: &Principal, row: Row) -> Result<StoredPlan, ApiError> {
+    let check = judged(state, who, row.plan.clone()).await?;
     Ok(StoredPlan {
         id: row.id,
         revision: row.revision,

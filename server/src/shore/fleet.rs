@@ -3,15 +3,21 @@
 use super::{Changes, Wanted, alarms, control, decode};
 use crate::relay::Relay;
 use api::{Fix, Liveness};
-use hub::{Hub, Now, SeriesKey, System};
+use hub::{Hub, Now, Question, SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
+use mission::guard::GuardLimits;
+use onboard::{Entity, Settings};
 use std::sync::Arc;
 use tokio::sync::watch;
 use units::LatLon;
 
 /// Series handed over at once; a client that wants more gets the rest with its next frame.
 const AT_ONCE: usize = 20_000;
+
+/// The parts of a vessel whose parameters its guard goes by, and the one that no guard is without.
+const GUARD_PARTS: [Entity; 2] = [Entity::Grounding, Entity::Maneuver];
+const AUTONOMOUS_DEPTH: &str = "Autonomous Depth";
 
 /// The way to the fleet's state; cheap to clone.
 #[derive(Clone)]
@@ -35,6 +41,34 @@ impl Fleet {
         let look = move |hub: &mut Hub, _| hub.fleet().system(vessel).and_then(fix);
         let fix = self.relay.look(look).await.ok()??;
         LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
+    }
+
+    /// Where a vessel that is heard now is.
+    pub(crate) async fn place_now(&self, vessel: Address) -> Option<LatLon> {
+        let look = move |hub: &mut Hub, now: Now| {
+            let live = |system: &&System| system.liveness(now.mono) == hub::Liveness::Live;
+            hub.fleet().system(vessel).filter(live).and_then(fix)
+        };
+        let fix = self.relay.look(look).await.ok()??;
+        LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
+    }
+
+    /// What the vessel's own guard goes by, as it told its parameters; `None` where it has not, which it is asked for.
+    pub(crate) async fn guard_limits(&self, vessel: Address) -> Option<GuardLimits> {
+        let look = move |hub: &mut Hub, now: Now| {
+            let told = guard_limits(hub, vessel);
+            if told.is_none() {
+                let questions =
+                    GUARD_PARTS.map(|part| Question::Parameters(part.label_and_task().0.to_owned()));
+                // Too many questions at once: the next check asks again.
+                let packets = hub.commands_mut().told_mut().ask(now, vessel, &questions).unwrap_or_default();
+                for packet in &packets {
+                    hub.send(now, packet);
+                }
+            }
+            told
+        };
+        self.relay.look(look).await.ok()?
     }
 
     /// What changed after `since`, how the systems are if `described`, and of who
@@ -61,6 +95,22 @@ impl Fleet {
     pub(crate) fn revision(&self) -> watch::Receiver<u64> {
         self.relay.revision()
     }
+}
+
+/// The vessel's settings as it told them; nothing of one that tells no depth that it keeps to.
+fn guard_limits(hub: &Hub, vessel: Address) -> Option<GuardLimits> {
+    let told = hub.commands().told();
+    let mut settings = Settings::otter("told", vessel);
+    let mut guarded = false;
+    for part in GUARD_PARTS {
+        let label = part.label_and_task().0;
+        let of = told.entities(vessel).find(|(entity, _)| *entity == label);
+        for (name, value) in of.into_iter().flat_map(|(_, told)| &told.parameters) {
+            guarded |= name == AUTONOMOUS_DEPTH;
+            onboard::parameters::take_told(&mut settings, label, name, &value.value);
+        }
+    }
+    guarded.then(|| settings.guard_limits())
 }
 
 fn systems(fleet: &hub::Fleet, now: Now, wanted: &Wanted) -> Vec<api::System> {

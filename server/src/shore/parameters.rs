@@ -90,13 +90,18 @@ fn description(parameter: &Parameter, section: &SectionSpec, spec: &ParamSpec) -
             let texts: Vec<String> = default.iter().map(f64::to_string).collect();
             (items, Some((min, max)), texts.join(", "))
         }
+        Kind::Choice { default, .. } => (None, None, default.to_owned()),
         _ => (None, None, String::new()),
+    };
+    let doc = match spec.kind {
+        Kind::Choice { options, .. } => format!("{} One of: {}.", spec.doc, options.join(", ")),
+        _ => spec.doc.to_owned(),
     };
     // What is as wide as the numbers themselves is no limit.
     let limit = |value: f64| Some(value).filter(|value| value.abs() < f64::MAX);
     ParameterAbout {
         section: section.name().to_owned(),
-        doc: spec.doc.to_owned(),
+        doc,
         unit: spec.unit.symbol().to_owned(),
         items,
         min: bounds.and_then(|(min, _)| limit(min)),
@@ -152,7 +157,9 @@ mod tests {
                 let saved = format!("{} - Saved", parameter.name);
                 let told = one(label, &[(parameter.name, "1"), (&saved, "1")]);
                 let about = told.entities[0].parameters[0].about.clone().unwrap();
-                assert!(!about.doc.is_empty() && about.items.is_some() && !about.default.is_empty());
+                let words = about.doc.contains(" One of: ");
+                assert!(!about.doc.is_empty() && !about.default.is_empty(), "{}", parameter.name);
+                assert_eq!(about.items.is_none(), words, "{}", parameter.name);
                 assert_eq!(about.live, parameter.access == Access::Live, "{}", parameter.name);
             }
         }

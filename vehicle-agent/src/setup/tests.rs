@@ -1,5 +1,6 @@
 use super::*;
 use config::{InMemory, Ini, Saved};
+use onboard::ChartTrust;
 use onboard::parameters::Access;
 
 const OTTER: &str = "etc/otter.ini";

@@ -220,7 +220,8 @@ impl DepthIndex {
         self.objects.get(object as usize).map_or((Stored::NoData, None), |one| (one.stored, Some(object)))
     }
 
-    fn clearance_m(&self, object: u32) -> Option<f64> {
+    /// Clearance of something overhead (m); `None` where the chart does not tell.
+    pub(super) fn clearance_m(&self, object: u32) -> Option<f64> {
         match self.stored(object).0.water() {
             Water::TooLow { clearance_m } => clearance_m,
             Water::Land | Water::Obstacle | Water::UnknownDepth | Water::NoData | Water::Depth { .. } => None,

@@ -111,7 +111,13 @@ impl DepthIndex {
                 }
             }
             Role::Quality => state.zone = state.zone.max(object.zone),
-            Role::Overhead => state.overhead = Some(id),
+            // One whose height nobody knows is the lowest.
+            Role::Overhead => {
+                let lower = |held: u32| self.clearance_m(id) < self.clearance_m(held);
+                if state.overhead.is_none_or(lower) {
+                    state.overhead = Some(id);
+                }
+            }
             Role::Coverage | Role::Interest => {}
         });
         // A place that is covered, but by no depth area, is not charted, unless something worse is there.

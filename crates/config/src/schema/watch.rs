@@ -191,6 +191,9 @@ pub mod grounding {
         float("Draught", 0.32, Unit::Metre).within(0.0, 10.0).doc("Draught at rest.");
     pub const SQUAT: Param<f64> =
         float("Squat", 0.05, Unit::Metre).within(0.0, 10.0).doc("How much deeper it lies under way.");
+    pub const AIR_DRAUGHT: Param<f64> = float("Air Draught", 2.0, Unit::Metre)
+        .within(0.0, 100.0)
+        .doc("Height above the water up to the highest aerial; 0 passes under everything.");
     pub const WATER_LEVEL: Param<f64> = float("Water Level", 0.0, Unit::Metre)
         .within(-10.0, 20.0)
         .doc("Height of the water above chart datum that is relied upon.");
@@ -252,6 +255,7 @@ pub mod grounding {
             AUTONOMOUS.spec,
             DRAUGHT.spec,
             SQUAT.spec,
+            AIR_DRAUGHT.spec,
             WATER_LEVEL.spec,
             TRUST.spec,
             POSITION.spec,

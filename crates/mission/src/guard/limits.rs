@@ -34,7 +34,7 @@ pub struct GuardLimits {
 }
 
 impl Default for GuardLimits {
-    /// An Otter: 1 m navigable, 5 m by itself, 0.32 m of draught with its payload.
+    /// An Otter: 1 m navigable, 5 m by itself, 0.32 m of draught with its payload, 2 m up to its aerials.
     fn default() -> Self {
         Self {
             navigable_m: 1.0,
@@ -42,7 +42,7 @@ impl Default for GuardLimits {
             draught_m: 0.32,
             squat_m: 0.05,
             water_level_m: 0.0,
-            air_draught_m: None,
+            air_draught_m: Some(2.0),
             trust: ChartTrust::AsCharted,
             position_m: 3.0,
             cross_track_m: 10.0,
@@ -89,6 +89,15 @@ impl GuardLimits {
         let mut all = from_zero.map(|(name, value)| (name, value, 0.0)).into_iter().chain([level]);
         let bad = all.find(|(_, value, least)| !value.is_finite() || value < least);
         bad.map_or(Ok(()), |(name, value, least)| Err(LimitsError { name, value, least }))
+    }
+
+    /// These limits, and never less water than `floor` asks for.
+    pub fn at_least(self, floor: &Self) -> Self {
+        Self {
+            navigable_m: self.navigable_m.max(floor.navigable_m),
+            autonomous_m: self.autonomous_m.max(floor.autonomous_m),
+            ..self
+        }
     }
 
     /// Depth needed where `least_m` is demanded (m): never less than hull and squat take.

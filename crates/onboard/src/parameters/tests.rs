@@ -29,8 +29,11 @@ fn what_the_schema_allows_every_controller_takes() {
     for settings in setups() {
         for parameter in all().into_iter().filter(|parameter| parameter.get(&settings).is_some()) {
             let texts = match parameter.spec.kind {
-                Kind::Float { min, max, .. } => [min, max].map(|end| end.to_string()),
-                Kind::Floats { min, max, .. } => [min, max].map(|end| format!("{end}, {end}, {end}")),
+                Kind::Float { min, max, .. } => [min, max].map(|end| end.to_string()).to_vec(),
+                Kind::Floats { min, max, .. } => {
+                    [min, max].map(|end| format!("{end}, {end}, {end}")).to_vec()
+                }
+                Kind::Choice { options, .. } => options.iter().map(|word| (*word).to_owned()).collect(),
                 kind => panic!("{kind:?}"),
             };
             let ordered = parameter.name.ends_with(" Level");
@@ -49,7 +52,10 @@ fn every_parameter_stands_in_the_schema_of_its_sections() {
             let spec = home.params().find(|spec| spec.name == parameter.name);
             let spec = spec.unwrap_or_else(|| panic!("{} in {}", parameter.name, home.name()));
             let bounds = |kind| match kind {
-                config::Kind::Float { min, max, .. } | config::Kind::Floats { min, max, .. } => (min, max),
+                config::Kind::Float { min, max, .. } | config::Kind::Floats { min, max, .. } => {
+                    (min, max, &[][..])
+                }
+                config::Kind::Choice { options, .. } => (0.0, 0.0, options),
                 kind => panic!("{kind:?}"),
             };
             assert_eq!(bounds(spec.kind), bounds(parameter.spec.kind), "{}", parameter.name);
@@ -73,6 +79,34 @@ fn refuses_what_is_no_number_or_out_of_range() {
     assert_eq!(settings, before);
     lookahead.set(&mut settings, " 12.5 ").unwrap();
     assert_eq!(lookahead.get(&settings).unwrap(), "12.5");
+}
+
+#[test]
+fn what_a_vessel_told_becomes_settings_and_nonsense_changes_nothing() {
+    let [mut settings, _] = setups();
+    let usual = settings.clone();
+    for (entity, name, text) in [
+        ("Grounding Supervisor", "Autonomous Depth", "x"),
+        ("Grounding Supervisor", "Autonomous Depth", "1e9"),
+        ("Grounding Supervisor", "No Such Thing", "1"),
+        ("Another", "Autonomous Depth", "7"),
+        ("Grounding Supervisor", "Chart Trust", "none"),
+    ] {
+        take_told(&mut settings, entity, name, text);
+        assert_eq!(settings, usual, "{entity} {name} {text}");
+    }
+    for (entity, name, text) in [
+        ("Grounding Supervisor", "Autonomous Depth", "7.5"),
+        ("Grounding Supervisor", "Air Draught", "0"),
+        ("Grounding Supervisor", "Chart Trust", "all errors"),
+        ("Maneuver", "Loiter -- Minimum Radius", "33"),
+    ] {
+        take_told(&mut settings, entity, name, text);
+    }
+    let limits = settings.guard_limits();
+    assert_eq!((limits.autonomous_m, limits.air_draught_m), (7.5, None));
+    assert_eq!(limits.trust, ChartTrust::AllErrors(ChartTrust::STANDARD));
+    assert_eq!(limits.least_loiter_m, 33.0, "the least circle that is sailed counts");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::entity::Entity;
 use crate::grounding::Chart;
 use crate::output::Level;
 use crate::settings::Settings;
-use mission::guard::{GuardLimits, Warning, check_plan};
+use mission::guard::{Warning, check_plan};
 use mission::{ManeuverKind, Plan};
 use units::LatLon;
 
@@ -39,13 +39,7 @@ pub(super) fn check(
         bus.entry(Entity::Grounding, Level::Warning, text);
         return Ok(());
     };
-    let maneuver = &settings.mission.engine.maneuver;
-    let limits = GuardLimits {
-        least_loiter_m: maneuver.loiter_min_radius_m,
-        least_station_m: maneuver.station_min_radius_m,
-        ..grounding.limits
-    };
-    let verdict = check_plan(plan, from, index, &limits);
+    let verdict = check_plan(plan, from, index, &settings.guard_limits());
     if verdict.is_refused() {
         return Err(verdict.summary());
     }

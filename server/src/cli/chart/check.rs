@@ -9,7 +9,7 @@ use anyhow::{Context as _, anyhow, bail, ensure};
 use api::PlanDocument;
 use clap::Args;
 use imc::messages::{Message, PlanSpecification};
-use mission::guard::{GuardLimits, check_plan};
+use mission::guard::check_plan;
 use std::fs;
 use std::path::Path;
 use units::LatLon;
@@ -42,12 +42,7 @@ pub(super) fn check(
     let plan = plan.ok_or_else(|| {
         anyhow!("{name}: a vessel would not take this plan at all; import it on the page of plans to see why")
     })?;
-    let limits = GuardLimits {
-        navigable_m: config.charts.navigable_m,
-        autonomous_m: config.charts.autonomous_m,
-        ..GuardLimits::default()
-    };
-    let guard = told(&check_plan(&plan, *from, &index(db)?, &limits));
+    let guard = told(&check_plan(&plan, *from, &index(db)?, &config.charts.limits()));
     if json {
         say!("{}", serde_json::to_string(&guard)?);
     } else {
