@@ -7,7 +7,7 @@ use crate::locate::Zones;
 use crate::read::Chart;
 use crate::stage::{Stage, hex};
 use crate::write::{self, Entry, NewSource, Writer};
-use charts::s57::{Cell, NamedBytes, S57Error, S57Problem};
+use charts::s57::{Cell, NamedBytes, S57Error, S57Problem, SkinCheck};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -43,8 +43,7 @@ pub(crate) fn import(
     if let Some(chart) = &before {
         refuse_older(chart, &cell, &named[0].0)?;
     }
-    accept(&cell, &named[0].0)?;
-    let skin = cell.skin_check();
+    let skin = accept(&cell, &named[0].0)?;
     let source = NewSource {
         name: name.to_owned(),
         kind: "cell",
@@ -69,7 +68,7 @@ pub(crate) fn import(
         time: options.now.to_string(),
     };
     drop(named);
-    let notices = notices(&cell, name);
+    let notices = notices(&cell, &skin, name);
     let features = stage.write(&source, before.as_ref(), notices.clone(), |writer| {
         let zones = Zones::of(&cell.features);
         cell.features.iter().try_for_each(|feature| writer.feature(feature, &zones))
@@ -127,14 +126,14 @@ fn read(name: &str, files: &[(String, Vec<u8>)]) -> Result<Cell, S57Error> {
 }
 
 /// A cell that cannot answer how deep it is, is none to sail by.
-fn accept(cell: &Cell, file: &str) -> Result<()> {
+fn accept(cell: &Cell, file: &str) -> Result<SkinCheck> {
     let skin = cell.skin_check();
     if skin.coverage_deg2 <= 0.0 || skin.skin_deg2 <= 0.0 {
         let problem = "the cell has no depth areas or does not say where it has data (M_COVR); \
                        fetch it again, or ask the producer for an ENC";
         return Err(ChartDbError::file(file, problem));
     }
-    Ok(())
+    Ok(skin)
 }
 
 fn refuse_older(chart: &Chart, cell: &Cell, file: &str) -> Result<()> {
@@ -153,12 +152,17 @@ fn refuse_older(chart: &Chart, cell: &Cell, file: &str) -> Result<()> {
 }
 
 /// File, record and text of what was dropped or repaired, the result of the acceptance check first.
-fn notices(cell: &Cell, name: &str) -> Vec<(String, Option<u32>, String)> {
+fn notices(cell: &Cell, skin: &SkinCheck, name: &str) -> Vec<(String, Option<u32>, String)> {
     let mut notices = Vec::new();
-    let skin = cell.skin_check();
     if !skin.holds() {
+        let place = skin.amiss_at.map_or_else(String::new, |at| {
+            format!(
+                ", {:.9} are gaps or overlaps, most at {:.5}, {:.5}",
+                skin.amiss_deg2, at.lat_deg, at.lon_deg
+            )
+        });
         let text = format!(
-            "the depth areas and the land ({:.9} square degrees) do not tile what the cell covers ({:.9}); \
+            "the depth areas and the land ({:.9} square degrees) do not tile what the cell covers ({:.9}){place}; \
              gaps count as no data, overlaps as the shallower; {} areas do not close",
             skin.skin_deg2, skin.coverage_deg2, skin.unreadable
         );

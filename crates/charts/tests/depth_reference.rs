@@ -241,7 +241,7 @@ fn within(area: [f64; 4], next: &mut impl FnMut() -> f64) -> LatLon {
 fn points_have_the_depth_that_a_scan_of_all_polygons_finds() {
     let Some(charts) = charts() else { return };
     let mut next = numbers(7);
-    for at in 0..400 {
+    for at in 0..10_000 {
         let area = if at % 2 == 0 { TACOMA } else { MICKLEFIRTH };
         let place = within(area, &mut next);
         let expected = charts.state(GeoPoint { lon_deg: place.lon_deg(), lat_deg: place.lat_deg() });
@@ -259,7 +259,7 @@ fn no_corridor_is_deeper_than_its_samples_and_none_shallower_than_its_margin() {
     let tacoma = charts.cells.iter().position(|cell| cell.id.name == "US5WA22M.000").unwrap();
     let mut next = numbers(11);
     let mut tested = 0;
-    while tested < 60 {
+    while tested < 400 {
         let from = within(TACOMA, &mut next);
         let way = LocalPoint::default().displaced(std::f64::consts::TAU * next(), 5.0 + 200.0 * next());
         let leg = Leg { from, to: LocalFrame::new(from).to_place(way) };

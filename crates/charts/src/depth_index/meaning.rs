@@ -31,11 +31,10 @@ pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
         // Each sounding has its own depth; this is the meaning of one that cannot be read.
         Class::SOUNDG => Some((Role::Danger, Stored::Unknown)),
         Class::BRIDGE | Class::CBLOHD | Class::PIPOHD | Class::CONVYR => {
-            Some((Role::Overhead, Stored::Overhead(clearance_mm(feature))))
+            let clearance_m = clearance_m(|code| feature.number(code));
+            Some((Role::Overhead, Stored::Overhead(clearance_m.map(millimetres))))
         }
-        class if OBSTACLES.contains(&class) || STRUCTURES.contains(&class) => {
-            Some((Role::Danger, Stored::Obstacle))
-        }
+        class if is_obstacle(class) => Some((Role::Danger, Stored::Obstacle)),
         class if class == Class::LIGHTS || class == Class::DAYMAR => Some((Role::Interest, Stored::NoData)),
         _ => None,
     }
@@ -72,6 +71,17 @@ const OBSTACLES: [Class; 24] = [
 /// What stands on land mostly, where the land decides, but in the water too: wind turbines, towers, huts on piles.
 const STRUCTURES: [Class; 5] = [Class::LNDMRK, Class::BUISGL, Class::SILTNK, Class::CRANES, Class::FORSTC];
 
+/// Whether a vessel may have to keep off such a feature.
+#[cfg(test)]
+pub(crate) fn is_in_the_way(feature: &Feature) -> bool {
+    meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Skin | Role::Danger | Role::Overhead))
+}
+
+/// Whether such an object is in the way whatever the depth.
+pub(crate) fn is_obstacle(class: Class) -> bool {
+    OBSTACLES.contains(&class) || STRUCTURES.contains(&class)
+}
+
 /// Whether an operator asks for it by name: the points of interest of the thesis' table A.1 and more of their
 /// kind.
 pub(super) fn is_of_interest(class: Class) -> bool {
@@ -104,8 +114,7 @@ fn danger(feature: &Feature) -> Option<Stored> {
     }
 }
 
-/// The least of all clearances that are given.
-fn clearance_mm(feature: &Feature) -> Option<i32> {
-    let codes = [Attr::VERCLR, Attr::VERCCL, Attr::VERCSA];
-    codes.into_iter().filter_map(|code| feature.number(code)).map(millimetres).min()
+/// The least of all clearances that are given (m).
+pub(crate) fn clearance_m(number: impl Fn(Attr) -> Option<f64>) -> Option<f64> {
+    [Attr::VERCLR, Attr::VERCCL, Attr::VERCSA].into_iter().filter_map(number).min_by(f64::total_cmp)
 }

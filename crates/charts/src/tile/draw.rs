@@ -5,6 +5,7 @@ use super::layer::Layer;
 use super::mvt::{Drawn, EXTENT, LayerWriter, Value};
 use super::sheet::{About, Item, Shape, Sheet};
 use super::world::{BITS, Bounds, Point};
+use crate::depth_index::clearance_m;
 use crate::s57::{AttributeCode, value_words};
 use std::collections::BTreeMap;
 
@@ -200,6 +201,10 @@ impl View<'_> {
                 says.extend(number(AttributeCode::WATLEV).map(|value| ("watlev", value)));
                 let around = self.sheet.around_m(item.object).map(Value::Number);
                 says.extend(around.map(|value| ("around_m", value)));
+            }
+            Layer::Overhead => {
+                let clearance_m = clearance_m(|code| about.number(code));
+                says.extend(clearance_m.map(|value| ("clearance_m", Value::Number(value))));
             }
             Layer::Aid => {
                 colour = words(AttributeCode::from_acronym("COLOUR"));

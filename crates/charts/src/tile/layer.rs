@@ -1,5 +1,6 @@
 //! Which class is drawn in which layer.
 
+use crate::depth_index::is_obstacle;
 use crate::s57::ObjectClass as Class;
 
 /// The layers of a tile, in the order in which they are written.
@@ -11,6 +12,7 @@ pub(super) enum Layer {
     Area,
     Contour,
     Coast,
+    Overhead,
     Sounding,
     Danger,
     Aid,
@@ -26,13 +28,14 @@ pub(super) enum Kind {
 }
 
 impl Layer {
-    pub(super) const ALL: [Self; 10] = [
+    pub(super) const ALL: [Self; 11] = [
         Self::Cover,
         Self::Water,
         Self::Land,
         Self::Area,
         Self::Contour,
         Self::Coast,
+        Self::Overhead,
         Self::Sounding,
         Self::Danger,
         Self::Aid,
@@ -48,6 +51,7 @@ impl Layer {
             Self::Area => "area",
             Self::Contour => "contour",
             Self::Coast => "coast",
+            Self::Overhead => "overhead",
             Self::Sounding => "sounding",
             Self::Danger => "danger",
             Self::Aid => "aid",
@@ -60,7 +64,7 @@ impl Layer {
         match self {
             Self::Cover | Self::Water | Self::Land | Self::Coast => 0,
             Self::Contour => 8,
-            Self::Danger | Self::Sounding | Self::Area | Self::Aid | Self::Name => 9,
+            Self::Danger | Self::Overhead | Self::Sounding | Self::Area | Self::Aid | Self::Name => 9,
         }
     }
 
@@ -71,20 +75,22 @@ impl Layer {
             ("DEPARE" | "DRGARE" | "UNSARE", Kind::Area) => Self::Water,
             (
                 "LNDARE" | "PONTON" | "HULKES" | "FLODOC" | "DRYDOC" | "DAMCON" | "CAUSWY" | "DYKCON"
-                | "SLCONS",
+                | "SLCONS" | "COALNE",
                 Kind::Area,
             ) => Self::Land,
             ("DEPCNT", Kind::Line) => Self::Contour,
+            ("BRIDGE" | "CBLOHD" | "PIPOHD" | "CONVYR", _) => Self::Overhead,
             (
-                "COALNE" | "SLCONS" | "LNDARE" | "PONTON" | "DAMCON" | "CAUSWY" | "DYKCON" | "GATCON",
+                "COALNE" | "SLCONS" | "LNDARE" | "PONTON" | "HULKES" | "FLODOC" | "DRYDOC" | "DAMCON"
+                | "CAUSWY" | "DYKCON" | "GATCON",
                 Kind::Line,
             ) => Self::Coast,
-            (
-                "OBSTRN" | "UWTROC" | "WRECKS" | "PILPNT" | "MARCUL" | "FSHFAC" | "OFSPLF" | "PYLONS"
-                | "LOGPON" | "MORFAC" | "OILBAR",
-                _,
-            )
-            | ("LNDARE" | "SLCONS" | "PONTON" | "HULKES", Kind::Point) => Self::Danger,
+            ("OBSTRN" | "UWTROC" | "WRECKS", _)
+            | (
+                "LNDARE" | "SLCONS" | "PONTON" | "HULKES" | "FLODOC" | "DRYDOC" | "DAMCON" | "CAUSWY"
+                | "DYKCON" | "COALNE",
+                Kind::Point,
+            ) => Self::Danger,
             (
                 "BCNCAR" | "BCNISD" | "BCNLAT" | "BCNSAW" | "BCNSPP" | "BOYCAR" | "BOYINB" | "BOYISD"
                 | "BOYLAT" | "BOYSAW" | "BOYSPP" | "LIGHTS" | "LITFLT" | "LITVES" | "DAYMAR",
@@ -96,6 +102,7 @@ impl Layer {
                 | "SPLARE" | "TESARE",
                 Kind::Area,
             ) => Self::Area,
+            _ if is_obstacle(class) => Self::Danger,
             _ => return None,
         })
     }
@@ -105,5 +112,45 @@ impl Layer {
         let named =
             ["LNDARE", "LNDRGN", "SEAARE", "BUAARE", "HRBARE", "LAKARE", "RIVERS", "SBDARE", "FAIRWY"];
         class.acronym().is_some_and(|acronym| named.contains(&acronym))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::depth_index::is_in_the_way;
+    use crate::s57::{Area, Feature, GeoPoint, Geometry, ObjectId, Path};
+
+    #[test]
+    fn whatever_the_guard_stops_for_is_drawn() {
+        let at = GeoPoint { lon_deg: 10.0, lat_deg: 63.0 };
+        let kinds = [
+            (Kind::Point, Geometry::Point(at)),
+            (Kind::Line, Geometry::Lines(vec![Path::default()])),
+            (Kind::Area, Geometry::Area(Area::default())),
+        ];
+        let mut stops = 0;
+        for class in (0..=u16::MAX).map(Class).filter(|class| class.acronym().is_some()) {
+            for (kind, geometry) in kinds.clone() {
+                let feature = Feature {
+                    record: 1,
+                    object: ObjectId::default(),
+                    class,
+                    group: 2,
+                    version: 1,
+                    attributes: vec![],
+                    national: vec![],
+                    links: vec![],
+                    geometry,
+                };
+                // Waters are areas, soundings have a layer of their own.
+                let odd = ["DEPARE", "DRGARE", "UNSARE", "SOUNDG"].map(Some).contains(&class.acronym());
+                if is_in_the_way(&feature) && !(odd && kind != Kind::Area) && class != Class::SOUNDG {
+                    stops += 1;
+                    assert!(Layer::of(class, kind).is_some(), "{class} as {kind:?}");
+                }
+            }
+        }
+        assert!(stops > 100, "{stops}");
     }
 }

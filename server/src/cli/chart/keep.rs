@@ -139,7 +139,8 @@ fn described(chart: &Imported) -> serde_json::Value {
     json!({"name": chart.name, "kind": chart.kind, "outcome": chart.outcome, "edition": chart.edition,
            "update": chart.update, "features": chart.features, "notices": chart.notices,
            "skin": chart.skin.map(|check| json!({"holds": check.holds(), "skin_deg2": check.skin_deg2,
-               "coverage_deg2": check.coverage_deg2, "unreadable": check.unreadable}))})
+               "coverage_deg2": check.coverage_deg2, "unreadable": check.unreadable, "amiss_deg2": check.amiss_deg2,
+               "amiss_at": check.amiss_at.map(|at| [at.lat_deg, at.lon_deg])}))})
 }
 
 pub(super) fn list(db: &Path, json: bool) -> anyhow::Result<()> {

@@ -11,8 +11,11 @@ import { aidIcon, type Danger, dangerIcon, lightIcon, overscalePattern, sounding
 
 /** Soundings and names of the chart. */
 const FONT = "system-ui, sans-serif";
-/** From here on in names of aids are told, m/px. */
+/** From here on in names of aids and heights of bridges and cables are told, m/px. */
 const AID_NAMES_TO = 6;
+/** Buildings, towers and tanks; most stand on land, where the land decides. */
+const STRUCTURES = ["LNDMRK", "BUISGL", "SILTNK", "CRANES", "FORSTC"];
+const STRUCTURES_TO = 12;
 
 export interface ChartStyles {
   /** Areas and lines. */
@@ -91,12 +94,27 @@ export function createStyles(changed: () => void): ChartStyles {
     }));
   };
 
+  /** Bridges are solid, whatever hangs over the water is dashed. */
+  const overhead = (feature: FeatureLike): Style | Style[] => {
+    const bridge = feature.get("cls") === "BRIDGE";
+    return once(`overhead ${bridge}`, () =>
+      bridge
+        ? [new Style({ stroke: new Stroke({ color: colours.outline, width: 6 }), fill: new Fill({ color: `${colours.land}99` }), zIndex: 9 }), new Style({ stroke: new Stroke({ color: colours.land, width: 3 }), zIndex: 10 })]
+        : [new Style({ stroke: new Stroke({ color: colours.halo, width: 4 }), zIndex: 9 }), new Style({ stroke: new Stroke({ color: colours.caution, width: 1.8, lineDash: [10, 5] }), zIndex: 10 })]);
+  };
+  const height = (feature: FeatureLike): Style => {
+    const clearance = number(feature.get("clearance_m"));
+    const text = clearance === undefined ? "height unknown" : `${clearance} m high`;
+    return once(`height ${text}`, () => new Style({ geometry: middle, zIndex: 3, text: label(text, { size: 11, weight: "600", dy: -10, over: true }) }));
+  };
+
   /** What symbol a danger has: the magenta one in otherwise safe water only. */
   const dangerOf = (feature: FeatureLike): Danger => {
     const cls = String(feature.get("cls"));
     const [depth, watlev] = [number(feature.get("depth_m")), number(feature.get("watlev"))];
     if (cls === "MARCUL" || cls === "FSHFAC") return "farm";
     if (cls === "LNDARE") return "islet";
+    if (isStructure(feature)) return "structure";
     if (!["OBSTRN", "UWTROC", "WRECKS"].includes(cls)) return "pile";
     const showing = watlev === 1 || watlev === 2 || (depth !== undefined && depth < 0 && cls === "WRECKS");
     if (cls === "WRECKS" && showing) return "wreck-showing";
@@ -151,9 +169,12 @@ export function createStyles(changed: () => void): ChartStyles {
           return contour(number(feature.get("valdco")));
         case "coast":
           return line("coast", colours.coast, 1.8, 6);
+        case "overhead":
+          return overhead(feature);
         case "area":
           return left.has("areas") ? undefined : area(feature);
         case "danger":
+          if (isStructure(feature)) return isPoint(feature) || resolution > STRUCTURES_TO ? undefined : once("structure", () => new Style({ fill: new Fill({ color: colours.land }), stroke: new Stroke({ color: colours.outline, width: 1 }), zIndex: 6 }));
           return isPoint(feature) ? undefined : dangerArea(feature);
         default:
           return undefined;
@@ -165,7 +186,10 @@ export function createStyles(changed: () => void): ChartStyles {
           const depth = number(feature.get("depth_m"));
           return left.has("soundings") || depth === undefined ? undefined : sounding(depth);
         }
+        case "overhead":
+          return resolution < AID_NAMES_TO ? height(feature) : undefined;
         case "danger":
+          if (isStructure(feature) && resolution > STRUCTURES_TO) return undefined;
           // An area shows its kind by its edge; a symbol in the middle of it belongs to farms only.
           return isPoint(feature) || feature.get("cls") === "MARCUL" ? danger(feature) : undefined;
         case "aid":
@@ -213,11 +237,16 @@ function weight(feature: FeatureLike): number {
   return layer === "name" ? -1_000 : 0;
 }
 
-/** Where the symbol of a feature is: of an area, within it. */
+/** Where the symbol of a feature is: of an area, within it; of a line, halfway. */
 function middle(feature: FeatureLike): Geometry | RenderFeature | undefined {
   const geometry = feature.getGeometry();
   if (!(geometry instanceof RenderFeature) || isPoint(feature)) return geometry;
+  if (geometry.getType().endsWith("LineString")) return new Point(geometry.getFlatMidpoint().slice(0, 2));
   return new Point(geometry.getFlatInteriorPoint().slice(0, 2));
+}
+
+function isStructure(feature: FeatureLike): boolean {
+  return STRUCTURES.includes(String(feature.get("cls")));
 }
 
 function isPoint(feature: FeatureLike): boolean {

@@ -7,7 +7,7 @@ import type { ChartColours } from "./colours";
 /** Canvases are finer than they are shown, for screens with small pixels. */
 const FINE = 2;
 
-export type Danger = "isolated" | "rock-awash" | "rock" | "wreck" | "wreck-showing" | "obstruction" | "pile" | "islet" | "farm";
+export type Danger = "isolated" | "rock-awash" | "rock" | "wreck" | "wreck-showing" | "obstruction" | "pile" | "structure" | "islet" | "farm";
 
 type Draw = (ctx: CanvasRenderingContext2D, colours: ChartColours) => void;
 
@@ -126,6 +126,13 @@ const DANGERS: Readonly<Record<Danger, Draw>> = {
     ctx.strokeStyle = colours.halo;
     ctx.lineWidth = 1;
     ctx.stroke();
+  },
+  structure(ctx, colours) {
+    haloed(ctx, colours, colours.outline, 1.4, () => ctx.rect(-4, -4, 8, 8));
+    ctx.beginPath();
+    ctx.arc(0, 0, 1.2, 0, 2 * Math.PI);
+    ctx.fillStyle = colours.outline;
+    ctx.fill();
   },
   islet(ctx, colours) {
     ctx.beginPath();
