@@ -274,6 +274,34 @@ fn dangers_without_a_depth_block_and_margins_follow_the_demand() {
 }
 
 #[test]
+fn what_nobody_assessed_counts_as_far_as_it_may_be_wrong() {
+    let more = [
+        node(11, (63.001, 10.001)),
+        node(12, (63.010, 10.001)),
+        node(13, (63.010, 10.039)),
+        node(14, (63.001, 10.039)),
+        edge(11, 11, 12, &[]),
+        edge(12, 12, 13, &[]),
+        edge(13, 13, 14, &[]),
+        edge(14, 14, 11, &[]),
+        area(14, 308, &[(72, "1")], &[(11, 1, 1), (12, 1, 1), (13, 1, 1), (14, 1, 1)]),
+    ];
+    let cell = read(&square(NAME, SOUTH_WEST, NORTH_EAST, &more), &[]).unwrap();
+    assert!(cell.notices.is_empty(), "{:?}", cell.notices);
+    let index = index(&[cell]);
+    let zone = |lat_deg: f64, trust: ChartTrust| {
+        let demand = Demand { trust, ..Demand::default() };
+        let leg = Leg { from: place(lat_deg, 10.018), to: place(lat_deg, 10.022) };
+        index.shallowest_along(leg, 5.0, &demand).zone
+    };
+    let depths = ChartTrust::DepthErrors(ChartTrust::STANDARD);
+    // 500 m from the border of zone A1, 3 m from it, beyond it.
+    assert_eq!([63.0055, 63.00997, 63.015].map(|lat| zone(lat, depths)), [Some(1), Some(6), Some(6)]);
+    // What was not assessed may lie 1000 m from where it is charted.
+    assert_eq!(zone(63.0055, ChartTrust::AllErrors(ChartTrust::STANDARD)), Some(6));
+}
+
+#[test]
 fn a_coarse_cell_answers_only_where_no_finer_one_does() {
     let shoal = [node(11, (63.01, 10.02)), point(11, 153, &[(179, "0.5")], 11)];
     let mut coarse = writer::square_records("NO4X0001.000", (62.9, 9.9), (63.1, 10.1), &[]);

@@ -134,11 +134,16 @@ impl DepthIndex {
             let object = &self.objects[area.object as usize];
             let source = object.source as usize;
             assessed[source] |= object.role == Role::Quality;
+            // A mask of land has no depths that could be wrong.
+            if object.stored == Stored::Land {
+                continue;
+            }
             for ring in self.areas.rings_of(*area) {
                 bounds[source].add(Bounds::of(ring.vertices(&self.areas.vertices)));
             }
         }
-        let without = bounds.into_iter().zip(assessed).filter(|(_, assessed)| !assessed);
+        let told = |bounds: &Bounds| bounds.min[0] <= bounds.max[0];
+        let without = bounds.into_iter().zip(assessed).filter(|(bounds, assessed)| !assessed && told(bounds));
         self.unassessed = without.map(|(bounds, _)| bounds).collect();
     }
 }
