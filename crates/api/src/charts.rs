@@ -2,6 +2,7 @@
 //!
 //! Places are degrees, WGS 84; depths are metres below the chart's datum, negative where it dries.
 
+use crate::PlanPlace;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -231,6 +232,10 @@ pub struct Guard {
     pub outcome: String,
     /// All of it in one line.
     pub text: String,
+    /// Depth in which the vessel may go by itself (m), which the plan is held against.
+    pub autonomous_m: f64,
+    /// Whether these are limits that the vessel told; else they are those of the server.
+    pub of_vessel: bool,
     /// Why it is refused: a leg each; up to 100.
     pub reasons: Vec<GuardReason>,
     /// What was not checked, or not well; up to 100.
@@ -245,6 +250,10 @@ pub struct GuardReason {
     pub maneuver: String,
     /// Which part of it: `transit`, `track`, `circle`, `station` or `drift`.
     pub part: String,
+    /// Where the leg begins.
+    pub from: PlanPlace,
+    /// Where it ends.
+    pub to: PlanPlace,
     /// Number of the leg within the part, from 0.
     pub number: u32,
     /// `land`, `obstacle`, `unknown-depth`, `no-data`, `too-low`, `too-shallow` or `too-shallow-alone`.

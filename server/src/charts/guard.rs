@@ -1,14 +1,26 @@
 //! The guard's verdict in the words of the API.
 
-use api::{Guard, GuardReason, GuardWarning};
-use mission::guard::{LegCheck, Outcome, Verdict, Warning};
+use api::{Guard, GuardReason, GuardWarning, PlanPlace};
+use mission::guard::{GuardLimits, LegCheck, Outcome, Verdict, Warning};
+use units::LatLon;
 
 /// Most reasons and warnings that are told.
 const MOST: usize = 100;
 
+/// What a plan is judged by.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits {
+    /// What is demanded of the water.
+    pub(crate) demanded: GuardLimits,
+    /// Whether the vessel told it.
+    pub(crate) of_vessel: bool,
+}
+
 /// A verdict as it is told.
-pub(crate) fn told(verdict: &Verdict) -> Guard {
+pub(crate) fn told(verdict: &Verdict, limits: Limits) -> Guard {
     Guard {
+        autonomous_m: limits.demanded.autonomous_m,
+        of_vessel: limits.of_vessel,
         outcome: verdict.outcome().code().to_owned(),
         text: verdict.summary(),
         reasons: verdict.refused().filter_map(reason).take(MOST).collect(),
@@ -17,8 +29,10 @@ pub(crate) fn told(verdict: &Verdict) -> Guard {
 }
 
 /// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
-pub(super) fn without(trouble: &str) -> Guard {
+pub(super) fn without(trouble: &str, limits: Limits) -> Guard {
     Guard {
+        autonomous_m: limits.demanded.autonomous_m,
+        of_vessel: limits.of_vessel,
         outcome: Outcome::Refused.code().to_owned(),
         text: format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}"),
         reasons: Vec::new(),
@@ -31,6 +45,8 @@ fn reason(leg: &LegCheck) -> Option<GuardReason> {
     Some(GuardReason {
         maneuver: leg.maneuver.clone(),
         part: leg.part.code().to_owned(),
+        from: place(leg.from),
+        to: place(leg.to),
         number: leg.number,
         code: leg.reason?.code().to_owned(),
         text: leg.to_string(),
@@ -42,6 +58,10 @@ fn reason(leg: &LegCheck) -> Option<GuardReason> {
         scale: spot.scale,
         margin_m: spot.margin_m,
     })
+}
+
+fn place(at: LatLon) -> PlanPlace {
+    PlanPlace { lat_deg: at.lat_deg(), lon_deg: at.lon_deg() }
 }
 
 fn warning(warning: &Warning) -> GuardWarning {

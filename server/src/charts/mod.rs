@@ -12,7 +12,7 @@ mod parcel;
 
 pub(crate) use aboard::ChartsAboard;
 pub(crate) use answer::{at, corridor, described, way_m};
-pub(crate) use guard::told;
+pub(crate) use guard::{Limits, told};
 pub(crate) use parcel::Parcel;
 
 use crate::config::Config;
@@ -187,15 +187,12 @@ impl Charts {
     }
 
     /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
-    pub(crate) fn guard(
-        &self,
-        plan: &Plan,
-        from: Option<LatLon>,
-        limits: &GuardLimits,
-    ) -> Option<api::Guard> {
+    pub(crate) fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: Limits) -> Option<api::Guard> {
         match self.now() {
-            Now { set: Some(set), .. } => Some(told(&check_plan(plan, from, &set.index, limits))),
-            Now { set: None, trouble: Some(trouble) } => Some(guard::without(&trouble)),
+            Now { set: Some(set), .. } => {
+                Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
+            }
+            Now { set: None, trouble: Some(trouble) } => Some(guard::without(&trouble, limits)),
             Now { set: None, trouble: None } => None,
         }
     }

@@ -6,7 +6,7 @@
 //! vessel has none.
 
 use super::error::ApiError;
-use crate::charts::Charts;
+use crate::charts::{Charts, Limits};
 use crate::plans;
 use crate::shore::AppState;
 use axum::http::StatusCode;
@@ -14,13 +14,13 @@ use hub::{Hub, Order};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::Plan;
-use mission::guard::{GuardLimits, Outcome};
+use mission::guard::Outcome;
 use units::LatLon;
 
 /// What a plan is judged by.
 pub(super) struct Judge {
     charts: Charts,
-    limits: GuardLimits,
+    limits: Limits,
     from: Option<LatLon>,
 }
 
@@ -29,11 +29,12 @@ impl Judge {
     /// heard and afloat: from a trailer or a quay nobody sails.
     pub(super) async fn of_drawing(state: &AppState, vessel: Option<Address>) -> Self {
         let Some(vessel) = vessel else {
-            return Self { charts: state.charts.clone(), limits: *state.charts.limits(), from: None };
+            let limits = Limits { demanded: *state.charts.limits(), of_vessel: false };
+            return Self { charts: state.charts.clone(), limits, from: None };
         };
         let judge = Self::of(state, vessel).await;
         let from = state.fleet.place_now(vessel).await;
-        Self { from: from.filter(|place| judge.charts.afloat(*place, &judge.limits)), ..judge }
+        Self { from: from.filter(|place| judge.charts.afloat(*place, &judge.limits.demanded)), ..judge }
     }
 
     /// For a plan that begins now, wherever the vessel said last to be.
@@ -44,13 +45,14 @@ impl Judge {
     async fn of(state: &AppState, vessel: Address) -> Self {
         let floor = state.charts.limits();
         let own = state.fleet.guard_limits(vessel).await;
-        let limits = own.map_or(*floor, |own| own.at_least(floor));
+        let limits =
+            Limits { demanded: own.map_or(*floor, |own| own.at_least(floor)), of_vessel: own.is_some() };
         Self { charts: state.charts.clone(), limits, from: None }
     }
 
     /// What the guard says; `None` where there is no chart.
     pub(super) fn guard(&self, plan: &Plan) -> Option<api::Guard> {
-        self.charts.guard(plan, self.from, &self.limits)
+        self.charts.guard(plan, self.from, self.limits)
     }
 }
 

@@ -9,8 +9,8 @@ use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use imc::PacketView;
 use imc::messages::{
-    EstimatedState, Message, Payload as _, PlanControl, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState,
-    PlanDBType,
+    EntityParameter, EntityParameters, EstimatedState, Message, Payload as _, PlanControl, PlanDB,
+    PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType,
 };
 use serde_json::{Value, json};
 
@@ -99,6 +99,55 @@ async fn a_plan_over_a_shoal_goes_aboard_of_no_vessel() {
     let packet = scene.boats.heard(PlanDB::ID).await;
     let sent: PlanDB = imc::decode(&PacketView::new(&packet).unwrap()).unwrap().unwrap();
     assert_eq!((sent.op, sent.plan_id.as_str()), (PlanDBOp::Set, Some("open")));
+}
+
+/// What the guard says at drawing of one place to go to, for a vessel or none.
+async fn drawn(scene: &Scene, [lat_deg, lon_deg]: [f64; 2], vessel: Option<u16>) -> Value {
+    let task = json!({"kind": "goto", "at": {"lat_deg": lat_deg, "lon_deg": lon_deg}});
+    let step = json!({"id": "P1", "speed": {"value": 1.5, "unit": "mps"}, "task": task});
+    let plan =
+        json!({"name": "p", "description": "", "vessel": vessel, "repeat": false, "maneuvers": [step]});
+    let (status, check) = scene.post("plans/check", &plan).await;
+    assert_eq!(status, StatusCode::OK, "{check}");
+    check["guard"].clone()
+}
+
+fn warnings(guard: &Value) -> Vec<&str> {
+    guard["warnings"].as_array().unwrap().iter().map(|one| one["code"].as_str().unwrap()).collect()
+}
+
+#[tokio::test]
+async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told() {
+    let scene = Scene::start(archipelago).await;
+    // Beyond an island from where the boat is: only the way there is in danger.
+    let beyond = [63.4500, 10.3180];
+    let guard = drawn(&scene, beyond, Some(FIRST)).await;
+    assert_eq!((&guard["outcome"], &guard["reasons"][0]["part"]), (&json!("refused"), &json!("transit")));
+    let from = &guard["reasons"][0]["from"];
+    assert!((from["lat_deg"].as_f64().unwrap() - 63.446).abs() < 1e-6, "{guard}");
+    let nobodys = drawn(&scene, beyond, None).await;
+    assert_eq!((&nobodys["outcome"], warnings(&nobodys)), (&json!("warnings"), vec!["start-unknown"]));
+    assert_eq!((&nobodys["autonomous_m"], &nobodys["of_vessel"]), (&json!(5.0), &json!(false)));
+    // Where somebody's vessel is, is not told to others by the way.
+    let stranger = scene.shore.token(Some(FIRST + 1), Role::Operator).await;
+    let other = Scene { token: stranger, ..scene };
+    assert_eq!(warnings(&drawn(&other, beyond, Some(FIRST)).await), ["start-unknown"]);
+    let scene = Scene { token: other.shore.token(Some(FIRST), Role::Viewer).await, ..other };
+    // The vessel's own limits count, where the server's are not stricter.
+    for (told, counts) in [("9", 9.0), ("2", 5.0)] {
+        let value = told.into();
+        let one = EntityParameter { name: "Autonomous Depth".into(), value };
+        let parameters =
+            EntityParameters { name: "Grounding Supervisor".into(), params: std::iter::once(one).collect() };
+        scene.boats.say(vec![packet(0, 9, clock::now(), parameters)]).await;
+        let guard = drawn(&scene, OPEN[0], Some(FIRST)).await;
+        assert_eq!((&guard["autonomous_m"], &guard["of_vessel"]), (&json!(counts), &json!(true)), "{guard}");
+    }
+    // On a trailer, on the island.
+    let (lat, lon) = (63.4490_f64.to_radians(), 10.3250_f64.to_radians());
+    let ashore = EstimatedState { lat, lon, ..EstimatedState::default() };
+    scene.boats.say(vec![packet(0, 1, clock::now(), ashore)]).await;
+    assert_eq!(warnings(&drawn(&scene, beyond, Some(FIRST)).await), ["start-unknown"]);
 }
 
 #[tokio::test]

@@ -798,6 +798,14 @@ outcome: string,
  */
 text: string, 
 /**
+ * Depth in which the vessel may go by itself (m), which the plan is held against.
+ */
+autonomous_m: number, 
+/**
+ * Whether these are limits that the vessel told; else they are those of the server.
+ */
+of_vessel: boolean, 
+/**
  * Why it is refused: a leg each; up to 100.
  */
 reasons: Array<GuardReason>, 
@@ -815,6 +823,14 @@ maneuver: string,
  * Which part of it: `transit`, `track`, `circle`, `station` or `drift`.
  */
 part: string, 
+/**
+ * Where the leg begins.
+ */
+from: PlanPlace, 
+/**
+ * Where it ends.
+ */
+to: PlanPlace, 
 /**
  * Number of the leg within the part, from 0.
  */

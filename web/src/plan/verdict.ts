@@ -83,7 +83,8 @@ export function createVerdict(map: FleetMap): VerdictOnMap {
       const own = guard.warnings.slice(0, LISTED).map((one) => make("li", {}, one.maneuver === null ? one.text : `${one.maneuver}: ${one.text}`));
       const warned = own.length ? [make("div", { class: "note warn guard" }, make("strong", {}, "By the chart"), make("ul", {}, ...own))] : [];
       const good = guard.outcome === "ok" ? [make("p", { class: "guard-ok" }, "Deep enough by the chart.")] : [];
-      return [...refused, ...warned, ...good];
+      const by = make("p", { class: "guard-by" }, `Held against ${guard.autonomous_m} m of water, ${guard.of_vessel ? "the limit that the vessel told" : "the server's limit"}.`);
+      return [...refused, ...warned, ...good, by];
     },
   };
 }
@@ -104,10 +105,8 @@ function legOf(plan: PlanDocument, legs: readonly PlanLeg[], reason: GuardReason
     const radius = task.radius_m / Math.max(0.01, Math.cos((task.at.lat_deg * Math.PI) / 180));
     return new Feature({ geometry: new CircleGeometry(fromLonLat([task.at.lon_deg, task.at.lat_deg]), radius), round: true });
   }
-  const own = wayOf(step, legs);
-  const before = plan.maneuvers[at - 1] ?? (plan.repeat ? plan.maneuvers.at(-1) : undefined);
-  const from = before && wayOf(before, legs).at(-1);
-  const line = reason.part === "transit" ? [...(from ? [from] : []), ...own.slice(0, 1)] : own;
+  if (reason.part === "transit") return new Feature({ geometry: new LineString([xy(reason.from), xy(reason.to)]) });
+  const line = wayOf(step, legs);
   const stretch = nearestStretch(line, reason);
   if (stretch === undefined) return undefined;
   return new Feature({ geometry: new LineString(line.slice(stretch, stretch + 2).map(xy)) });

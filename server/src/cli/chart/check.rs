@@ -1,7 +1,7 @@
 //! `chart check`: a plan against the chart, as server and vessels hold it.
 
 use super::ask::{index, place};
-use crate::charts::told;
+use crate::charts::{Limits, told};
 use crate::cli::say::say;
 use crate::config::Config;
 use crate::{people, plans};
@@ -42,7 +42,8 @@ pub(super) fn check(
     let plan = plan.ok_or_else(|| {
         anyhow!("{name}: a vessel would not take this plan at all; import it on the page of plans to see why")
     })?;
-    let guard = told(&check_plan(&plan, *from, &index(db)?, &config.charts.limits()));
+    let limits = Limits { demanded: config.charts.limits(), of_vessel: false };
+    let guard = told(&check_plan(&plan, *from, &index(db)?, &limits.demanded), limits);
     if json {
         say!("{}", serde_json::to_string(&guard)?);
     } else {
