@@ -274,6 +274,33 @@ fn dangers_without_a_depth_block_and_margins_follow_the_demand() {
 }
 
 #[test]
+fn of_several_things_overhead_the_lowest_counts() {
+    let over = |number: u32, clearance: &str| {
+        let attributes: &[(u16, &str)] = if clearance.is_empty() { &[] } else { &[(181, clearance)] };
+        area(number, 11, attributes, &[(1, 1, 1), (2, 1, 1), (3, 1, 1), (4, 2, 1)])
+    };
+    for (heights, lowest) in [
+        (["3.0", "12.0"], Some(3.0)),
+        (["12.0", "3.0"], Some(3.0)),
+        (["", "12.0"], None),
+        (["12.0", ""], None),
+    ] {
+        let more = [over(14, heights[0]), over(15, heights[1])];
+        let cell = read(&square(NAME, SOUTH_WEST, NORTH_EAST, &more), &[]).unwrap();
+        let index = index(&[cell]);
+        let demand = Demand { air_draught_m: Some(5.0), ..Demand::default() };
+        let (at, to) = (place(63.01, 10.01), place(63.01, 10.012));
+        let too_low = Water::TooLow { clearance_m: lowest };
+        assert_eq!(index.depth_at(at, &demand).water, too_low, "{heights:?}");
+        let leg = Leg { from: at, to };
+        assert_eq!(index.shallowest_along(leg, 5.0, &demand).water, too_low, "{heights:?}");
+        assert_eq!(index.first_danger_along(leg, 5.0, &demand).unwrap().water, too_low, "{heights:?}");
+        let everything = Demand { air_draught_m: None, ..demand };
+        assert!(index.shallowest_along(leg, 5.0, &everything).navigable);
+    }
+}
+
+#[test]
 fn what_nobody_assessed_counts_as_far_as_it_may_be_wrong() {
     let more = [
         node(11, (63.001, 10.001)),
