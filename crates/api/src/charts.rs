@@ -45,6 +45,8 @@ pub struct ChartCell {
     pub issued: String,
     /// What its producer says of it.
     pub comment: String,
+    /// Whether its depths and land tile what it covers, without gap or overlap; null for what is no cell.
+    pub whole: Option<bool>,
 }
 
 /// A box.

@@ -34,6 +34,7 @@ pub(crate) fn described(charts: &Charts) -> ChartSet {
         band: chart.band,
         issued: chart.issued.clone(),
         comment: chart.comment.clone(),
+        whole: chart.skin_holds,
     };
     let cells: Vec<ChartCell> = set.charts.iter().map(cell).collect();
     let warned = |cell: &ChartCell| cell.comment.to_ascii_uppercase().contains("NOT FOR NAVIGATION");

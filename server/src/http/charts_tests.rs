@@ -43,6 +43,7 @@ async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running
     assert!(set.set.is_some() && set.not_for_navigation);
     let names: Vec<&str> = set.cells.iter().map(|cell| &*cell.name).collect();
     assert_eq!(names, ["XX4LUTRA", "XX5LUTRA"]);
+    assert!(set.cells.iter().all(|cell| cell.whole == Some(true)));
     let bounds = set.bounds.unwrap();
     assert!(bounds.south_deg < 63.446 && 63.446 < bounds.north_deg && bounds.west_deg < 10.345);
     fs::write(shore.data().join("charts/chart.gpkg"), "no database").unwrap();

@@ -306,7 +306,11 @@ issued: string,
 /**
  * What its producer says of it.
  */
-comment: string, };
+comment: string, 
+/**
+ * Whether its depths and land tile what it covers, without gap or overlap; null for what is no cell.
+ */
+whole: boolean | null, };
 
 export type ChartCorridor = { 
 /**

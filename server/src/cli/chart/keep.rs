@@ -160,9 +160,14 @@ pub(super) fn list(db: &Path, json: bool) -> anyhow::Result<()> {
 
 fn line(chart: &Chart) -> String {
     let Chart { name, kind, edition, update, scale, band, issued, features, .. } = chart;
+    let torn = if chart.skin_holds == Some(false) {
+        "; its depths and land have GAPS OR OVERLAPS (chart info tells where)"
+    } else {
+        ""
+    };
     if kind == "cell" {
         format!(
-            "{name}  edition {edition} update {update} of {issued}, 1:{scale}, band {band}, {features} features"
+            "{name}  edition {edition} update {update} of {issued}, 1:{scale}, band {band}, {features} features{torn}"
         )
     } else {
         format!("{name}  {kind}, {features} features")

@@ -199,7 +199,9 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   };
   const drawCredit = (of: ChartSet): void => {
     const cells = of.cells.length > 3 ? `${of.cells.length} charts` : of.cells.map((cell) => `${cell.name} ed. ${cell.edition}.${cell.update}`).join(", ");
-    credit.replaceChildren(...(of.not_for_navigation ? [make("strong", {}, "NOT FOR NAVIGATION"), " · "] : []), `${cells} · depths in m below chart datum · safety depth ${limits(of).autonomous_m} m${own && limits(of).autonomous_m === own.autonomous_m && own.autonomous_m > of.autonomous_m ? ", the vessel's own" : ""}`);
+    const torn = of.cells.filter(({ whole }) => whole === false).map(({ name }) => name);
+    const warned = [...(of.not_for_navigation ? ["NOT FOR NAVIGATION"] : []), ...(torn.length ? [`GAPS OR OVERLAPS IN ${torn.join(", ")}`] : [])];
+    credit.replaceChildren(...warned.flatMap((words) => [make("strong", {}, words), " · "]), `${cells} · depths in m below chart datum · safety depth ${limits(of).autonomous_m} m${own && limits(of).autonomous_m === own.autonomous_m && own.autonomous_m > of.autonomous_m ? ", the vessel's own" : ""}`);
     credit.hidden = of.set === null;
     credit.title = of.cells.map((cell) => `${cell.name}: edition ${cell.edition}, update ${cell.update}, issued ${cell.issued}, 1 : ${cell.scale}. ${cell.comment}`).join("\n");
   };
