@@ -167,6 +167,33 @@ fn updates_a_re_issue_and_a_newer_edition_replace_what_was_there() {
     assert!(text.contains(&format!("{NAME}.001")) && text.contains("edition"), "{text}");
 }
 
+/// Three waters side by side: one of them a hundredth of a degree too far east, so that it leaves a gap on one side and
+/// lies over its neighbour on the other, and all together are as large as what is covered.
+#[test]
+fn a_gap_is_told_though_an_overlap_is_as_large() {
+    let shelf = Shelf::new();
+    let (mut cell, ring) = bare(1);
+    cover(&mut cell, &ring);
+    for [west, east] in [[10.0, 10.01], [10.02, 10.03], [10.02, 10.04]] {
+        let corners = [(63.0, west), (63.02, west), (63.02, east), (63.0, east)];
+        let nodes =
+            corners.map(|(lat_deg, lon_deg)| cell.records.connected_node(GeoPoint { lon_deg, lat_deg }));
+        let sides = [0, 1, 2, 3].map(|one| cell.records.edge(nodes[one], nodes[(one + 1) % 4], &[]));
+        let ring: Vec<VectorUse> = sides.iter().map(|side| side.forward()).collect();
+        water(&mut cell, &ring, "5");
+    }
+    shelf.put(0, cell.to_bytes().unwrap());
+    let report = shelf.import();
+    let skin = report.charts[0].skin.unwrap();
+    assert!((skin.skin_deg2 - skin.coverage_deg2).abs() < 1e-12, "the sums agree: {skin:?}");
+    assert!(!skin.holds() && skin.amiss_deg2 >= 0.000_4 - 1e-9, "{skin:?}");
+    let db = ChartDb::open(&shelf.db).unwrap();
+    let chart = db.charts().unwrap().remove(0);
+    assert_eq!(chart.skin_holds, Some(false));
+    let told = db.log(&chart).unwrap();
+    assert!(told.iter().any(|entry| entry.text.contains("gaps or overlaps, most at 63.")), "{told:?}");
+}
+
 #[test]
 fn an_update_that_is_missing_or_of_another_place_changes_nothing() {
     let shelf = Shelf::new();
