@@ -32,13 +32,15 @@ pub struct EventsQuery {
     pub limit: Option<u32>,
     /// Those to pass over, 0 to 100000; from the answer before.
     pub skip: Option<u32>,
+    /// `oldest` or `newest` first; `oldest` when left out.
+    pub order: Option<String>,
 }
 
 /// Tags that were heard, by when they were reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Detections {
-    /// In order of the report.
+    /// In order of the report, or the newest first.
     pub detections: Vec<Detection>,
     /// How to ask for those that did not fit; null when these are all.
     pub next: Option<Next>,
@@ -92,7 +94,7 @@ pub struct Detection {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LogBook {
-    /// In the order in which they were sent.
+    /// In the order in which they were sent, or the newest first.
     pub entries: Vec<LogBookEntry>,
     /// How to ask for those that did not fit; null when these are all.
     pub next: Option<Next>,

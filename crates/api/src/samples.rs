@@ -194,6 +194,9 @@ pub struct Next {
     /// The new `from_us`.
     #[cfg_attr(test, ts(type = "number"))]
     pub from_us: i64,
+    /// The new `to_us`.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub to_us: i64,
     /// The new `skip`.
     pub skip: u32,
 }

@@ -7,7 +7,7 @@ mod support;
 use imc::catalogue::{self, FieldKind, MESSAGES};
 use imc::messages::{LogBookEntry, LogBookEntryType, PowerChannelState, TBRFishTag, Temperature};
 use imc::{Header, PacketView};
-use store::{Cell, Door, Page, Reader, Source, Store, TimeRange};
+use store::{Cell, Door, Order, Page, Reader, Source, Store, TimeRange};
 use support::{OTTER, START_US, accept, packet, temperature, utc};
 
 fn header(time_us: i64) -> Header {
@@ -208,14 +208,23 @@ fn detections_of_both_sizes_and_log_books_are_told() {
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
-    let heard = reader.detections(None, TimeRange::ALL, Page::first(10)).unwrap().items;
+    let heard = reader.detections(None, TimeRange::ALL, Order::Oldest, Page::first(10)).unwrap().items;
     let places: Vec<Option<(f64, f64)>> = heard.iter().map(|one| one.place_deg).collect();
     assert_eq!(places, [None, Some((1.0_f64.to_degrees(), 0.25_f64.to_degrees()))]);
     let one = &heard[1];
     assert_eq!((one.heard, one.serial_no, one.tag_id, one.snr_db), (utc(START_US + 250_000), 1_024, 77, 30));
-    assert_eq!(reader.detections(None, TimeRange::ALL, Page::first(1)).unwrap().items.len(), 1);
-    assert_eq!(reader.detections(Some(imc::Address(1)), TimeRange::ALL, Page::first(9)).unwrap().items, []);
-    let book = reader.log_book(Some(OTTER), TimeRange::ALL, Page::first(10)).unwrap().items;
+    assert_eq!(
+        reader.detections(None, TimeRange::ALL, Order::Oldest, Page::first(1)).unwrap().items.len(),
+        1
+    );
+    assert_eq!(
+        reader
+            .detections(Some(imc::Address(1)), TimeRange::ALL, Order::Oldest, Page::first(9))
+            .unwrap()
+            .items,
+        []
+    );
+    let book = reader.log_book(Some(OTTER), TimeRange::ALL, Order::Oldest, Page::first(10)).unwrap().items;
     assert_eq!(book.len(), 1);
     assert_eq!((book[0].kind_name.as_deref(), book[0].text.as_str()), (Some("WARNING"), "hot"));
     assert_eq!(book[0].written, Some(utc(START_US)));
@@ -234,20 +243,31 @@ fn pages_together_hold_everything_once_and_in_order() {
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
-    let all = reader.log_book(None, TimeRange::ALL, Page::first(100)).unwrap();
+    let all = reader.log_book(None, TimeRange::ALL, Order::Oldest, Page::first(100)).unwrap();
     assert_eq!((all.items.len(), all.next), (40, None));
     assert!(all.items.is_sorted_by_key(|entry| (entry.sent, entry.entity)));
     for (rows, bytes) in [(1, 1_000), (3, 1_000), (16, 1_000), (100, 1), (100, 10)] {
         let mut found = Vec::new();
         let (mut range, mut skip) = (TimeRange::ALL, 0);
         loop {
-            let page = reader.log_book(None, range, Page { skip, rows, bytes }).unwrap();
+            let page = reader.log_book(None, range, Order::Oldest, Page { skip, rows, bytes }).unwrap();
             assert!(!page.items.is_empty() && page.items.len() <= rows.min(bytes.div_ceil(3)));
             found.extend(page.items);
             let Some(next) = page.next else { break };
             (range.from_us, skip) = (next.time_us, next.skip);
         }
         assert_eq!(found, all.items, "{rows} rows, {bytes} bytes");
+        let mut back = Vec::new();
+        let (mut range, mut skip) = (TimeRange::ALL, 0);
+        loop {
+            let page = reader.log_book(None, range, Order::Newest, Page { skip, rows, bytes }).unwrap();
+            assert!(!page.items.is_empty() && page.items.len() <= rows.min(bytes.div_ceil(3)));
+            back.extend(page.items);
+            let Some(next) = page.next else { break };
+            (range.to_us, skip) = (next.time_us + 1, next.skip);
+        }
+        back.reverse();
+        assert_eq!(back, all.items, "the newest first: {rows} rows, {bytes} bytes");
         let one =
             reader.rows(&source(3, "LogBookEntry"), &["text"], TimeRange::ALL, Page { skip: 2, rows, bytes });
         let texts = all.items.iter().filter(|entry| entry.entity == 3).map(|entry| &entry.text);

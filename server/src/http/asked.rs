@@ -6,7 +6,7 @@ use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 use std::ops::RangeInclusive;
-use store::TimeRange;
+use store::{Order, TimeRange};
 
 /// Times that JavaScript holds exactly (µs since 1970 UTC): from 1970 until 2255.
 const TIMES_US: RangeInclusive<i64> = 0..=9_007_199_254_740_991;
@@ -88,6 +88,18 @@ pub(crate) fn number(
     }
     let (first, last) = bounds.into_inner();
     Err(ApiError::bad_request(format!("{name}: {number} is not within {first} to {last}")))
+}
+
+/// Which end of a stretch of time comes first.
+///
+/// # Errors
+/// It is neither.
+pub(crate) fn order(order: Option<&str>) -> Result<Order, ApiError> {
+    match order {
+        None | Some("oldest") => Ok(Order::Oldest),
+        Some("newest") => Ok(Order::Newest),
+        Some(_) => Err(ApiError::bad_request("order: give `oldest` or `newest`, which comes first")),
+    }
 }
 
 /// A page of an answer.

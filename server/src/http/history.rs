@@ -123,8 +123,9 @@ pub(crate) async fn detections(
     Asked(query): Asked<EventsQuery>,
 ) -> Result<Json<Detections>, ApiError> {
     let range = asked::range(query.from_us, query.to_us)?;
-    let page = asked::page(query.limit, query.skip)?;
-    Ok(Json(state.history.ask(move |reader| history::detections(reader, vessel, range, page)).await?))
+    let (order, page) = (asked::order(query.order.as_deref())?, asked::page(query.limit, query.skip)?);
+    let ask = move |reader: &mut store::Reader| history::detections(reader, vessel, range, order, page);
+    Ok(Json(state.history.ask(ask).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/logbook`.
@@ -134,8 +135,9 @@ pub(crate) async fn log_book(
     Asked(query): Asked<EventsQuery>,
 ) -> Result<Json<LogBook>, ApiError> {
     let range = asked::range(query.from_us, query.to_us)?;
-    let page = asked::page(query.limit, query.skip)?;
-    Ok(Json(state.history.ask(move |reader| history::log_book(reader, vessel, range, page)).await?))
+    let (order, page) = (asked::order(query.order.as_deref())?, asked::page(query.limit, query.skip)?);
+    let ask = move |reader: &mut store::Reader| history::log_book(reader, vessel, range, order, page);
+    Ok(Json(state.history.ask(ask).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/gaps`.

@@ -225,6 +225,18 @@ async fn tags_entries_and_gaps_are_told() {
     let page: Detections = json(&shore, &of("detections?limit=2&", START_US + 10), &token).await;
     let next = page.next.unwrap();
     assert_eq!((page.detections.len(), next.from_us, next.skip), (2, START_US + 1, 1));
+    assert_eq!(next.to_us, START_US + 10);
+    let last: Detections = json(&shore, &of("detections?order=newest&limit=2&", START_US + 10), &token).await;
+    let rest = last.next.unwrap();
+    assert_eq!((rest.from_us, rest.to_us, rest.skip), (START_US, START_US + 1, 0));
+    let path = format!(
+        "/api/v1/vessels/{OTTER}/detections?order=newest&limit=2&from_us={}&to_us={}&skip={}",
+        rest.from_us, rest.to_us, rest.skip
+    );
+    let first: Detections = json(&shore, &path, &token).await;
+    assert_eq!(first.next, None);
+    let back: Vec<_> = last.detections.into_iter().chain(first.detections).rev().collect();
+    assert_eq!(back, heard.detections, "the newest first is the same the other way round");
 
     let book = shore.get(&of("logbook?", START_US + 10), &token).await;
     assert!(book.headers["content-type"].to_str().unwrap().starts_with("application/json"));
@@ -259,7 +271,7 @@ async fn nobody_is_told_of_what_they_may_not_see() {
 }
 
 /// Questions that have no answer.
-const WRONG: [(&str, &str); 24] = [
+const WRONG: [(&str, &str); 25] = [
     ("at?time_us=-1", "time_us"),
     ("at?time_us=noon", "time_us"),
     ("at", "time_us"),
@@ -275,6 +287,7 @@ const WRONG: [(&str, &str); 24] = [
     ("logbook?from_us=0&to_us=4&limit=0", "limit"),
     ("logbook?from_us=0&to_us=4&limit=10001", "limit"),
     ("detections?from_us=0&to_us=4&skip=100001", "skip"),
+    ("logbook?from_us=0&to_us=4&order=down", "order"),
     ("detections?from_us=0&to_us=4&lmit=5", "lmit"),
     ("buckets?message=Voltag&entity=2&field=value&from_us=0&to_us=4", "did you mean `Voltage`"),
     ("buckets?message=Voltage&entity=256&field=value&from_us=0&to_us=4", "entity"),

@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
-use store::{Cell, Column, ColumnKind, Page, Reader, Source, StoreError, TimeRange};
+use store::{Cell, Column, ColumnKind, Order, Page, Reader, Source, StoreError, TimeRange};
 use tokio::sync::Semaphore;
 
 /// Questions that are answered at the same time: more would only wait for the disk.
@@ -190,7 +190,7 @@ pub(crate) fn samples(
     Ok(api::Samples {
         fields: fields(&columns),
         rows: found.items.into_iter().map(row).collect(),
-        next: found.next.map(next),
+        next: found.next.map(|rest| next(rest, range, Order::Oldest)),
     })
 }
 
@@ -255,8 +255,13 @@ pub(crate) fn page(rows: usize, skip: usize) -> Page {
     Page { skip, rows, bytes: ANSWER_BYTES }
 }
 
-fn next(next: store::Next) -> api::Next {
-    api::Next { from_us: next.time_us, skip: u32::try_from(next.skip).unwrap_or(u32::MAX) }
+fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {
+    let range = match order {
+        Order::Oldest => TimeRange { from_us: next.time_us, ..range },
+        Order::Newest => TimeRange { to_us: next.time_us.saturating_add(1), ..range },
+    };
+    let skip = u32::try_from(next.skip).unwrap_or(u32::MAX);
+    api::Next { from_us: range.from_us, to_us: range.to_us, skip }
 }
 
 /// A track of at most about so many points.
@@ -291,6 +296,7 @@ pub(crate) fn detections(
     reader: &mut Reader,
     vessel: Address,
     range: TimeRange,
+    order: Order,
     page: Page,
 ) -> store::Result<api::Detections> {
     let detection = |one: store::Detection| {
@@ -315,9 +321,9 @@ pub(crate) fn detections(
             lon_deg: place.map(|place| place.1),
         }
     };
-    let found = reader.detections(Some(vessel), range, page)?;
+    let found = reader.detections(Some(vessel), range, order, page)?;
     let detections = found.items.into_iter().map(detection).collect();
-    Ok(api::Detections { detections, next: found.next.map(next) })
+    Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, range, order)) })
 }
 
 /// A vessel's log book.
@@ -325,6 +331,7 @@ pub(crate) fn log_book(
     reader: &mut Reader,
     vessel: Address,
     range: TimeRange,
+    order: Order,
     page: Page,
 ) -> store::Result<api::LogBook> {
     let entry = |one: store::LogEntry| api::LogBookEntry {
@@ -336,8 +343,9 @@ pub(crate) fn log_book(
         context: one.context,
         text: one.text,
     };
-    let found = reader.log_book(Some(vessel), range, page)?;
-    Ok(api::LogBook { entries: found.items.into_iter().map(entry).collect(), next: found.next.map(next) })
+    let found = reader.log_book(Some(vessel), range, order, page)?;
+    let entries = found.items.into_iter().map(entry).collect();
+    Ok(api::LogBook { entries, next: found.next.map(|rest| next(rest, range, order)) })
 }
 
 /// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more

@@ -642,7 +642,7 @@ lon_deg: number | null, };
 
 export type Detections = { 
 /**
- * In order of the report.
+ * In order of the report, or the newest first.
  */
 detections: Array<Detection>, 
 /**
@@ -1157,7 +1157,7 @@ export type Liveness = "live" | "late" | "stale" | "lost";
 
 export type LogBook = { 
 /**
- * In the order in which they were sent.
+ * In the order in which they were sent, or the newest first.
  */
 entries: Array<LogBookEntry>, 
 /**
@@ -1228,6 +1228,10 @@ export type Next = {
  * The new `from_us`.
  */
 from_us: number, 
+/**
+ * The new `to_us`.
+ */
+to_us: number, 
 /**
  * The new `skip`.
  */

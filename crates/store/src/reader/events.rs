@@ -2,12 +2,13 @@
 
 use super::page::Pager;
 use super::samples::read_row;
-use super::{Cell, Page, Paged, Reader, Row, has_group, select_list};
+use super::{Cell, Order, Page, Paged, Reader, Row, has_group, select_list};
 use crate::error::Result;
 use crate::history::GroupKey;
 use crate::range::TimeRange;
 use imc::Address;
 use rusqlite::{Connection, Rows, Statement};
+use std::cmp::Ordering;
 use std::ops::ControlFlow;
 use units::UtcTime;
 
@@ -89,6 +90,7 @@ impl Reader {
         &mut self,
         system: Option<Address>,
         range: TimeRange,
+        order: Order,
         page: Page,
     ) -> Result<Paged<Detection>> {
         let protocols = imc::catalogue::by_abbrev("TBRFishTag").and_then(|desc| desc.field("trans_protocol"));
@@ -115,7 +117,8 @@ impl Reader {
                 place_deg: degrees(9).zip(degrees(10)),
             }
         };
-        self.events("TBRFishTag", &DETECTION_FIELDS, system, range, page, detection)
+        let question = Question { message: "TBRFishTag", fields: &DETECTION_FIELDS, system, range, order };
+        self.events(&question, page, detection)
     }
 
     /// A page of the log books' entries in a range, by when they were sent; of one system or of all.
@@ -126,6 +129,7 @@ impl Reader {
         &mut self,
         system: Option<Address>,
         range: TimeRange,
+        order: Order,
         page: Page,
     ) -> Result<Paged<LogEntry>> {
         let kinds = imc::catalogue::by_abbrev("LogBookEntry").and_then(|desc| desc.field("type"));
@@ -147,16 +151,14 @@ impl Reader {
                 text: text(3),
             }
         };
-        self.events("LogBookEntry", &LOG_FIELDS, system, range, page, entry)
+        let question = Question { message: "LogBookEntry", fields: &LOG_FIELDS, system, range, order };
+        self.events(&question, page, entry)
     }
 
-    /// A page of the messages of a kind from all entities, in order of time, system and entity.
+    /// A page of the messages of a kind from all entities, by time, system and entity.
     fn events<T>(
         &mut self,
-        message: &str,
-        fields: &[&str],
-        system: Option<Address>,
-        range: TimeRange,
+        &Question { message, fields, system, range, order }: &Question<'_>,
         page: Page,
         make: impl Fn(GroupKey, Row) -> T,
     ) -> Result<Paged<T>> {
@@ -166,12 +168,18 @@ impl Reader {
             self.extents()?.into_keys().filter(|key| key.id == id && wanted(key.src)).collect();
         let mut found = Vec::new();
         let mut pager = Pager::new(page);
-        for (key, part) in self.parts(range)? {
+        let mut parts = self.parts(range)?;
+        let mut down = "";
+        if order == Order::Newest {
+            parts.reverse();
+            down = " DESC";
+        }
+        for (key, part) in parts {
             let (connection, table) = (self.month(key)?, self.table(message)?);
             let mut read = || -> rusqlite::Result<ControlFlow<()>> {
                 let sql = format!(
                     "SELECT time_us,received_us{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 \
-                     AND time_us<?4 ORDER BY time_us,hash",
+                     AND time_us<?4 ORDER BY time_us{down},hash{down}",
                     select_list(connection, table, fields)?,
                     table.desc.abbrev
                 );
@@ -181,12 +189,7 @@ impl Reader {
                     let rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
                     heads.push(Head { group: *group, rows, ahead: None }.advanced(fields.len())?);
                 }
-                // Of what each entity says next, the earliest.
-                while let Some(head) = heads
-                    .iter_mut()
-                    .filter(|head| head.ahead.is_some())
-                    .min_by_key(|head| (head.ahead.as_ref().map(|row| row.time), head.group))
-                {
+                while let Some(head) = next_of(&mut heads, order) {
                     let Some(row) = head.take(fields.len())? else { break };
                     let step = pager.step(row.time.micros(), || {
                         let bytes = row.bytes();
@@ -205,6 +208,15 @@ impl Reader {
         }
         Ok(pager.end(found))
     }
+}
+
+/// Which messages, and from which end.
+struct Question<'q> {
+    message: &'q str,
+    fields: &'q [&'q str],
+    system: Option<Address>,
+    range: TimeRange,
+    order: Order,
 }
 
 /// A question for each group that the month has.
@@ -227,6 +239,18 @@ struct Head<'s> {
     group: GroupKey,
     rows: Rows<'s>,
     ahead: Option<Row>,
+}
+
+/// The entity whose next message is the earliest of all, or the latest.
+fn next_of<'h, 's>(heads: &'h mut [Head<'s>], order: Order) -> Option<&'h mut Head<'s>> {
+    let by = |one: &Head<'_>, other: &Head<'_>| -> Ordering {
+        let key = |head: &Head<'_>| (head.ahead.as_ref().map(|row| row.time), head.group);
+        match order {
+            Order::Oldest => key(one).cmp(&key(other)),
+            Order::Newest => key(other).cmp(&key(one)),
+        }
+    };
+    heads.iter_mut().filter(|head| head.ahead.is_some()).min_by(|one, other| by(one, other))
 }
 
 impl Head<'_> {

@@ -15,7 +15,7 @@ mod track;
 pub use buckets::{Bucket, Buckets};
 pub use catalogue::{EntityName, Series, System};
 pub use events::{Detection, LogEntry};
-pub use page::{Next, Page, Paged};
+pub use page::{Next, Order, Page, Paged};
 pub use samples::{Cell, Row, Samples};
 pub use then::{Last, Then};
 pub use track::{Track, TrackPoint};

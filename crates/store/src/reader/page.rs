@@ -20,17 +20,26 @@ impl Page {
     }
 }
 
+/// From which end messages are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// The oldest first.
+    Oldest,
+    /// The newest first: all the same the other way round.
+    Newest,
+}
+
 /// A part of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paged<T> {
-    /// What was asked for, in order of time.
+    /// What was asked for, in the order asked for; of time where none was.
     pub items: Vec<T>,
     /// Where the rest begins; `None` when this is all.
     pub next: Option<Next>,
 }
 
-/// Where the rest of an answer begins: the same question from this time on, passing over so many messages. What
-/// comes late can shift it by as many as came for this very microsecond.
+/// Where the rest of an answer begins: the same question from this time on, or, the newest first, up to and with this
+/// time, passing over so many messages. What comes late can shift it by as many as came for this very microsecond.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Next {
     /// Time of the first message that is missing (µs since 1970-01-01 UTC).
@@ -39,7 +48,7 @@ pub struct Next {
     pub skip: usize,
 }
 
-/// Counts messages in order of time.
+/// Counts messages in order of time, or against it.
 #[derive(Debug)]
 pub(super) struct Pager {
     page: Page,
