@@ -53,6 +53,40 @@ export function check(holds, text) {
   if (!holds) throw new Error(text);
 }
 
+/** Whether two values are the same all through; else the first difference is told. */
+export function same(found, wanted, what) {
+  if (!Array.isArray(found) || !Array.isArray(wanted)) return check(Object.is(found, wanted), `${what}: ${JSON.stringify(found)} in place of ${JSON.stringify(wanted)}`);
+  check(found.length === wanted.length, `${what}: ${found.length} in place of ${wanted.length}`);
+  found.forEach((one, at) => same(one, wanted[at], `${what}, ${at}`));
+}
+
+/** A table of comma-separated values as texts, without the apostrophe that keeps spreadsheets from taking text for formulas. */
+export function table(text) {
+  const rows = [[]];
+  for (const [, quoted, plain, end] of text.matchAll(/(?:"((?:[^"]|"")*)"|([^,\n"]*))(,|\n|$)/g)) {
+    const cell = quoted === undefined ? plain : quoted.replaceAll('""', '"');
+    rows.at(-1).push(/^'[=+\-@\t\r']/.test(cell) ? cell.slice(1) : cell);
+    if (end === "\n") rows.push([]);
+    if (end === "") break;
+  }
+  // After the last line's end nothing follows.
+  rows.pop();
+  const [head, ...rest] = rows;
+  for (const row of rest) check(row.length === head.length, `a row of ${row.length} cells under ${head.length}: ${row}`);
+  return { head, rows: rest };
+}
+
+/** Whether a file of plots holds these samples of its one field, each with its time and value, and nothing else. */
+export function sameSamples(text, { rows }, field) {
+  const { head, rows: lines } = table(text);
+  const [time, value] = [head.indexOf("unix_s"), head.findIndex((one) => one.split(" ")[0] === field)];
+  check(value > 0 && /\[.+\]/.test(head[value]), `${head} has ${field} with its unit`);
+  check(rows.length > 5, `${rows.length} samples`);
+  // Numbers of single precision are written as short as they can be.
+  const found = lines.map((line) => [Math.round(Number(line[time]) * 1e6), Math.fround(Number(line[value]))]);
+  same(found, rows.map((row) => [row.time_us, Math.fround(row.values[0])]), `${field} in the file`);
+}
+
 /** Logs in with a one-time password and chooses one. */
 export async function logIn(page, url, name, password, next) {
   await page.goto(`${url}/login`);

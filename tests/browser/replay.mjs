@@ -1,7 +1,7 @@
 // The past on a vessel's page: node replay.mjs URL PASSWORD [LOG]. LOG is a recording of a DUNE vehicle, brought in first.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { check, inBrowser, logIn, look, same, sameSamples, table } from "./browser.mjs";
 
 const [url, password, log] = process.argv.slice(2);
 const OTTER = 10449;
@@ -108,9 +108,9 @@ await inBrowser(async (open) => {
     await link.waitFor();
     const download = page.waitForEvent("download");
     await link.click();
-    const csv = (await readFile(await (await download).path(), "utf8")).trim().split("\n");
+    const csv = await readFile(await (await download).path(), "utf8");
     const samples = await json(`/api/v1/vessels/${vessel}/samples?message=${plots}&entity=${entity}&fields=u&limit=10000&from_us=${Math.floor(fromUs / 1e3) * 1e3}&to_us=${Math.ceil(toUs / 1e3) * 1e3}`);
-    check(csv.length - 1 === samples.rows.length && samples.rows.length > 5, `CSV has ${csv.length - 1} rows, the history ${samples.rows.length}`);
+    sameSamples(csv, samples, "u");
 
     // Nothing is commanded from the past; STOP stays.
     await page.getByRole("tab", { name: "Control" }).click();
@@ -174,8 +174,10 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Show all", exact: true }).click();
   const saved = page.waitForEvent("download");
   await page.getByRole("button", { name: "Download CSV of tags heard as shown" }).click();
-  const tags = (await readFile(await (await saved).path(), "utf8")).trim().split("\n");
-  check(tags.length - 1 === (await rows.count()) && tags[0].startsWith("reported [UTC],heard [UTC],tag,"), tags[0]);
+  const tags = table(await readFile(await (await saved).path(), "utf8"));
+  same(tags.head.slice(0, 4), ["vessel", "reported [UTC]", "heard [UTC]", "tag"], "the head of the file");
+  const seen = await rows.evaluateAll((rows) => rows.map((row) => [...row.cells].slice(0, 6).map((cell) => cell.textContent)));
+  same(tags.rows.map(([, , heard, ...rest]) => [`${heard.slice(0, 19).replace("T", " ")}Z`, ...rest.slice(0, 5)]), seen, "tags as they are shown");
 
   // A tag's row sets the time everywhere, and the log book's too.
   const tag = detections[0];
@@ -191,8 +193,10 @@ await inBrowser(async (open) => {
   await page.waitForFunction((us) => new URL(location.href).searchParams.get("t") === us, wroteUs);
   const savedBook = page.waitForEvent("download");
   await page.getByRole("button", { name: "Download CSV of log book as shown" }).click();
-  const book = await readFile(await (await savedBook).path(), "utf8");
-  check(book.startsWith("time [UTC],severity,entity,from,text") && book.includes("square"), book.slice(0, 300));
+  const book = table(await readFile(await (await savedBook).path(), "utf8"));
+  const written = await page.getByRole("tabpanel", { name: "Log book" }).locator("tbody tr").evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
+  same(book.rows.map(([, time, severity, entity, from, text]) => [`${time.slice(0, 19).replace("T", " ")}Z`, severity, from || entity, text]), written.map(([time, severity, ...rest]) => [time, severity.split(" ")[1], ...rest]), "the log book as it is shown");
+  check(book.rows.some((row) => row[5].includes("square")) && book.rows.every(([vessel]) => vessel === "otter-1"), JSON.stringify(book.rows[0]));
 
   // The track on the map tells it too: pointed to, the time at which the boat was there; tapped, it stays.
   await page.getByRole("tab", { name: "Plots" }).click();

@@ -5,8 +5,9 @@ use super::testing::{Boats, an_hour, boat, packet};
 use crate::clock;
 use crate::config::Config;
 use imc::messages::{
-    EntityInfo, EntityParameter, EntityParameters, EntityState, EntityStateState, EstimatedState, FuelLevel,
-    Payload as _, QueryEntityParameters, VehicleState, VehicleStateOpMode,
+    Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
+    EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Message, Payload as _,
+    QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -219,6 +220,82 @@ async fn nothing_old_looks_fresh_on_any_view() {
         serving.stop().await;
     }
     script.await.unwrap();
+}
+
+/// 2026-11-21 08:00 UTC.
+const PAST_US: i64 = 1_795_248_000_000_000;
+const ENTRIES: i64 = 10_500;
+
+/// More of a boat's past than a page shows at once: a log book with an entry each second, tags, and two minutes of places.
+fn long_past(data: &Path) {
+    let list = EntityList { op: EntityListOp::Report, list: "Navigation=1;Receiver=2".into() };
+    let announce = Announce { sys_name: "otter-0".into(), ..Announce::default() };
+    let mut said: Vec<(u8, i64, Message)> =
+        vec![(255, PAST_US, list.into()), (255, PAST_US, announce.into())];
+    for number in 0..ENTRIES {
+        let kinds = [
+            LogBookEntryType::Info,
+            LogBookEntryType::Warning,
+            LogBookEntryType::Error,
+            LogBookEntryType::Critical,
+            LogBookEntryType::Debug,
+        ];
+        let context = if number % 3 == 0 { "" } else { "=Task, \"<b>\"" };
+        let text = format!("entry {number} =1+1, \"quoted\"");
+        let r#type = kinds[usize::try_from(number % 5).unwrap()];
+        let entry = LogBookEntry {
+            r#type,
+            text: text.as_str().into(),
+            context: context.into(),
+            ..LogBookEntry::default()
+        };
+        // Two of each time.
+        said.push((1, PAST_US + number / 2 * 2_000_000, entry.into()));
+    }
+    for number in 0..5_200_u32 {
+        let along = f64::from(number) / 5_200.0;
+        let tag = TBRFishTag {
+            serial_no: 1_024,
+            unix_timestamp: u32::try_from(PAST_US / 1_000_000).unwrap() + number,
+            millis: 250,
+            trans_id: u16::try_from(100 + number % 7).unwrap().into(),
+            trans_data: u16::try_from(number % 256).unwrap(),
+            snr: u8::try_from(6 + number % 40).unwrap(),
+            trans_freq: 69,
+            lat: Some((63.44 + 0.004 * along).to_radians()),
+            lon: Some((10.40 - 0.006 * along).to_radians()),
+            ..TBRFishTag::default()
+        };
+        said.push((2, PAST_US + i64::from(number) * 1_000_000 + 500_000, tag.into()));
+    }
+    for number in 0..40_u8 {
+        let along = f64::from(number) / 40.0;
+        let state = EstimatedState {
+            lat: (63.44 + 0.001 * along).to_radians(),
+            lon: (10.40 + 0.002 * along * along).to_radians(),
+            u: f32::from(number) * 0.053 - 0.5,
+            ..EstimatedState::default()
+        };
+        said.push((1, PAST_US + i64::from(number) * 3_000_000 + 1_000_000, state.into()));
+    }
+    super::history_tests::put(data, &said);
+}
+
+/// CSV holds what the page shows, value by value, and more of it where the page shows a part.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_taken_away_is_what_is_shown() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    long_past(folder.path());
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let (from, to) = (PAST_US.to_string(), (PAST_US + ENTRIES * 1_000_000).to_string());
+    let script = move || testkit::browser::run("taken.mjs", &[&address, &password, &from, &to], |_| {});
+    tokio::task::spawn_blocking(script).await.unwrap();
+    serving.stop().await;
 }
 
 /// A server on a free port that says nothing itself.

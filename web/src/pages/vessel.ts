@@ -1,8 +1,8 @@
 // One vessel: map, instruments, plots and tables over one stretch of time and one cursor.
 
-import { getJson, reason } from "../api/http";
+import { getJson } from "../api/http";
 import { createControl } from "../control/panel";
-import type { At, Detection, Detections, Entity, Gap, LinkStatus, LogBook, Series, System, TrackPoint } from "../api/types.gen";
+import type { At, Detections, Entity, Gap, LinkStatus, LogBook, Series, System, TrackPoint } from "../api/types.gen";
 import { createMap } from "../map/map";
 import { createMeasure } from "../map/measure";
 import { ends, isLive, panned, type Range, type Source, written, zoomed } from "../plot/model";
@@ -59,7 +59,8 @@ export function startVessel(root: HTMLElement): void {
   const tileBox = make("section", { class: "instruments", "aria-label": "Instruments" });
   const timeBox = make("section", { class: "timebar", "aria-label": "Time" });
   const side = make("div", { class: "side" });
-  const mapFrame = make("div", { class: "map-box" }, mapBox, all, here);
+  const tagsCut = make("p", { class: "tags-cut", role: "status" });
+  const mapFrame = make("div", { class: "map-box" }, mapBox, all, here, tagsCut);
   const nothing = make("p", { class: "empty", hidden: "" }, "Nothing is recorded of this vessel yet. A log of it is brought in under Admin, Import; then it is watched here as it was.");
   tileBox.append(replayBox);
   const besideBox = make("section", { class: "beside", "aria-label": "Vessels" });
@@ -252,13 +253,21 @@ export function startVessel(root: HTMLElement): void {
   const events = {
     at: (us: number | null): void => hover(us),
     pick,
-    file: root.dataset["researcher"] === undefined ? undefined : () => {
-      const { fromUs, toUs } = ends(range, nowUs());
-      return `${system ? systemName(system) : (given ?? hexAddress(address))} ${utc(fromUs)} to ${utc(toUs)}`.replaceAll(":", "");
-    },
+    vessel: () => (system ? systemName(system) : (given ?? hexAddress(address))),
+    may: root.dataset["researcher"] !== undefined,
   };
-  const logBook = createLogBook(panels["Log book"], entity, events);
-  const tags = createDetections(panels.Tags, events);
+  const logBook = createLogBook(panels["Log book"], async (query, signal) => {
+    const { entries, next } = await getJson<LogBook>(`${path}/logbook?${query}`, signal);
+    return { items: entries, next };
+  }, entity, events);
+  const tags = createDetections(panels.Tags, async (query, signal) => {
+    const { detections, next } = await getJson<Detections>(`${path}/detections?${query}`, signal);
+    return { items: detections, next };
+  }, events, ({ items, next }) => {
+    map.overlays.detections(items);
+    const last = next ? items.at(-1) : undefined;
+    setText(tagsCut, last ? `Tags on the map: the newest ${items.length}, since ${utc(last.time_us)}. Older ones: under Tags.` : "");
+  });
   // Whoever looks at the past commands nothing by accident. STOP is not in here.
   const controlBox = make("div", { class: "control-box" });
   const fromPast = make("p", { class: "note warn", hidden: "" }, "You look at the past: nothing is commanded from here. STOP works, and Back to live brings the commands back.");
@@ -307,6 +316,8 @@ export function startVessel(root: HTMLElement): void {
 
   let settle: number | undefined;
   let asked = new AbortController();
+  /** The range that was asked for last. */
+  let askedRange: Range | undefined;
   const askPast = (fit: boolean): void => {
     window.clearTimeout(settle);
     settle = window.setTimeout(() => void past(fit), SETTLE_MS);
@@ -316,37 +327,29 @@ export function startVessel(root: HTMLElement): void {
     asked = new AbortController();
     const { signal } = asked;
     const { fromUs, toUs } = ends(range, nowUs());
-    const time = `from_us=${Math.max(0, Math.round(fromUs))}&to_us=${Math.round(toUs) + 1}`;
-    const get = async <T>(what: string, told: (answer: T) => void, failed: (text: string) => void): Promise<void> => {
+    const stretch = { fromUs: Math.max(0, Math.round(fromUs)), toUs: Math.round(toUs) + 1 };
+    const goesOn = isLive(range) && askedRange === range;
+    askedRange = range;
+    const askTrack = async (): Promise<void> => {
       try {
-        told(await getJson<T>(`${path}/${what}${time}`, signal));
-      } catch (error) {
-        if (!signal.aborted) failed(reason(error));
-      }
-    };
-    await Promise.all([
-      beside.ask(range, nowUs(), signal),
-      get<TrackPoint[]>(`track?points=${POINTS}&`, (points) => {
+        const points = await getJson<TrackPoint[]>(`${path}/track?points=${POINTS}&from_us=${stretch.fromUs}&to_us=${stretch.toUs}`, signal);
         ahead.recorded(points);
         track = isLive(range) ? ahead.all() : points;
         if (play) point();
         else map.track(address, track);
         drawPlace();
         if (!isLive(range) && fit) map.showAll();
-      }, () => undefined),
-      get<LogBook>("logbook?limit=2000&", ({ entries, next }) => logBook.update(entries, next !== null), logBook.failed),
-      get<Detections>("detections?limit=5000&", ({ detections, next }) => showTags(detections, next !== null), tags.failed),
-    ]);
+      } catch {
+        // The track that is known stays; the tables tell that the history does not answer.
+      }
+    };
+    await Promise.all([beside.ask(range, nowUs(), signal), askTrack(), logBook.show(stretch, goesOn, signal), tags.show(stretch, goesOn, signal)]);
     if (beside.addresses.length && !isLive(range) && fit && !signal.aborted) {
       drawPlace();
       map.showAll();
     }
     window.clearTimeout(settle);
     if (isLive(range) && !signal.aborted) settle = window.setTimeout(() => void past(), AGAIN_MS);
-  };
-  const showTags = (all: readonly Detection[], more: boolean): void => {
-    tags.update(all, more);
-    map.overlays.detections(all);
   };
 
   const learn = async (): Promise<void> => {

@@ -1,0 +1,131 @@
+// What is taken away is what is shown, value by value, also of more than fits a page: node taken.mjs URL PASSWORD FROM TO.
+// The history from FROM to TO (µs) is a test's: 10500 entries of the log book, 5200 tags, 40 places.
+
+import { readFile } from "node:fs/promises";
+import { check, inBrowser, logIn, same, table } from "./browser.mjs";
+
+const [url, password, fromText, toText] = process.argv.slice(2);
+const [FROM, TO] = [Number(fromText), Number(toText)];
+const BOAT = 2068;
+
+await inBrowser(async (open) => {
+  const page = await open();
+  page.context().setDefaultTimeout(60_000);
+  await logIn(page, url, "admin", password, "nine grey otters");
+  const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
+  const named = await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "otter-0", address: String(BOAT) }, headers: { origin: url } });
+  check(named.ok(), await named.text());
+  // Axe judges these tables in other tests, with fewer rows.
+  const picture = (name) => page.screenshot({ path: new URL(`../../target/screenshots/${name}.png`, import.meta.url).pathname });
+  const address = (tab, from = FROM, to = TO) => `${url}/vessels/${BOAT}?from=${from}&to=${to}&tab=${encodeURIComponent(tab)}&plots=EstimatedState.1.u,EstimatedState.1.true_lat_deg,EstimatedState.1.true_lon_deg`;
+  const panel = (name) => page.getByRole("tabpanel", { name, exact: true });
+  const take = async (button) => {
+    const saved = page.waitForEvent("download");
+    await button.click();
+    const download = await saved;
+    return { name: download.suggestedFilename(), ...table(await readFile(await download.path(), "utf8")) };
+  };
+  /** The texts of all rows. */
+  const shown = (name) => panel(name).locator("tbody").evaluate((body) => [...body.rows].map((row) => [...row.cells].map((cell) => cell.textContent)));
+  const rows = (name, count) => page.waitForFunction(([id, count]) => document.getElementById(id).querySelectorAll("tbody tr").length === count, [name, count]);
+  const id = (name) => panel(name).getAttribute("id");
+
+  // The log book: the newest first, older ones by a button, and all of the time in the file.
+  await page.goto(address("Log book"));
+  const book = await id("Log book");
+  const [newest] = [panel("Log book").locator("tbody tr").first()];
+  await newest.getByText(/^entry 10498 /).waitFor();
+  await panel("Log book").getByText(/^The newest 2000 of this time, since 2026-11-21 \d\d:\d\d:\d\dZ\.$/).waitFor();
+  await rows(book, 1_600);
+  await panel("Log book").getByRole("button", { name: "Older ones" }).focus();
+  await page.keyboard.press("Enter");
+  await panel("Log book").getByText(/^The newest 4000 of this time/).waitFor();
+  await rows(book, 3_200);
+  await picture("taken-log-book");
+  const button = page.getByRole("button", { name: /^Download CSV of log book as shown/ });
+  const all = await take(button);
+  same(all.head, ["vessel", "time [UTC]", "severity", "entity", "from", "text"], "the head");
+  check(all.name === "otter-0_2026-11-21_080000Z_to_2026-11-21_105500Z_log_book.csv", all.name);
+  same(all.rows.length, 8_400, "all of the time but debugging, which is not shown");
+  const told = ([vessel, time, severity, entity, from, text]) => [vessel, `${time.slice(0, 19).replace("T", " ")}Z`, severity, from || entity, text];
+  const seen = (await shown("Log book")).map(([time, severity, from, text]) => ["otter-0", time, severity.split(" ")[1], from, text]);
+  same(all.rows.slice(0, seen.length).map(told), seen, "the newest, as they are shown");
+  // Two are of one time.
+  same(all.rows.slice(-2).find((row) => row[5].startsWith("entry 0 ")), ["otter-0", "2026-11-21T08:00:00.000000Z", "info", "Navigation", "", "entry 0 =1+1, \"quoted\""], "the oldest");
+  await panel("Log book").getByRole("combobox").selectOption("errors and worse");
+  const bad = await take(button);
+  check(bad.rows.length === 4_200 && bad.rows.every((row) => ["error", "critical"].includes(row[2])), `${bad.rows.length} errors and worse`);
+
+  // Tags: the map says that it has not all of them.
+  await page.goto(address("Tags"));
+  const tags = await id("Tags");
+  await rows(tags, 5_000);
+  await page.locator(".map-box").getByText(/^Tags on the map: the newest 5000, since 2026-11-21 08:03:20Z\. Older ones: under Tags\.$/).waitFor();
+  await picture("taken-tags");
+  const heard = await take(page.getByRole("button", { name: /^Download CSV of tags heard as shown/ }));
+  same(heard.rows.length, 5_200, "all tags of the time");
+  await panel("Tags").getByRole("button", { name: "Older ones" }).click();
+  await rows(tags, 5_200);
+  check(!(await page.locator(".map-box .tags-cut").isVisible()), "all of them are on the map");
+  check(!(await panel("Tags").getByRole("button", { name: "Older ones" }).isVisible()), "there are no older ones");
+  const lines = await shown("Tags");
+  same(lines.length, heard.rows.length, "tags");
+  lines.forEach(([time, tag, data, snr, frequency, receiver, place], at) => {
+    const [vessel, , when, name, value, snrDb, kHz, serial, lat, lon] = heard.rows[at];
+    same([time, tag, data, snr, frequency, receiver], [`${when.slice(0, 19).replace("T", " ")}Z`, name, value, snrDb, kHz, serial], `tag ${at} of ${vessel}`);
+    isAt(place, Number(lat), Number(lon));
+  });
+
+  // Plots and the track: each sample under the pointer, with its value, its time and the place of the vessel then.
+  await page.goto(address("Plots", FROM, FROM + 120_000_000));
+  const plot = (unit) => page.getByRole("region", { name: `EstimatedState, ${unit}`, exact: true });
+  await plot("m/s").getByText(/40 points/).waitFor();
+  const u = await take(plot("m/s").getByRole("link", { name: /Download CSV of EstimatedState u/ }));
+  const places = await take(plot("°").getByRole("link", { name: /Download CSV of EstimatedState true_lat_deg, true_lon_deg/ }));
+  const column = ({ head }, name) => head.findIndex((one) => one.split(" ")[0] === name);
+  check(u.head[column(u, "u")] === "u [m/s]" && places.head[column(places, "true_lat_deg")] === "true_lat_deg [deg]", `${u.head} and ${places.head} tell units`);
+  same([u.rows.length, places.rows.length], [40, 40], "samples");
+  const over = plot("m/s").locator(".u-over");
+  await over.scrollIntoViewIfNeeded();
+  const { width } = await over.boundingBox();
+  const legend = plot("m/s").locator(".legend .num");
+  for (const [at, row] of u.rows.entries()) {
+    const us = Math.round(Number(row[column(u, "unix_s")]) * 1e6);
+    same(row[0], places.rows[at][0], "both files tell of the same time");
+    const value = `${Number(Number(row[column(u, "u")]).toFixed(3))} m/s`.replace("-", "−");
+    await over.hover({ position: { x: ((us - FROM) / 120e6) * width, y: 40 } });
+    await legend.getByText(value, { exact: true }).waitFor();
+    await page.waitForFunction((us) => Math.abs(Date.parse(document.querySelector(".here").textContent.slice(0, 20).replace(" ", "T")) * 1e3 - us) < 2e6, us);
+    isAt((await page.locator(".here").textContent()).slice(20).trim(), Number(places.rows[at][column(places, "true_lat_deg")]), Number(places.rows[at][column(places, "true_lon_deg")]), 0.0002);
+  }
+
+  // While another time is being asked for, and where it does not come, there is no file of the time before under its name.
+  await page.goto(address("Log book", TO - 60_000_000));
+  await panel("Log book").getByText("entry 10498").waitFor();
+  await button.waitFor();
+  let letGo = () => undefined;
+  const held = new Promise((done) => (letGo = done));
+  await page.route("**/logbook?*", async (route) => {
+    await held;
+    await route.abort();
+  });
+  await page.getByRole("button", { name: "Earlier" }).click();
+  await panel("Log book").getByText("Fetching …").waitFor();
+  check(!(await button.isVisible()), "no file while another time is asked for");
+  const kept = await panel("Log book").locator("tbody tr").count();
+  check(kept > 0 && kept < 40, `${kept} rows are of both times`);
+  letGo();
+  await panel("Log book").getByText("Not known: The server cannot be reached.").waitFor();
+  check(!(await button.isVisible()), "no file of what did not come");
+  await page.unroute("**/logbook?*");
+  await page.getByRole("button", { name: "Later" }).click();
+  await panel("Log book").getByText("entry 10498").waitFor();
+  await button.waitFor();
+  same((await take(button)).rows.length, 48, "entries of the last minute but debugging");
+});
+
+/** Whether a place as it is shown is this one. */
+function isAt(text, lat, lon, within = 0.00001) {
+  const found = [...text.matchAll(/(\d+)° (\d+\.\d+)′ ([NSEW])/g)].map(([, degrees, minutes, side]) => (Number(degrees) + Number(minutes) / 60) * (/[SW]/.test(side) ? -1 : 1));
+  check(found.length === 2 && Math.abs(found[0] - lat) <= within && Math.abs(found[1] - lon) <= within, `${text} is ${lat} ${lon}`);
+}
