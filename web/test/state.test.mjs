@@ -17,7 +17,7 @@ const fleet = await load("state/fleet");
 const { Track } = await load("state/track");
 const format = await load("ui/format");
 const plot = await load("plot/model");
-const { vitals, entities, worst } = await load("state/vitals");
+const { vitals, entities, partsInWords, worst } = await load("state/vitals");
 const alarms = await load("state/alarms");
 const loss = await load("state/linkloss");
 const { placeAt } = await load("state/track");
@@ -264,4 +264,24 @@ test("a place that is not told any more is old, and without the server all is", 
   assert.equal(fleet.asSeen({ ...system, liveness: "lost" }, values, 2e6, true).liveness, "lost");
   assert.equal(fleet.asSeen(system, values, 2e6, false).liveness, "lost");
   assert.equal(fleet.asSeen(system, undefined, 9e6, true).liveness, "live");
+});
+
+test("parts that fell silent are told, and are not normal", () => {
+  const part = (entity, state, old = false, description = "") => ({ entity, label: entity === 9 ? "" : `Part ${entity}`, state, description, ageS: old ? 100 : 1, old });
+  assert.deepEqual(partsInWords([part(1, ""), part(2, "")]), { text: "state of its parts unknown", bad: false });
+  assert.deepEqual(partsInWords([part(1, "NORMAL"), part(2, "NORMAL"), part(3, "", true)]), { text: "all parts normal", bad: false }, "who never spoke did not fall silent");
+  assert.deepEqual(partsInWords([part(1, "NORMAL"), part(9, "NORMAL", true)]), { text: "1 of 2 parts silent: entity 9", bad: true });
+  const four = [1, 2, 3, 4].map((entity) => part(entity, "NORMAL", entity > 1));
+  assert.deepEqual(partsInWords(four), { text: "3 of 4 parts silent: Part 2, Part 3 and 1 more", bad: true });
+  assert.deepEqual(partsInWords(four.map((one) => ({ ...one, old: true }))), { text: "all 4 parts silent, normal before (old)", bad: false }, "then the link is what is bad");
+  assert.deepEqual(partsInWords([part(1, "ERROR", true, "hot"), part(2, "NORMAL")]), { text: "Part 1: ERROR, hot (old) · 1 of 2 parts silent: Part 1", bad: true });
+});
+
+test("a place is as old as its arrival, whatever the vessel's clock says", () => {
+  const place = { ...update(1, "EstimatedState", 1), time_us: 9e15, received_us: 4e6 };
+  assert.equal(loss.linkLoss(new Map([["EstimatedState/1/", place]]), new Map()).placeUs, 4e6);
+  const fix = { ...update(1, "GpsFix", 1), received_us: 6e6 };
+  const both = new Map([["GpsFix/1/", fix], ["EstimatedState/1/", place]]);
+  assert.equal(loss.linkLoss(both, new Map([[7, "Lost Communications"]])).placeUs, 4e6, "of what tells best");
+  assert.equal(loss.linkLoss(new Map(), new Map()).placeUs, null);
 });

@@ -7,7 +7,7 @@ import { told } from "../state/alarms";
 import { asSeen, EMPTY, placeIsOld, serverNowUs } from "../state/fleet";
 import { type Listed, unheard } from "../state/order";
 import { Track } from "../state/track";
-import { entities, vitals, worst } from "../state/vitals";
+import { entities, partsInWords, vitals, worst } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute } from "../ui/dom";
 import { fillExport } from "../ui/export";
@@ -55,7 +55,8 @@ export function startFleet(root: HTMLElement): void {
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
     const [known, label] = [state.values.get(system.address) ?? new Map(), labels(system)];
-    return { system, placeIsOld: placeIsOld(state.values.get(system.address), nowUs), vitals: vitals(known, label, nowUs), worst: worst(entities(known, label, nowUs)), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
+    const parts = entities(known, label, nowUs);
+    return { system, placeIsOld: placeIsOld(state.values.get(system.address), nowUs), vitals: vitals(known, label, nowUs), worst: worst(parts), parts: partsInWords(parts), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
   };
 
   const drawMap = (): void => {

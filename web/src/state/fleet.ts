@@ -86,6 +86,13 @@ export function placeIsOld(values: ReadonlyMap<string, Update> | undefined, nowU
   return false;
 }
 
+/** When a system's place came last, by the server's clock, µs since 1970 UTC; null where none was heard here. */
+export function placeCameUs(values: ReadonlyMap<string, Update>): number | null {
+  const all = [...values.values()];
+  const told = PLACES.map((abbrev) => all.filter((update) => update.abbrev === abbrev)).find(({ length }) => length);
+  return told ? Math.max(...told.map(({ received_us }) => received_us)) : null;
+}
+
 /** A system as it may be drawn: without the server nothing is known, and a place that is not told any more is old. */
 export function asSeen(system: System, values: ReadonlyMap<string, Update> | undefined, nowUs: number, linked: boolean): System {
   if (!linked) return { ...system, liveness: "lost" };

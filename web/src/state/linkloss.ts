@@ -1,6 +1,7 @@
 // What a vessel will do without the link, by the words of its own supervisor for lost communications.
 
 import type { Update } from "../api/types.gen";
+import { placeCameUs } from "./fleet";
 import { type Labels, meaning, type Values } from "./vitals";
 
 export interface LinkLoss {
@@ -14,19 +15,22 @@ export interface LinkLoss {
   readonly dueUs: number | null;
   /** Whether it says that no console is heard. */
   readonly lost: boolean;
+  /** When its place came last, by the server's clock like all ages, µs since 1970 UTC; null for never. */
+  readonly placeUs: number | null;
 }
 
-const UNKNOWN: LinkLoss = { entity: null, words: "", saidUs: null, dueUs: null, lost: false };
+const UNKNOWN: LinkLoss = { entity: null, words: "", saidUs: null, dueUs: null, lost: false, placeUs: null };
 const DAY_US = 86_400_000_000;
 
 export function linkLoss(values: Values, labels: Labels): LinkLoss {
   const found = [...labels].find(([, label]) => /lost ?comm/i.test(label));
-  if (!found) return UNKNOWN;
+  const placeUs = placeCameUs(values);
+  if (!found) return { ...UNKNOWN, placeUs };
   const [number, entity] = found;
   const state = [...values.values()].find((one) => one.abbrev === "EntityState" && one.entity === number);
-  if (!state) return { ...UNKNOWN, entity };
+  if (!state) return { ...UNKNOWN, entity, placeUs };
   const words = said(state);
-  return { entity, words, saidUs: state.received_us, dueUs: due(words, state.received_us), lost: meaning(state, "state") !== "NORMAL" };
+  return { entity, words, saidUs: state.received_us, dueUs: due(words, state.received_us), lost: meaning(state, "state") !== "NORMAL", placeUs };
 }
 
 function said(state: Update): string {

@@ -26,6 +26,8 @@ export interface Listed {
   readonly vitals: Vitals;
   /** The part of it in the worst state; undefined where no part has said. */
   readonly worst: EntityReading | undefined;
+  /** How all its parts are, and whether somebody should look. */
+  readonly parts: { readonly text: string; readonly bad: boolean };
   /** The most urgent alarm that is told of it; undefined for none. */
   readonly alarm: Alarm | undefined;
 }

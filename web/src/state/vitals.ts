@@ -126,6 +126,23 @@ export function worst(all: readonly EntityReading[]): EntityReading | undefined 
   return found;
 }
 
+/** How a vessel's parts are, in words; `bad` where somebody should look. A part that fell silent is not normal. */
+export function partsInWords(all: readonly EntityReading[]): { text: string; bad: boolean } {
+  const spoke = all.filter(({ state }) => state);
+  const found = worst(spoke);
+  if (!found) return { text: "state of its parts unknown", bad: false };
+  const silent = spoke.filter(({ old }) => old);
+  const called = ({ label, entity }: EntityReading): string => label || `entity ${entity}`;
+  const names = silent.slice(0, 2).map(called).join(", ") + (silent.length > 2 ? ` and ${silent.length - 2} more` : "");
+  const some = silent.length > 0 && silent.length < spoke.length ? `${silent.length} of ${spoke.length} parts silent: ${names}` : "";
+  if (found.state !== "NORMAL") {
+    const said = `${called(found)}: ${[found.state, found.description].filter(Boolean).join(", ")}${found.old ? " (old)" : ""}`;
+    return { text: [said, some].filter(Boolean).join(" · "), bad: true };
+  }
+  if (some) return { text: some, bad: true };
+  return silent.length ? { text: `all ${spoke.length} parts silent, normal before (old)`, bad: false } : { text: "all parts normal", bad: false };
+}
+
 function newest(updates: readonly Update[]): Update | undefined {
   return updates.reduce<Update | undefined>((last, one) => (!last || one.received_us > last.received_us ? one : last), undefined);
 }

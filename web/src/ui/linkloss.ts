@@ -38,7 +38,7 @@ export function createLinkLoss(root: HTMLElement, address: number, may: boolean)
       setText(title, silent ? "Link lost." : loss.lost ? "The vessel hears no console." : "Link up.");
       const since = (us: number | undefined | null): string => (us ? `${age(Math.max(0, (nowUs - us) / 1e6))} ago` : "never");
       const answered = commands.flatMap((one) => one.steps.filter(({ stage }) => ["received", "executing", "effect seen"].includes(stage)).map(({ time_us }) => time_us));
-      setText(ages, `Last message ${since(system?.heard_us)} · last position ${since(system?.fix?.time_us)} · last order that it answered ${since(answered.length ? Math.max(...answered) : null)}`);
+      setText(ages, `Last message ${since(system?.heard_us)} · last position ${since(loss.placeUs)} · last order that it answered ${since(answered.length ? Math.max(...answered) : null)}`);
       setText(will, whatItWillDo(loss, nowUs));
     },
   };

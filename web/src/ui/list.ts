@@ -95,7 +95,7 @@ export function createList(root: HTMLElement, select: (address: number) => void)
   };
 }
 
-function fill(card: Card, { system, placeIsOld, vitals, worst, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
+function fill(card: Card, { system, placeIsOld, vitals, parts, alarm }: Listed, selected: boolean, nowUs: number, linked: boolean): void {
   setAttribute(card.button, "aria-pressed", String(selected));
   setAttribute(card.button, "data-liveness", linked ? system.liveness : "lost");
   setText(card.name, system.kind ? `${systemName(system)} · ${system.kind}` : systemName(system));
@@ -117,9 +117,8 @@ function fill(card: Card, { system, placeIsOld, vitals, worst, alarm }: Listed, 
   setText(card.doing, told.join(" · "));
   setAttribute(card.doing, "data-old", mode.old ? "" : null);
   const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}: ${alarm.text}` : "";
-  const bad = said || (worst && worst.state !== "NORMAL" ? `▲ ${worst.label || worst.entity}: ${[worst.state, worst.description].filter(Boolean).join(", ")}` : "");
-  setAttribute(card.worst, "data-quiet", bad ? null : "");
-  setText(card.worst, bad || (worst ? `all parts normal${worst.old ? " (old)" : ""}` : "state of its parts unknown"));
+  setAttribute(card.worst, "data-quiet", said || parts.bad ? null : "");
+  setText(card.worst, said || `${parts.bad ? "▲ " : ""}${parts.text}`);
   setAttribute(card.more, "aria-label", `Open ${systemName(system)}`);
   const heard = Math.max(0, (nowUs - system.heard_us) / 1e6);
   if (!system.heard_us) {
