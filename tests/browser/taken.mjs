@@ -2,7 +2,7 @@
 // The history from FROM to TO (µs) is a test's: 10500 entries of the log book, 5200 tags, 40 places.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, same, table } from "./browser.mjs";
+import { check, inBrowser, logIn, look, same, table } from "./browser.mjs";
 
 const [url, password, fromText, toText] = process.argv.slice(2);
 const [FROM, TO] = [Number(fromText), Number(toText)];
@@ -12,6 +12,12 @@ await inBrowser(async (open) => {
   const page = await open();
   page.context().setDefaultTimeout(60_000);
   await logIn(page, url, "admin", password, "nine grey otters");
+  // Nothing is heard: the first page tells how a vessel comes in.
+  await page.goto(url);
+  const first = page.getByRole("region", { name: "Systems" });
+  await first.getByText("No system has been heard yet.").waitFor();
+  for (const line of [`URL = ${url.replace("http", "ws")}/link`, 'listen = "0.0.0.0:6001"', 'connect = ["10.77.0.10:7001"]', "[Transports.TCP.Server]"]) await first.getByText(line).waitFor();
+  await look(page, "first-steps");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const named = await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "otter-0", address: String(BOAT) }, headers: { origin: url } });
   check(named.ok(), await named.text());

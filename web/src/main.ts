@@ -1,6 +1,7 @@
 // Starts what the page is about. What only some pages need is loaded by those.
 
 import { createChrome } from "./ui/chrome";
+import { offerCopies } from "./ui/copy";
 
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 if (fleet) {
@@ -11,6 +12,7 @@ if (fleet) {
   void import("./pages/plan").then(({ startPlan }) => startPlan(plan));
 } else {
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
+  offerCopies(document);
   const form = document.querySelector<HTMLFormElement>("form#import");
   if (form) void import("./pages/import").then(({ startImport }) => startImport(form));
   const plans = document.getElementById("plans");

@@ -38,12 +38,7 @@ export interface SystemList {
 /** Lists systems in `root`; `select` is called with the address of the one that is chosen. */
 export function createList(root: HTMLElement, select: (address: number) => void): SystemList {
   const list = make("ul", { class: "systems", "aria-label": "Systems" });
-  const empty = make(
-    "div",
-    { class: "empty" },
-    make("p", {}, make("strong", {}, "No system has been heard yet.")),
-    make("p", {}, "An admin names a vessel and makes a token for its link under Admin, Vessels. It appears here with its first packet."),
-  );
+  const empty = firstSteps();
   const order = make("select", {}, ...ORDERS.map(([value, text]) => make("option", { value }, text)));
   const head = make("div", { class: "list-head" }, make("label", {}, "Sort by ", order));
   root.append(head, empty, list);
@@ -125,6 +120,30 @@ function fill(card: Card, { system, placeIsOld, vitals, parts, alarm }: Listed, 
     setText(card.state, linked ? "○ not heard" : "? not known");
     setText(card.heard, "not heard since the server started");
   } else setText(card.heard, `heard ${age(heard)} ago${system.doors.length ? ` by ${system.doors.join(", ")}` : ""}`);
+}
+
+/** How the first vessel comes in, by each of the ways. */
+function firstSteps(): HTMLElement {
+  const lines = (...all: readonly string[]): HTMLElement => make("pre", { class: "lines", tabindex: "0" }, all.join("\n"));
+  const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/link`;
+  return make(
+    "div",
+    { class: "empty" },
+    make("p", {}, make("strong", {}, "No system has been heard yet."), " A vessel appears here with its first packet."),
+    make("h3", {}, "A vessel with lutra-agent, by its link"),
+    make("p", {}, "An admin names it and makes its link token under ", make("a", { href: "/admin/vessels" }, "Admin, Vessels"), ". The token goes into a file aboard, and its place into the vessel's configuration:"),
+    lines("[Transports.Lutra]", "Enabled = Always", `URL = ${url}`, "Token File = lutra.token"),
+    make("h3", {}, "A vessel with DUNE in the same network, by UDP"),
+    make("p", {}, "In the server's configuration, and the server started anew:"),
+    lines("[doors.udp]", 'listen = "0.0.0.0:6001"'),
+    make("p", {}, "Aboard, [Transports.Announce] and [Transports.UDP] are enabled: both find each other by their announcements."),
+    make("h3", {}, "A vessel with DUNE behind a VPN, by TCP"),
+    make("p", {}, "In the server's configuration, with the vessel's address:"),
+    lines("[doors.tcp]", 'connect = ["10.77.0.10:7001"]'),
+    make("p", {}, "Aboard:"),
+    lines("[Transports.TCP.Server]", "Enabled = Always", "Port = 7001"),
+    make("p", {}, "UDP and TCP have no passwords: open them on a VPN or a network of your own only. ", make("a", { href: "/admin/doors" }, "Admin, Doors"), " tells who came in and whom the server refused."),
+  );
 }
 
 function span(kind: string): HTMLSpanElement {

@@ -10,7 +10,7 @@ use crate::people::vessels;
 use crate::shore::AppState;
 use askama::Template;
 use axum::extract::State;
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use serde::Deserialize;
 
@@ -26,6 +26,28 @@ struct VesselsPage {
     frame: Frame,
     vessels: Vec<VesselRow>,
     words: Words,
+    aboard: Option<Aboard>,
+}
+
+/// Where a new link token goes.
+struct Aboard {
+    vessel: String,
+    address: u16,
+    encrypted: bool,
+    /// Of the vessel's configuration.
+    lines: String,
+}
+
+impl Aboard {
+    /// `host`: how the admin's browser calls this server.
+    fn new(vessel: &api::Vessel, host: &str, encrypted: bool) -> Self {
+        let (scheme, authority) =
+            if encrypted { ("wss", "\nCertificate Authority = ca.pem") } else { ("ws", "") };
+        let lines = format!(
+            "[Transports.Lutra]\nEnabled = Always\nURL = {scheme}://{host}/link\nToken File = lutra.token{authority}"
+        );
+        Self { vessel: vessel.name.clone(), address: vessel.address, encrypted, lines }
+    }
 }
 
 /// `GET /admin/vessels`.
@@ -37,6 +59,15 @@ pub(in crate::pages) async fn page(
 }
 
 async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, PageError> {
+    show_with(state, frame, words, None).await
+}
+
+async fn show_with(
+    state: &AppState,
+    frame: Frame,
+    words: Words,
+    aboard: Option<Aboard>,
+) -> Result<Response, PageError> {
     let (vessels, tokens) = state.people.ask(|db| Ok((vessels::list(db)?, tokens::list(db, None)?))).await?;
     let links = |address: u16| {
         let of = |token: &&api::Token| token.role.is_none() && token.vessel == Some(address);
@@ -49,7 +80,8 @@ async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, 
     };
     let bad = !words.problem.is_empty();
     let frame = Frame { path: "/admin/vessels".to_owned(), ..frame };
-    let mut response = html(&VesselsPage { frame, vessels: vessels.into_iter().map(row).collect(), words });
+    let vessels = vessels.into_iter().map(row).collect();
+    let mut response = html(&VesselsPage { frame, vessels, words, aboard });
     if bad {
         *response.status_mut() = StatusCode::UNPROCESSABLE_ENTITY;
     }
@@ -114,8 +146,11 @@ pub(in crate::pages) async fn token(
     Who(who): Who,
     frame: Frame,
     caller: Caller,
+    headers: HeaderMap,
     Sent(ByAddress { address }): Sent<ByAddress>,
 ) -> Result<Response, PageError> {
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("SERVER");
+    let encrypted = caller.encrypted;
     let known = state.people.ask(vessels::list).await?;
     let vessel = known.into_iter().find(|vessel| vessel.address == address);
     let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
@@ -123,13 +158,36 @@ pub(in crate::pages) async fn token(
     let done = act(&state, (&who, caller), "token.make", &vessel.name, move |db| {
         tokens::make_link(db, &NewLink { label: &label, vessel: address, days: None }, clock::now())
     });
-    let words = match done.await? {
-        Ok(made) => Words {
-            secret_for: format!("Link token of {}", vessel.name),
-            secret: made.secret,
-            ..Words::default()
-        },
-        Err(words) => words,
+    let secret = match done.await? {
+        Ok(made) => made.secret,
+        Err(words) => return show(&state, frame, words).await,
     };
-    show(&state, frame, words).await
+    let words = Words { secret_for: format!("Link token of {}", vessel.name), secret, ..Words::default() };
+    show_with(&state, frame, words, Some(Aboard::new(&vessel, host, encrypted))).await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The configuration that lutra-agent comes with, every key in it.
+    const OTTER: &str = include_str!("../../../../vehicle-agent/etc/otter.ini");
+
+    #[test]
+    fn what_goes_aboard_are_keys_that_the_agent_knows() {
+        let vessel = api::Vessel { name: "Otter 1".to_owned(), address: 0x0814 };
+        for (encrypted, url) in [(false, "ws://shore:8080/link"), (true, "wss://shore:8080/link")] {
+            let aboard = Aboard::new(&vessel, "shore:8080", encrypted);
+            let mut lines = aboard.lines.lines();
+            assert_eq!(lines.next(), Some("[Transports.Lutra]"));
+            let (_, section) = OTTER.split_once("\n[Transports.Lutra]\n").unwrap();
+            let section = section.split("\n[").next().unwrap();
+            for line in lines {
+                let (key, value) = line.split_once(" = ").unwrap();
+                assert!(section.lines().any(|known| known.starts_with(&format!("{key} ="))), "{key}");
+                assert!(key != "URL" || value == url, "{line}");
+            }
+            assert_eq!(aboard.lines.contains("Certificate Authority"), encrypted);
+        }
+    }
 }
