@@ -285,16 +285,33 @@ fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {
     });
 }
 
-/// A plan is drawn, brought aboard, started and stopped without a pointer.
-#[test]
-fn everything_is_done_by_keyboard_alone_in_a_browser() {
+/// Runs a script of keys only before an Otter that sails.
+fn by_keyboard(script: &str) {
     if !agent_is_there() || !testkit::browser::is_there() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
     let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1"]);
-    testkit::browser::run("keyboard.mjs", &[&url, &password], |_| {});
+    testkit::browser::run(script, &[&url, &password], |_| {});
+}
+
+/// A plan is drawn, brought aboard, started and stopped without a pointer.
+#[test]
+fn plans_are_drawn_and_sailed_by_keyboard_alone_in_a_browser() {
+    by_keyboard("keyboard.mjs");
+}
+
+/// Replay, measuring, the log book and parameters without a pointer.
+#[test]
+fn the_past_and_parameters_are_reached_by_keyboard_alone_in_a_browser() {
+    by_keyboard("keyboard-past.mjs");
+}
+
+/// Control asked for, declined, granted and taken over, and the boat steered by hand, without a pointer.
+#[test]
+fn a_boat_is_shared_and_steered_by_keyboard_alone_in_a_browser() {
+    by_keyboard("keyboard-control.mjs");
 }
 
 /// Behind a slow and lossy way: pages come, values go on, orders tell their stages, and no work is lost.

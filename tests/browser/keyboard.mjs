@@ -1,71 +1,16 @@
-// Everything by keyboard alone: node keyboard.mjs URL PASSWORD. No pointer is used and no focus set by the script: keys
-// only. Wherever the focus stops it must be seen.
+// Plans and a vessel's page by keyboard alone: node keyboard.mjs URL PASSWORD. keyboard-past, -control and -admin do the rest.
 
-import { check, inBrowser } from "./browser.mjs";
+import { inBrowser } from "./browser.mjs";
+import { atKeyboard } from "./keys.mjs";
 
 const [url, password] = process.argv.slice(2);
 const OTTER = 10449;
-/** No page has more stops than this. */
-const STOPS = 200;
 
 await inBrowser(async (open) => {
   const page = await open();
   page.context().setDefaultTimeout(60_000);
-  const press = (...keys) => keys.reduce((before, key) => before.then(() => page.keyboard.press(key)), Promise.resolve());
-  /** What has the focus: its role or element, its name, and whether one sees that. */
-  const focused = () =>
-    page.evaluate(() => {
-      const one = document.activeElement;
-      if (!one || one === document.body) return undefined;
-      const style = getComputedStyle(one);
-      const { width, height, top, bottom } = one.getBoundingClientRect();
-      // Of a label around its field, what is not the field.
-      const own = (label) => (label.contains(one) ? [...label.childNodes].filter((node) => !node.contains(one)).map((node) => node.textContent).join("") : label.textContent);
-      const label = one.getAttribute("aria-label") ?? (one.labels?.[0] ? own(one.labels[0]) : one.textContent);
-      return {
-        name: label.trim(),
-        seen: width > 0 && height > 0 && bottom > 0 && top < innerHeight && ((style.outlineStyle !== "none" && style.outlineWidth !== "0px") || style.boxShadow !== "none"),
-        html: one.outerHTML.slice(0, 120),
-      };
-    });
-  /** Goes on with Tab to what has this name. */
-  const to = async (name, key = "Tab") => {
-    const passed = [];
-    for (let stop = 0; stop < STOPS; stop++) {
-      const at = await focused();
-      if (at && (typeof name === "string" ? at.name === name : name.test(at.name))) return;
-      await press(key);
-      const now = await focused();
-      if (!now) continue;
-      check(now.seen, `the focus is not seen: ${now.html}`);
-      passed.push(now.name);
-    }
-    throw new Error(`Tab does not come to ${name}, but to ${[...new Set(passed)].join(" | ")}`);
-  };
-  const type = async (name, text) => {
-    await to(name);
-    await press("Control+a");
-    await page.keyboard.type(text);
-    await press("Enter");
-  };
-  const choose = async (name, option) => {
-    await to(name);
-    await page.keyboard.type(option);
-  };
-
-  /** Enter, which leads to another page. */
-  const follow = async (address) => {
-    await press("Enter");
-    await page.waitForURL(address);
-    await page.getByText("Live", { exact: true }).waitFor();
-  };
-
-  await page.goto(`${url}/login`);
-  await to(/^Name/);
-  await page.keyboard.type("admin");
-  await to(/^Password/);
-  await page.keyboard.type(password);
-  await follow(/:\d+\/$/);
+  const { press, to, type, choose, follow, logIn } = atKeyboard(page);
+  await logIn(url, "admin", password);
   const { fix } = (await (await page.request.get(`${url}/api/v1/vessels`)).json()).find((one) => one.address === OTTER);
 
   // A plan of three kinds of maneuver, typed, nudged on the map, put in order, taken back.

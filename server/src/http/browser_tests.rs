@@ -126,6 +126,17 @@ async fn every_page_is_accessible_in_all_palettes_and_with_every_alarm() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn alarms_are_told_acknowledged_and_over() {
+    before_a_boat("alarms.mjs").await;
+}
+
+/// Alarms, people, vessels and tokens without a pointer.
+#[tokio::test(flavor = "multi_thread")]
+async fn alarms_and_people_are_managed_by_keyboard_alone() {
+    before_a_boat("keyboard-admin.mjs").await;
+}
+
+/// Runs a script before a boat that does what the script says.
+async fn before_a_boat(script: &'static str) {
     if !testkit::browser::is_there() {
         return;
     }
@@ -136,7 +147,7 @@ async fn alarms_are_told_acknowledged_and_over() {
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let script = tokio::task::spawn_blocking(move || {
-        testkit::browser::run("alarms.mjs", &[&address, &password], |line| match line {
+        testkit::browser::run(script, &[&address, &password], |line| match line {
             "silence" => doing.silent.store(true, Ordering::Relaxed),
             "speak" => doing.silent.store(false, Ordering::Relaxed),
             "empty" => doing.empty.store(true, Ordering::Relaxed),
