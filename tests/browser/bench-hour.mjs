@@ -70,6 +70,32 @@ async function onVessel(page) {
   return acts;
 }
 
+/** The first page and a vessel's page, live and left alone for so many seconds by the clock. */
+export async function watchHour(open, url, { vessel, seconds }) {
+  check(seconds >= 3, `LUTRA_HOUR_S is a number of seconds, 3 at least, not ${seconds}`);
+  const pages = { "the first page": "/", "a vessel's page": `/vessels/${vessel}?span=300&plots=EstimatedState.1.u,EstimatedState.1.psi,Rpm.2.value` };
+  const watched = [];
+  for (const [name, path] of Object.entries(pages)) {
+    const page = await open();
+    await page.goto(url + path);
+    await page.getByText("Live", { exact: true }).waitFor();
+    watched.push({ name, page, seen: [], begun: performance.now() });
+  }
+  for (const third of [1, 2, 3]) {
+    // Each page goes on while the other is looked at; what is waited for is the clock.
+    await new Promise((done) => setTimeout(done, Math.max(0, watched[0].begun + (third * seconds * 1_000) / 3 - performance.now())));
+    for (const { name, page, seen } of watched) {
+      check(await page.getByText("Live", { exact: true }).isVisible(), `${name} is not live any more`);
+      seen.push(await held(page));
+      console.log(`  ${name} after ${Math.round((third * seconds) / 3)} s: ${shown(seen.at(-1))}`);
+    }
+  }
+  for (const { name, page, seen } of watched) {
+    compare(`${name}, watched for ${seconds} s by the clock`, seen);
+    await page.context().close();
+  }
+}
+
 /** `acts` page changes, tabs, zooms and the like. */
 export async function benchHour(page, url, { vessel, acts }) {
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);

@@ -1,12 +1,13 @@
 // How fast the pages are: node bench-pages.mjs URL ONE-TIME-PASSWORD VESSEL VESSELS FROM TO [SECTION...], as
 // `cargo bench -p server --bench pages` starts it, which also hears when the fleet is to sail. VESSEL has samples from
 // FROM to TO (µs); there are VESSELS in all. BENCH_SECONDS says how long each movement is watched, BENCH_ACTS how many
-// page changes, tabs and zooms stand for an hour.
+// page changes, tabs and zooms stand for an hour. The section `watch`, which runs only when it is named, leaves live pages
+// alone for LUTRA_HOUR_S seconds by the clock, 3600 when that is not given.
 
 import { inBrowser, logIn } from "./browser.mjs";
 import { benchChart } from "./bench-chart.mjs";
 import { frames, panning, smooth, verdict } from "./bench-frames.mjs";
-import { benchHour } from "./bench-hour.mjs";
+import { benchHour, watchHour } from "./bench-hour.mjs";
 import { benchPlot, benchRawPlot } from "./bench-plot.mjs";
 
 const [url, oneTime, vessel, vessels, from, to, ...wanted] = process.argv.slice(2);
@@ -94,9 +95,10 @@ await inBrowser(async (open) => {
     fleet: () => sailing(() => benchFleet(page)),
     chart: () => benchChart(page, url, seconds),
     hour: () => sailing(() => benchHour(page, url, { vessel, acts })),
+    watch: () => sailing(async () => watchHour(async () => open({ storageState: await page.context().storageState() }), url, { vessel, seconds: Number(process.env.LUTRA_HOUR_S ?? 3_600) })),
   };
   console.log("headless Chromium, drawn by the processor: without a graphics card");
-  for (const name of wanted.length ? wanted : Object.keys(sections)) {
+  for (const name of wanted.length ? wanted : Object.keys(sections).filter((name) => name !== "watch")) {
     if (!sections[name]) throw new Error(`no section ${name}; there are ${Object.keys(sections).join(", ")}`);
     await sections[name]();
   }
