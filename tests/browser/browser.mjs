@@ -101,7 +101,7 @@ export async function logIn(page, url, name, password, next) {
   await page.getByText("Your password is changed").waitFor();
 }
 
-/** Pictures of a page in all palettes and sizes under target/screenshots, and axe's violations, of which there must be none. */
+/** Pictures of a page in all palettes and sizes under target/screenshots. It must not be wider than its window, and axe must find no violation. */
 export async function look(page, name) {
   const folder = join(root, "target/screenshots");
   await mkdir(folder, { recursive: true });
@@ -111,6 +111,7 @@ export async function look(page, name) {
       await page.setViewportSize(size);
       // The map paints itself after the page.
       await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+      await fits(page, `${name} in ${palette} at ${size.width} px`);
       await page.screenshot({ path: join(folder, `${name}-${palette}-${size.width}.png`), fullPage: true });
     }
     await violations(page, `${name} in ${palette}`);
@@ -124,6 +125,20 @@ export async function judge(page, name) {
     await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
     await violations(page, `${name} in ${palette}`);
   }
+}
+
+/** Nobody scrolls sideways: what sticks out of the window is named. */
+async function fits(page, where) {
+  const out = await page.evaluate(() => {
+    const wide = document.documentElement.scrollWidth;
+    if (wide <= innerWidth) return [];
+    const clipped = (node) => node && node !== document.documentElement && (getComputedStyle(node).overflowX !== "visible" || clipped(node.parentElement));
+    const past = [...document.body.querySelectorAll("*")].filter((node) => node.getBoundingClientRect().right > innerWidth + 0.5 && !clipped(node.parentElement));
+    // Of what sticks out, what is innermost says most.
+    const inner = past.filter((node) => !past.some((other) => other !== node && node.contains(other)));
+    return [`${wide} px wide`, ...inner.slice(0, 8).map((node) => `${node.cloneNode().outerHTML.slice(0, 100)} ${node.textContent.trim().slice(0, 40)} to ${Math.round(node.getBoundingClientRect().right)} px`)];
+  });
+  check(!out.length, `${where}: the page is wider than its window: ${out.join("\n    ")}`);
 }
 
 async function violations(page, where) {

@@ -37,8 +37,9 @@ const TILES: readonly (readonly [Name, string])[] = [
   ["snr", "Last tag"],
 ];
 
-/** A reading with more letters than this takes more than one line. */
+/** A reading with more letters than this takes more than one line; with fewer where words beside it must be read too. */
 const LONG = 16;
+const LONG_BESIDE = 9;
 const CHART: Readonly<Record<string, string>> = { same: "as ashore", waiting: "waits", failed: "not taken", declined: "its own", other: "another", none: "none" };
 
 /** Of a time in the past, the newest value older than this is an old one, s. */
@@ -61,8 +62,8 @@ export function createTiles(root: HTMLElement): Tiles {
     if (!tile) return;
     const told = reading.ageS === null ? "—" : text;
     setText(tile.value, told);
-    // Long names of plans stand on several lines in place of being cut off.
-    setAttribute(tile.value, "data-long", told.length > LONG ? "" : null);
+    // Long names of plans stand on several lines in place of being cut off, or of cutting off how it goes.
+    setAttribute(tile.value, "data-long", told.length > (name === "plan" && note ? LONG_BESIDE : LONG) ? "" : null);
     setAttribute(tile.value, "title", told.length > LONG ? told : null);
     setText(tile.unit, reading.ageS === null ? "" : unit);
     setText(tile.note, reading.ageS === null ? (recorded ? "nothing recorded" : "never heard") : note);
