@@ -151,7 +151,8 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
 
   return {
     async show(stretch, goesOn, signal) {
-      if (!goesOn) {
+      const anew = !goesOn || !known;
+      if (anew) {
         stop.abort();
         stop = new AbortController();
         meanwhile = within(known?.items ?? meanwhile, stretch);
@@ -163,12 +164,11 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
         if (signal.aborted) return;
         known = refreshed(known, part, stretch, kind.key);
         trouble = "";
-        if (!goesOn) doing = "";
       } catch (error) {
         if (signal.aborted) return;
         trouble = `${known ? "Not brought up to date" : "Not known"}: ${reason(error)}`;
-        if (!goesOn) doing = "";
       }
+      if (anew) doing = "";
       changed();
     },
     cursor(us) {
