@@ -1,6 +1,7 @@
 // Several vessels in one view, on two simulated Otters: node beside.mjs URL PASSWORD.
 
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { readFile } from "node:fs/promises";
+import { check, inBrowser, logIn, look, sameSamples } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 const [OWN, OTHER] = [10449, 10450];
@@ -49,6 +50,15 @@ await inBrowser(async (open) => {
   const at = await (await page.request.get(`${url}/api/v1/vessels/${OTHER}/at?time_us=${t}`)).json();
   const u = at.values.find((one) => one.abbrev === "EstimatedState").fields.find(({ name }) => name === "u").value;
   check(Math.abs(Number.parseFloat(then.replace("−", "-")) - u) < 0.3, `${then} is about ${u}`);
+  // Its file holds what the history has of it in the time that is shown.
+  const saved = page.waitForEvent("download");
+  const [fromMs, toMs] = ["from", "to"].map((end) => Number(query.get(end)) / 1e3);
+  await link.click();
+  const csv = await readFile(await (await saved).path(), "utf8");
+  const entity = new URL(await link.getAttribute("href"), url).searchParams.get("entity");
+  const asked = `from_us=${Math.floor(fromMs) * 1e3}&to_us=${Math.ceil(toMs) * 1e3}`;
+  const samples = await page.request.get(`${url}/api/v1/vessels/${OTHER}/samples?message=EstimatedState&entity=${entity}&fields=u&limit=10000&${asked}`);
+  sameSamples(csv, await samples.json(), "u");
   await page.getByRole("button", { name: "Show all", exact: true }).click();
   await look(page, "beside-replay");
 

@@ -1,7 +1,7 @@
 // The first page on a moving fleet: node fleet.mjs URL ONE-TIME-PASSWORD. Prints "stop the server" when it wants that.
 
 import { readFile } from "node:fs/promises";
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { check, inBrowser, logIn, look, sameSamples, table } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
 
@@ -50,13 +50,23 @@ await inBrowser(async (open) => {
 
   // CSV of the chosen message and time.
   await page.locator("#messages option").first().waitFor({ state: "attached" });
-  await page.locator("#export").getByLabel("Vessel").selectOption("otter-0");
+  const form = page.locator("#export");
+  await form.getByLabel("Vessel").selectOption("otter-0");
+  await form.getByLabel("Angles").selectOption("radians");
+  const from = await form.getByLabel("From").inputValue();
+  const to = new Date().toISOString();
+  await form.getByLabel("To", { exact: false }).fill(to);
   const download = page.waitForEvent("download");
   await page.getByRole("button", { name: "CSV" }).click();
   const csv = await readFile(await (await download).path(), "utf8");
-  const lines = csv.trimEnd().split("\n");
-  const whole = lines.length > 390 && lines.every((line) => line.split(",").length === lines[0].split(",").length);
-  check(whole && lines[0].startsWith("time,unix_s,system,"), `the CSV is whole: ${lines.length} lines`);
+  const { head, rows } = table(csv);
+  check(rows.length > 390 && head.slice(0, 3).join() === "time,unix_s,system", `the CSV is whole: ${rows.length} rows`);
+  const series = (await (await page.request.get(`${url}/api/v1/series?system=2068`)).json()).find((one) => one.message === "EstimatedState");
+  const range = `from_us=${Date.parse(from) * 1e3}&to_us=${Date.parse(to) * 1e3}`;
+  for (const field of ["psi", "true_lat_deg"]) {
+    const samples = await page.request.get(`${url}/api/v1/vessels/2068/samples?message=EstimatedState&entity=${series.entity}&fields=${field}&limit=10000&${range}`);
+    sameSamples(csv, await samples.json(), field);
+  }
 
   // Without the server nothing looks fresh, and it comes back by itself to the login when the session is over.
   const asked = Date.now();
