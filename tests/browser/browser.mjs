@@ -132,8 +132,13 @@ async function fits(page, where) {
   const out = await page.evaluate(() => {
     const wide = document.documentElement.scrollWidth;
     if (wide <= innerWidth) return [];
-    const clipped = (node) => node && node !== document.documentElement && (getComputedStyle(node).overflowX !== "visible" || clipped(node.parentElement));
-    const past = [...document.body.querySelectorAll("*")].filter((node) => node.getBoundingClientRect().right > innerWidth + 0.5 && !clipped(node.parentElement));
+    // A box that scrolls by itself holds what is placed in it; what is placed absolutely may be so beside it.
+    const clipped = (node, out) => {
+      if (!node || node === document.documentElement) return false;
+      const { overflowX, position } = getComputedStyle(node);
+      return (overflowX !== "visible" && (!out || position !== "static")) || clipped(node.parentElement, (out && position === "static") || position === "absolute");
+    };
+    const past = [...document.body.querySelectorAll("*")].filter((node) => node.getBoundingClientRect().right > innerWidth + 0.5 && !clipped(node.parentElement, getComputedStyle(node).position === "absolute"));
     // Of what sticks out, what is innermost says most.
     const inner = past.filter((node) => !past.some((other) => other !== node && node.contains(other)));
     return [`${wide} px wide`, ...inner.slice(0, 8).map((node) => `${node.cloneNode().outerHTML.slice(0, 100)} ${node.textContent.trim().slice(0, 40)} to ${Math.round(node.getBoundingClientRect().right)} px`)];
