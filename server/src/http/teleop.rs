@@ -469,6 +469,7 @@ fn because(why: TeleopStop) -> Why {
         TeleopStop::Unfocused => Why::Unfocused,
         TeleopStop::GamepadGone => Why::GamepadGone,
         TeleopStop::TwoDevices => Why::TwoDevices,
+        TeleopStop::Unmoved => Why::Unmoved,
         TeleopStop::Person => Why::Person,
     }
 }

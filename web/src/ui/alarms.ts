@@ -13,6 +13,8 @@ const SHELF_MIN = [10, 30, 60, 240, 720];
 
 export interface AlarmBar {
   frame(frame: LiveFrame): Alarms;
+  /** Sounds once as a warning does, where sound is on. */
+  attention(): void;
 }
 
 /** `root` is the bar's place; `data-stops` as of the STOP buttons says whose alarms the person may acknowledge. */
@@ -176,6 +178,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   draw();
 
   return {
+    attention: () => sound.play("warning"),
     frame(frame) {
       const next = withAlarms(alarms, frame);
       for (const { address, name } of frame.systems) if (name) names.set(address, name);

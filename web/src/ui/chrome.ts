@@ -22,6 +22,8 @@ export interface Chrome {
   readonly stop: Stop | undefined;
   /** What is wrong, of all vessels that the person may see. */
   alarms(): Alarms;
+  /** Sounds once as a warning does, where sound is on. */
+  attention(): void;
 }
 
 /** Watches the server by the page's subscription. */
@@ -63,7 +65,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
       location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
     },
   });
-  return { stop, alarms: () => alarms };
+  return { stop, alarms: () => alarms, attention: () => bar?.attention() };
 }
 
 function called(state: FleetState, names: Names, address: number): string {
