@@ -121,6 +121,11 @@ await inBrowser(async (open) => {
   await one.goto(`${url}/account`);
   await two.locator(".control-box .who").getByText("Nobody has control of this vessel. Last: expired (admin).").waitFor({ timeout: 90_000 });
 
+  // From the page of one vessel the others are stopped too, and what became of that is seen there.
+  await two.getByText("Others …", { exact: true }).click();
+  await two.getByRole("button", { name: "STOP otter-2", exact: true }).click();
+  await two.getByText(/^STOP otter-2: effect seen after/).waitFor();
+
   // A vessel that is not heard: the missing stage is named.
   await button(two, "Take control").click();
   await who(two, "You have control of this vessel.");

@@ -42,6 +42,8 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   palette();
   // On every page, so that the key goes on with the tab.
   windowKey();
+  const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+  if (stop && subscription.systems) everyVessel(stop, names, loggedOut);
   new Live(subscription, {
     frame(frame, atMs) {
       state = withFrame(state, frame, atMs);
@@ -51,7 +53,8 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
         setAttribute(trouble, "hidden", state.recording ? null : "");
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
       }
-      stop?.frame(frame, named(state, names));
+      stop?.frame(frame);
+      if (!subscription.systems) stop?.vessels(named(state, names));
       requests?.frame(frame, (address) => called(state, names, address));
       if (bar) alarms = bar.frame(frame);
       handlers.frame?.(state, frame);
@@ -61,11 +64,23 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
       if (link) setText(link, "No link to the server: what you see is old. Trying again …");
       handlers.lost?.();
     },
-    loggedOut() {
-      location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
-    },
+    loggedOut,
   });
   return { stop, alarms: () => alarms, attention: () => bar?.attention() };
+}
+
+/** A page that follows some vessels only has all of them under STOP: what they do is heard beside it, and little of it. */
+function everyVessel(stop: Stop, names: Names, loggedOut: () => void): void {
+  let all = EMPTY;
+  new Live({ messages: ["VehicleState"], events: false, every_ms: 1_000 }, {
+    frame(frame, atMs) {
+      all = withFrame(all, frame, atMs);
+      stop.frame(frame);
+      stop.vessels(named(all, names));
+    },
+    lost: () => undefined,
+    loggedOut,
+  });
 }
 
 function called(state: FleetState, names: Names, address: number): string {

@@ -29,7 +29,10 @@ interface Order {
 export interface Stop {
   /** The vessel that the page is about; undefined for none. */
   target(vessel: { address: number; name: string } | undefined): void;
-  frame(frame: LiveFrame, systems: readonly System[]): void;
+  /** What vessels say, in which the effect of a stop is looked for. */
+  frame(frame: LiveFrame): void;
+  /** All that there are, of which those are offered that the person may stop. */
+  vessels(systems: readonly System[]): void;
 }
 
 /** `root` holds the buttons, `orders` what became of each stop. */
@@ -102,7 +105,11 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
       root.title = aim ? "Ends what the vessel does and stops its motors. Ctrl and . do the same." : "";
       others = "";
     },
-    frame(frame, systems) {
+    frame(frame) {
+      for (const one of open) follow(one, frame);
+      for (let at = open.length - 1; at >= 0; at--) if (open[at]?.over) open.splice(at, 1);
+    },
+    vessels(systems) {
       const vessels = systems.filter((system) => may(system.address) && !isShore(system) && system.kind !== "CCU");
       const here = vessels.map((system) => `${system.address}/${systemName(system)}`).join("\n");
       if (!form && here !== others) {
@@ -112,8 +119,6 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
         setText(summary, aim ? "Others …" : "STOP …");
         list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
       }
-      for (const one of open) follow(one, frame);
-      for (let at = open.length - 1; at >= 0; at--) if (open[at]?.over) open.splice(at, 1);
     },
   };
 }
