@@ -62,6 +62,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
     lost() {
       setAttribute(document.body, "data-link", "down");
       if (link) setText(link, "No link to the server: what you see is old. Trying again …");
+      bar?.lost();
       handlers.lost?.();
     },
     loggedOut,
