@@ -115,6 +115,7 @@ await inBrowser(async (open) => {
   await look(page, "alarms-audit");
 
   // Without the server nobody knows of alarms: the bar says so, and it sounds once.
+  await page.getByRole("heading", { name: "Who did what" }).click();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
   await page.evaluate(() => {
     window.tones = 0;

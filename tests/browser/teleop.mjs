@@ -191,7 +191,7 @@ await inBrowser(async (open) => {
   await page.getByText("axis 1 (ahead and astern) -0.20; up to 0.08 counts as neutral").waitFor();
   await look(page, "teleop-worn-stick");
   await button(page, "Leave the gamepad out").click();
-  await remedy(/^Hold the dead-man/);
+  await remedy(/Hold the dead-man first/);
   await page.evaluate(() => (window.pad = null));
   await button(page, "Leave the gamepad out").waitFor({ state: "hidden" });
 
@@ -337,9 +337,16 @@ async function tabletOf(open) {
   await tablet.setViewportSize({ width: 820, height: 1180 });
   const input = await tablet.context().newCDPSession(tablet);
   const circle = tablet.locator(".helm-pad");
-  await circle.scrollIntoViewIfNeeded();
+  await tablet.locator(".helm").evaluate((helm) => helm.scrollIntoView({ block: "start" }));
   const box = await circle.boundingBox();
   check(box.width >= 200, "the pad is large enough for a thumb");
+  // Map and helm are in sight together, beneath STOP and the alarms.
+  const seen = await tablet.evaluate(() => {
+    const box = (name) => document.querySelector(name).getBoundingClientRect();
+    return { top: box("#top").bottom, map: [box(".map").top, box(".map").bottom], helm: [box(".helm").top, box(".helm-pad").bottom], page: innerHeight };
+  });
+  check(seen.map[0] >= seen.top - 1 && seen.map[1] - seen.map[0] > 300, `the map is in sight: ${JSON.stringify(seen)}`);
+  check(seen.helm[0] >= seen.map[1] - 1 && seen.helm[1] <= seen.page, `and the helm: ${JSON.stringify(seen)}`);
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
   const at = (type, touchPoints) => input.send("Input.dispatchTouchEvent", { type, touchPoints });
   let down = false;

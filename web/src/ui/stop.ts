@@ -81,16 +81,15 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
       event.preventDefault();
       if (aim) void order(aim.address, aim.name);
     });
-  } else {
-    root.append(main, menu);
   }
+  root.append(...(form ? [menu] : [main, menu]));
   document.addEventListener("keydown", (event) => {
     // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
     if (!(event.ctrlKey && event.key === ".") || event.repeat) return;
     event.preventDefault();
     if (aim) return void order(aim.address, aim.name);
     // Where the page is about no vessel, somebody has to say which.
-    if (form || menu.hasAttribute("hidden")) return;
+    if (menu.hasAttribute("hidden")) return;
     menu.open = true;
     list.querySelector("button")?.focus();
   });
@@ -112,7 +111,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
     vessels(systems) {
       const vessels = systems.filter((system) => may(system.address) && !isShore(system) && system.kind !== "CCU");
       const here = vessels.map((system) => `${system.address}/${systemName(system)}`).join("\n");
-      if (!form && here !== others) {
+      if (here !== others) {
         others = here;
         const rest = vessels.filter((system) => system.address !== aim?.address);
         setAttribute(menu, "hidden", rest.length ? null : "");
