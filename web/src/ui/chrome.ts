@@ -40,6 +40,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   let alarms = NO_ALARMS;
   let state = EMPTY;
   palette();
+  keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();
   const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
@@ -99,6 +100,19 @@ function givenNames(): Names {
 
 function named(state: FleetState, names: Names): System[] {
   return asCalled([...state.systems.values()], names).sort((one, other) => systemName(one).localeCompare(systemName(other)));
+}
+
+/** What gets the focus is scrolled to below what stays at the top. */
+function keepInSight(): void {
+  const top = document.getElementById("top");
+  if (!top) return;
+  const { style } = document.documentElement;
+  // Where only the bar stays, that counts.
+  const height = (): number => (top.getClientRects().length ? top : (top.firstElementChild ?? top)).getBoundingClientRect().height;
+  const tell = (): void => style.setProperty("--top-height", `${Math.round(height())}px`);
+  const watch = new ResizeObserver(tell);
+  watch.observe(top);
+  for (const part of top.children) watch.observe(part);
 }
 
 /** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */
