@@ -321,7 +321,8 @@ impl Session {
             _ if !may => {
                 self.noting(|teleop| teleop.interrupt(Why::Lease));
                 self.let_go().await;
-                let remedy = "The vessel stands still and is not steered by hand any more. Take control again if you still need it.";
+                let remedy = "The vessel's motors stand still, and it is not steered by hand any more. Take control \
+                              again if you still need it.";
                 self.over(Why::Lease.text(), remedy).await;
             }
             (Phase::Starting(_), Some((Stage::EffectSeen, _))) => {

@@ -31,6 +31,7 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
   const release = (): void => {
     down.clear();
     touch = undefined;
+    asks = "";
     knob.style.transform = "";
   };
   const lose = (why: TeleopStop): void => {
