@@ -275,9 +275,9 @@ fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
         return;
     }
-    let mut demo = Demo::start(&["--otters", "1"]);
+    let mut demo = Demo::start(&["--otters", "2"]);
     let (url, password) = demo.address_and_password();
-    let agents = demo.sails(&["otter-1"]);
+    let agents = demo.sails(&["otter-1", "otter-2"]);
     testkit::browser::run("control.mjs", &[&url, &password], |line| match line {
         "silence otter-1" => signal(agents["otter-1"], "STOP"),
         "wake otter-1" => signal(agents["otter-1"], "CONT"),

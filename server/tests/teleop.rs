@@ -238,11 +238,13 @@ fn log_book(packet: &bytes::Bytes) -> String {
     entry.map(|entry| entry.text.to_str_lossy().into_owned()).unwrap_or_default()
 }
 
-const FAULTS: [&str; 11] = [
+const FAULTS: [&str; 13] = [
     "browser-killed",
     "clock-jump",
+    "finger-frozen",
     "gamepad-frozen",
     "gamepad-unplugged",
+    "keyboard-frozen",
     "lease-taken",
     "network-dropped-browser",
     "network-dropped-vessel",

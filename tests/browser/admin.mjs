@@ -45,7 +45,13 @@ await inBrowser(async (open) => {
   const password = await page.locator(".secret").innerText();
   await look(page, "admin-people");
   await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
-  await page.getByRole("button", { name: "Remove admin" }).click();
+  // What is lost for ever is asked for first, with what goes.
+  const remove = page.getByRole("button", { name: "Remove admin now" });
+  check(!(await remove.isVisible()), "nobody is removed by one click");
+  await page.getByText("Remove admin …", { exact: true }).click();
+  await page.getByText(/^Remove admin\? This ends at once and cannot be brought back: admin on all vessels; \d sessions?; no tokens\./).waitFor();
+  await look(page, "admin-remove");
+  await remove.click();
   await page.getByRole("alert").getByText("the last admin stays until somebody else is one").waitFor();
 
   // The other person comes in, makes a token and sees no administration.
@@ -66,12 +72,21 @@ await inBrowser(async (open) => {
   // The admin ends that session and revokes the token.
   await page.getByRole("link", { name: "Sessions" }).click();
   await look(page, "admin-sessions");
-  await page.getByRole("row", { name: /nils/ }).getByRole("button", { name: "End" }).click();
+  const session = page.getByRole("row", { name: /nils/ });
+  await session.getByText("End the session of nils from 127.0.0.1 …").click();
+  await session.getByText(/End this session\? nils is logged out there at once, from 127\.0\.0\.1, login 20/).waitFor();
+  await look(page, "admin-end");
+  await session.getByRole("button", { name: "End the session now" }).click();
   // Its page notices by itself.
   await other.waitForURL(/\/login/);
   await page.getByRole("link", { name: "Tokens" }).click();
   await look(page, "admin-tokens");
-  await page.getByRole("row", { name: /R on my desk/ }).getByRole("button", { name: "Revoke" }).click();
+  const script = page.getByRole("row", { name: /R on my desk/ });
+  check(!(await script.getByRole("button").isVisible()), "no token is revoked by one click");
+  await script.getByText("Revoke R on my desk …").click();
+  await script.getByText("Scripts that use it in the name of nils are refused at once.").waitFor();
+  await look(page, "admin-revoke");
+  await script.getByRole("button", { name: "Revoke R on my desk now" }).click();
   await page.getByRole("row", { name: /R on my desk/ }).waitFor({ state: "detached" });
   const gone = await other.request.get(`${url}/api/v1/me`, { headers: { authorization: `Bearer ${token}` } });
   check(gone.status() === 401, "the token opens nothing");
@@ -112,11 +127,19 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Night" }).click();
   check((await page.locator("html").getAttribute("data-palette")) === "night", "the palette is kept");
   await page.getByRole("button", { name: "Log out" }).click();
-  check(page.url().endsWith("/login"), "logged out");
+  // By the form, or by the page that notices first that the session is over.
+  await page.waitForURL((url) => url.pathname === "/login");
 
   // All of this is forms: it works without scripts.
   const plain = await open({ javaScriptEnabled: false });
   await logIn(plain, url, "admin", "nine grey otters");
   await plain.getByRole("link", { name: "Admin", exact: true }).click();
   await plain.getByRole("heading", { name: "People" }).waitFor();
+  await plain.getByRole("row", { name: /^nils/ }).getByText("Change", { exact: true }).click();
+  await plain.getByText("Remove nils …", { exact: true }).click();
+  await plain.getByText("researcher on otter-1; 0 sessions; no tokens").waitFor();
+  await plain.getByRole("button", { name: "Remove nils now" }).click();
+  await plain.getByText("nils is removed.").waitFor();
+  await plain.getByRole("link", { name: "Audit" }).click();
+  await plain.getByRole("cell", { name: "person.remove" }).first().waitFor();
 });

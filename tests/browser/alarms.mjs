@@ -113,4 +113,23 @@ await inBrowser(async (open) => {
   // On a page that is about something else the bar stands too.
   await told(page, "No alarms; 1 put aside");
   await look(page, "alarms-audit");
+
+  // Without the server nobody knows of alarms: the bar says so, and it sounds once.
+  await page.getByRole("heading", { name: "Who did what" }).click();
+  await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
+  await page.evaluate(() => {
+    window.tones = 0;
+    const start = OscillatorNode.prototype.start;
+    OscillatorNode.prototype.start = function (...when) {
+      window.tones += 1;
+      return start.apply(this, when);
+    };
+  });
+  console.log("stop the server");
+  await told(page, /^Alarms are not known since \d\d:\d\d:\d\dZ: the server is not heard/);
+  await page.waitForFunction(() => window.tones === 3);
+  // It tries again and again, and sounds no more.
+  for (let tries = 0; tries < 3; tries++) await page.waitForEvent("websocket");
+  check((await page.evaluate(() => window.tones)) === 3, "it sounds once");
+  await look(page, "alarms-not-known");
 });

@@ -121,6 +121,31 @@ await inBrowser(async (open) => {
   await one.goto(`${url}/account`);
   await two.locator(".control-box .who").getByText("Nobody has control of this vessel. Last: expired (admin).").waitFor({ timeout: 90_000 });
 
+  // From the page of one vessel the others are stopped too, and what became of that is seen there.
+  await two.getByText("Others …", { exact: true }).click();
+  await two.getByRole("button", { name: "STOP otter-2", exact: true }).click();
+  await two.getByText(/^STOP otter-2: effect seen after/).waitFor();
+  // On a tablet that stays in sight, with the alarms, and nothing that gets the focus is beneath it.
+  await two.setViewportSize({ width: 820, height: 1180 });
+  await two.evaluate(() => scrollTo(0, document.body.scrollHeight));
+  const inSight = (one) => one.evaluate((node) => {
+    const box = node.getBoundingClientRect();
+    return node.contains(document.elementFromPoint(box.left + 2, box.top + box.height / 2));
+  });
+  check(await inSight(two.getByText(/^STOP otter-2: effect seen after/)), "what became of the stop is in sight");
+  check(await inSight(two.locator(".alarm-bar .worst")), "the alarm bar is in sight");
+  check(await two.evaluate(() => scrollY > 200), "the page is scrolled");
+  await two.getByLabel("Latitude, °").focus();
+  for (let steps = 0; steps < 30; steps++) {
+    await two.keyboard.press("Shift+Tab");
+    const hidden = await two.evaluate(() => {
+      const [one, top] = [document.activeElement, document.getElementById("top")];
+      return !top.contains(one) && !one.matches(".skip") && one.getBoundingClientRect().bottom <= top.getBoundingClientRect().bottom + 1 ? one.outerHTML.slice(0, 80) : "";
+    });
+    check(!hidden, `${hidden} has the focus and is hidden`);
+  }
+  await two.setViewportSize({ width: 1440, height: 900 });
+
   // A vessel that is not heard: the missing stage is named.
   await button(two, "Take control").click();
   await who(two, "You have control of this vessel.");

@@ -64,7 +64,8 @@ await inBrowser(async (open) => {
     // Another person's, which is folded again.
     await press("Enter", "Tab");
   }
-  await act(/^Remove nils/);
+  await act(/^Remove nils …/);
+  await act("Remove nils now");
   await person.waitFor({ state: "detached" });
 
   // A token of one's own: made and revoked.
@@ -83,7 +84,8 @@ await inBrowser(async (open) => {
   // The vessel's is there too.
   for (const left of [2, 1]) {
     await page.waitForFunction((left) => document.querySelectorAll("tbody tr").length === left, left);
-    await act("Revoke");
+    await act(/^Revoke .*…$/);
+    await act(/^Revoke .* now$/);
   }
   await page.getByText("There are none.").waitFor();
   check((await me()).status() === 401, "the token opens nothing");

@@ -126,7 +126,9 @@ await inBrowser(async (open) => {
   await admin.goto(`${url}/admin/sessions`);
   await admin.getByRole("row", { name: /nils/ }).first().waitFor();
   for (let left = await admin.getByRole("row", { name: /nils/ }).count(); left > 0; left--) {
-    await admin.getByRole("row", { name: /nils/ }).first().getByRole("button", { name: "End" }).click();
+    const session = admin.getByRole("row", { name: /nils/ }).first();
+    await session.getByText(/^End the session of nils/).click();
+    await session.getByRole("button", { name: "End the session now" }).click();
     await admin.waitForFunction((left) => [...document.querySelectorAll("main tr")].filter((row) => /nils/.test(row.textContent)).length < left, left);
   }
   await two.waitForURL(/\/login\?next=/);

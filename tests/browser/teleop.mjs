@@ -8,6 +8,12 @@
 import { check, inBrowser, logIn, look } from "./browser.mjs";
 import { begin, button, enter, helmNote, hold, keysOf, motors, OTTER, password, PATIENCE_MS, phase, runs, takeControl, tell, TRIES, url } from "./helm.mjs";
 
+/** Why keys and a finger stop that do not change. */
+const UNMOVED = "no key was pressed or let go, and no finger moved, for 10 s";
+const VIGIL_MS = 10_000;
+/** A keyboard whose key is held is repeated about so often. */
+const REPEAT_MS = 30;
+
 /** Runs in the page: notes fresh samples by a clock that nobody moves, and holds a gamepad and a clock to move. */
 function instrument() {
   const [now, date] = [performance.now.bind(performance), Date.now.bind(Date)];
@@ -24,6 +30,10 @@ function instrument() {
     if (sample) change = sample.change;
     send.call(this, text);
   };
+  // When a key or a finger really changed last: what the computer repeats by itself is no change.
+  for (const kind of ["keydown", "keyup", "pointerdown", "pointermove", "pointerup"]) {
+    addEventListener(kind, (event) => event.repeat || (window.changed = date()), { capture: true });
+  }
   window.pad = null;
   window.frozen = false;
   window.seen = true;
@@ -119,6 +129,23 @@ await inBrowser(async (open) => {
     },
     over: async () => ({ said: await stopped() }),
   });
+  await fault("keyboard-frozen", other, UNMOVED, {
+    before: byKeys,
+    async inject() {
+      // A key that really changes is enough to go on.
+      await asked(page);
+      await page.keyboard.press("Shift");
+      await page.locator(".helm-vigil:empty").waitFor({ state: "attached" });
+      // Then the keyboard says nothing any more, and the computer repeats the key by itself.
+      const steers = page.locator('.helm[data-phase="steering"]');
+      while (await steers.isVisible()) {
+        await page.keyboard.down("ArrowUp");
+        await page.waitForTimeout(REPEAT_MS);
+      }
+      return quiet(page);
+    },
+    over: async () => ({ said: await stopped() }),
+  });
   await fault("tab-hidden", other, "the window was hidden", {
     before: byKeys,
     inject: () => inPage(() => {
@@ -156,6 +183,17 @@ await inBrowser(async (open) => {
     inject: () => inPage(() => (window.pad = null)),
     over: async () => ({ said: await stopped() }),
   });
+
+  // A stick that does not rest in neutral is named; whoever leaves the gamepad out steers without it.
+  await padSays(false, 0.2);
+  const remedy = (text) => page.locator(".helm-remedy").getByText(text).waitFor();
+  await remedy("The gamepad's stick for ahead and astern is not in neutral");
+  await page.getByText("axis 1 (ahead and astern) -0.20; up to 0.08 counts as neutral").waitFor();
+  await look(page, "teleop-worn-stick");
+  await button(page, "Leave the gamepad out").click();
+  await remedy(/Hold the dead-man first/);
+  await page.evaluate(() => (window.pad = null));
+  await button(page, "Leave the gamepad out").waitFor({ state: "hidden" });
 
   // STOP by its chord, with both hands at the helm.
   await fault("stop-pressed", other, "it is not steered by hand any more", {
@@ -195,6 +233,8 @@ await inBrowser(async (open) => {
     },
     async over() {
       await helmNote(page).waitFor();
+      // The vessel does not wait for hands that nobody has there: it says so to whoever took over.
+      await other.locator('.tile[data-tile="mode"]').getByText("SERVICE").waitFor();
       // Who lost control does not steer.
       await page.getByRole("button", { name: "Steer by hand …", exact: true, disabled: true }).waitFor();
       await keyUp();
@@ -231,6 +271,23 @@ await inBrowser(async (open) => {
   await button(page, "Release control").click();
   await page.getByText("Nobody has control of this vessel.").waitFor();
 
+  // A finger that rests where it is: a screen that hangs tells the same.
+  const { tablet, finger } = await tabletOf(open);
+  await fault("finger-frozen", page, UNMOVED, {
+    before: () => hold(tablet, page, finger),
+    async inject() {
+      await asked(tablet);
+      await tablet.locator('.helm[data-phase="steering"]').waitFor({ state: "hidden" });
+      return quiet(tablet);
+    },
+    over: async () => ({ said: await tablet.getByRole("region", { name: "Steer by hand" }).innerText() }),
+  });
+  await finger.release();
+  await button(tablet, "End steering by hand").click();
+  await button(tablet, "Release control").click();
+  await page.getByText("Nobody has control of this vessel.").waitFor();
+  await tablet.close();
+
   // The browser is killed, on a tablet that is steered by touch.
   await fault("browser-killed", page, "", {
     async before() {
@@ -257,10 +314,22 @@ await inBrowser(async (open) => {
   acts.forEach((one, index) => check(one.action === (index % 2 ? "teleop.end" : "teleop.begin"), `each beginning has its end: ${JSON.stringify(acts, null, 1)}`));
 });
 
-/** Steers by touch until the browser is killed. */
-async function touch(open, asker, done) {
+/** Waits until the page asks for a sign of life. */
+function asked(page) {
+  return page.locator(".helm-vigil").getByText("Still there?").waitFor();
+}
+
+/** When hands that changed last some time ago count as gone: nothing is fresh from there on. */
+async function quiet(page) {
+  const at = (await page.evaluate(() => window.changed)) + VIGIL_MS;
+  return { at, samples: [at] };
+}
+
+/** A tablet and the finger on it, about to steer. */
+async function tabletOf(open) {
   const tablet = await open({ hasTouch: true, viewport: { width: 820, height: 1180 } });
   tablet.setDefaultTimeout(PATIENCE_MS);
+  await tablet.addInitScript(instrument);
   await logIn(tablet, url, "anna", password);
   await takeControl(tablet);
   await begin(tablet);
@@ -268,13 +337,20 @@ async function touch(open, asker, done) {
   await tablet.setViewportSize({ width: 820, height: 1180 });
   const input = await tablet.context().newCDPSession(tablet);
   const circle = tablet.locator(".helm-pad");
-  await circle.scrollIntoViewIfNeeded();
+  await tablet.locator(".helm").evaluate((helm) => helm.scrollIntoView({ block: "start" }));
   const box = await circle.boundingBox();
   check(box.width >= 200, "the pad is large enough for a thumb");
+  // Map and helm are in sight together, beneath STOP and the alarms.
+  const seen = await tablet.evaluate(() => {
+    const box = (name) => document.querySelector(name).getBoundingClientRect();
+    return { top: box("#top").bottom, map: [box(".map").top, box(".map").bottom], helm: [box(".helm").top, box(".helm-pad").bottom], page: innerHeight };
+  });
+  check(seen.map[0] >= seen.top - 1 && seen.map[1] - seen.map[0] > 300, `the map is in sight: ${JSON.stringify(seen)}`);
+  check(seen.helm[0] >= seen.map[1] - 1 && seen.helm[1] <= seen.page, `and the helm: ${JSON.stringify(seen)}`);
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
   const at = (type, touchPoints) => input.send("Input.dispatchTouchEvent", { type, touchPoints });
   let down = false;
-  await hold(tablet, asker, {
+  const finger = {
     async release() {
       if (down) await at("touchEnd", []);
       down = false;
@@ -284,7 +360,14 @@ async function touch(open, asker, done) {
       down = true;
     },
     steer: () => at("touchMove", [{ x, y: y - 100 }]),
-  });
+  };
+  return { tablet, finger };
+}
+
+/** Steers by touch until the browser is killed. */
+async function touch(open, asker, done) {
+  const { tablet, finger } = await tabletOf(open);
+  await hold(tablet, asker, finger);
   const browser = await tablet.context().browser().newBrowserCDPSession();
   const { processInfo } = await browser.send("SystemInfo.getProcessInfo");
   victim = processInfo.find((one) => one.type === "browser").id;

@@ -214,6 +214,16 @@ test("alarms follow the frames, the most urgent first", () => {
   assert.equal(alarms.withAlarms(known, frame([], { snapshot: true })).size, 0);
 });
 
+test("without the server the bar says since when alarms are not known, and never that there are none", () => {
+  const top = { ...alarm(1, "warning", "unacknowledged"), vessel_name: "otter-1", text: "one motor hot" };
+  assert.equal(alarms.barText(undefined, 0), "No alarms");
+  assert.equal(alarms.barText(top, 0), "otter-1: one motor hot");
+  const at = 86_400e6 * 20_000 + 3_600e6;
+  assert.equal(alarms.barText(undefined, 2, at), "Alarms are not known since 01:00:00Z: the server is not heard. Then: No alarms; 2 put aside");
+  assert.match(alarms.barText(top, 0, at), /^Alarms are not known since 01:00:00Z.* Then: otter-1: one motor hot$/);
+  assert.equal(alarms.barText(undefined, 0, null), "Alarms are not known: the server is not heard");
+});
+
 test("what a vessel will do without the link is told in its own words, with the time", () => {
   const day = 86_400e6 * 20_000;
   const at = (hours, minutes) => day + (hours * 60 + minutes) * 60e6;

@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-teleop-"));
 const outfile = join(folder, "teleop.mjs");
 await build({ entryPoints: ["src/state/teleop.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { guardOf, limited, ofKeys, ofPad, ofTouch, standing, tripText } = await import(outfile);
+const { guardOf, isNeutral, limited, offNeutral, ofKeys, ofPad, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await import(outfile);
 
 const told = (more) => ({ stamp_us: 1, phase: "locked", why: "", remedy: "", round_trip_ms: 40, with_vessel: true, slow: false, cap: 1, ...more });
 
@@ -33,14 +33,61 @@ test("a touch steers by how far it went, a gamepad by its left stick while a tri
   assert.equal(limited({ ...hands, thrust: 0.05 }, 0.1).thrust, 0.05);
 });
 
+test("keys and a finger that show no change are asked for one, and count as gone 10 s after the last", () => {
+  const vigil = new Vigil();
+  const after = (fromMs, toMs) => {
+    let said;
+    for (let ms = fromMs + 50; ms <= toMs; ms += 50) said = vigil.look(ms);
+    return said;
+  };
+  vigil.changed(5_000);
+  assert.equal(after(5_000, 11_950), "alive");
+  assert.equal(vigil.look(12_000), "asked");
+  vigil.changed(14_990);
+  assert.equal(after(14_990, 15_040), "alive", "a change renews");
+  assert.equal(after(15_040, 14_990 + VIGIL_MS - 50), "asked");
+  assert.equal(vigil.look(14_990 + VIGIL_MS), "gone");
+  assert.equal(vigil.look(14_990 + VIGIL_MS + 60_000), "gone", "until something changes");
+  // A clock that jumps is told as such by the server, and neither takes nor gives much here.
+  for (const jumpMs of [3_600_000, -3_600_000]) {
+    vigil.changed(0);
+    assert.equal(vigil.look(jumpMs), "alive");
+    assert.equal(after(jumpMs, jumpMs + VIGIL_MS), "gone");
+  }
+  assert.match(vigilText("keys"), /Press or let go any key.* 10 s /);
+  assert.match(vigilText("touch"), /Move your finger/);
+});
+
 test("why it stopped is told with what to do, and not any more while it moves", () => {
-  const frozen = standing(told({ why: "the input device shows no sign of life", remedy: "Plug it in anew." }), true);
+  const frozen = standing(told({ why: "the input device shows no sign of life", remedy: "Plug it in anew." }), true, true, "");
   assert.equal(frozen.why, "It stopped: the input device shows no sign of life.");
   assert.match(frozen.remedy, /^Plug it in anew\. Release the dead-man/);
-  assert.match(standing(told({ phase: "ready" }), true).remedy, /^Hold the dead-man/);
-  assert.deepEqual(standing(told({ phase: "steering", why: "old" }), true), { state: "MOVING. Let go to stop.", why: "", remedy: "" });
-  assert.match(standing(undefined, true).state, /^STOPPED\. The server is not heard/);
-  assert.match(standing(undefined, false).state, /^Connecting/);
+  assert.match(standing(told({ phase: "ready" }), true, true, "").remedy, /^Hold the dead-man/);
+  assert.deepEqual(standing(told({ phase: "steering", why: "old" }), true, false, ""), { state: "STEERING. Let go to stop.", why: "", remedy: "" });
+  assert.match(standing(told({ phase: "steering" }), true, true, "").state, /^HELD IN NEUTRAL\. Motors stand still/, "what is held in neutral moves nothing");
+  assert.match(standing(undefined, true, true, "").state, /^STOPPED\. The server is not heard/);
+  assert.match(standing(undefined, false, true, "").state, /^Connecting/);
+});
+
+test("a stick that does not rest in neutral is named, with its value and what to do", () => {
+  const pad = { index: 0, connected: true, id: "worn pad", mapping: "standard", timestamp: 1, axes: [0.02, 0.131], buttons: [] };
+  const stuck = offNeutral(pad);
+  assert.match(stuck, /stick for ahead and astern is not in neutral.*Let go of it.*worn.*keys or touch/);
+  assert.match(offNeutral({ ...pad, axes: [-0.5, 0.5] }), /stick for port and starboard and for ahead and astern/);
+  assert.equal(offNeutral({ ...pad, axes: [0.08, -0.08] }), "");
+  assert.equal(offNeutral({ ...pad, axes: [] }), "");
+  assert.match(padText(pad), /axis 1 \(ahead and astern\) 0\.13; up to 0\.08 counts as neutral/);
+  for (const phase of ["locked", "ready"]) assert.equal(standing(told({ phase }), true, false, stuck).remedy, stuck);
+  assert.equal(standing(told({ phase: "steering" }), true, false, stuck).remedy, "");
+  assert.ok(!isNeutral(ofPad(pad)) && isNeutral({ thrust: 0.08, turn: -0.08 }));
+});
+
+test("a gamepad whose order of buttons nobody knows says so, and what is pressed", () => {
+  const buttons = Array.from({ length: 8 }, (_, at) => ({ pressed: at === 2 || at === 5, value: 0 }));
+  const pad = { index: 0, connected: true, id: "odd pad", mapping: "", timestamp: 1, axes: [0, 0], buttons };
+  assert.match(padText(pad), /does not know the order of its buttons: numbers 4 to 7 are taken for the dead-man.*pressed now: 2, 5\./);
+  assert.match(padText({ ...pad, buttons: [] }), /pressed now: none/);
+  assert.doesNotMatch(padText({ ...pad, mapping: "standard" }), /does not know/);
 });
 
 test("the round trip tells what it covers, that it is slow and what it limits", () => {

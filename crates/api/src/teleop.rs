@@ -41,6 +41,8 @@ pub enum TeleopStop {
     GamepadGone,
     /// Two input devices were held at once, or another gamepad came.
     TwoDevices,
+    /// No key was pressed or let go, and no finger moved, for too long.
+    Unmoved,
     /// The person stopped it.
     Person,
 }

@@ -146,6 +146,7 @@ async fn before_a_boat(script: &'static str) {
     tokio::spawn(speak(Boats::join(&serving.relay).await, Arc::clone(&doing)));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
+    let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);
     let script = tokio::task::spawn_blocking(move || {
         testkit::browser::run(script, &[&address, &password], |line| match line {
             "silence" => doing.silent.store(true, Ordering::Relaxed),
@@ -153,11 +154,14 @@ async fn before_a_boat(script: &'static str) {
             "empty" => doing.empty.store(true, Ordering::Relaxed),
             "full" => doing.empty.store(false, Ordering::Relaxed),
             "lost" => doing.astray.store(true, Ordering::Relaxed),
+            "stop the server" => ask_to_stop.blocking_send(()).unwrap(),
             _ => {}
         });
     });
+    if asked.recv().await.is_some() {
+        serving.stop().await;
+    }
     script.await.unwrap();
-    serving.stop().await;
 }
 
 /// What nobody should believe to be names and values.

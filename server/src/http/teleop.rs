@@ -4,8 +4,12 @@
 //! out only while this window has control, by the vessel's link with a time to live, else by the door behind which the
 //! vessel is heard. However the conversation ends, the vessel is told to stop and that steering by hand is over; when it
 //! cannot be told, the life of the last stick position ends aboard. When control is lost the link itself stops the
-//! vessel; one that is reached otherwise knows of no control, and is told to stop.
+//! vessel; one that is reached otherwise knows of no control, and is told to stop. Either is told that it is not steered by
+//! hand any more, so that it does not wait in that mode for hands that nobody has there: whoever has control now begins anew.
 
+mod outgoing;
+
+use self::outgoing::{dispatch, keys, release};
 use super::caller::Caller;
 use super::control::{Issuer, issue, running};
 use super::guard::{OfVessel, Who, identify};
@@ -15,11 +19,8 @@ use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
-use hub::{
-    CommandId, Door, Hub, Order, Outgoing, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, Why,
-};
-use imc::messages::RemoteActions;
-use imc::{Address, Header, Packet};
+use hub::{CommandId, Hub, Order, Outgoing, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, Why};
+use imc::Address;
 use std::time::Duration;
 use tokio::time::MissedTickBehavior;
 use units::{MonoTime, UtcTime};
@@ -290,7 +291,7 @@ impl Session {
             let running = running(hub, vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
             let outgoing = match (&epoch, sticks) {
                 (Ok(epoch), Some(sticks)) => {
-                    dispatch(hub, now, (vessel, *epoch), &sticks, at.seconds(), link)
+                    dispatch(hub, now, (vessel, *epoch), keys(&sticks), at.seconds(), link)
                 }
                 _ => None,
             };
@@ -320,7 +321,8 @@ impl Session {
             _ if !may => {
                 self.noting(|teleop| teleop.interrupt(Why::Lease));
                 self.let_go().await;
-                let remedy = "The vessel's motors stand still. Take control again if you still need it.";
+                let remedy = "The vessel's motors stand still, and it is not steered by hand any more. Take control \
+                              again if you still need it.";
                 self.over(Why::Lease.text(), remedy).await;
             }
             (Phase::Starting(_), Some((Stage::EffectSeen, _))) => {
@@ -341,15 +343,19 @@ impl Session {
         }
     }
 
-    /// Control is lost: stops the vessel if it does not learn of that by itself. No other window of this server steers
-    /// it yet, as this one has the helm.
+    /// Control is lost: stops the vessel if it does not learn of that by itself, and tells it that it is not steered by
+    /// hand any more. No other window of this server steers it yet, as this one has the helm.
     async fn let_go(&mut self) {
         let stop = self.teleop.tick(self.state.relay.clock().now());
-        let Some(stop) = stop.filter(|_| matches!(self.phase, Phase::Live)) else { return };
+        if !matches!(self.phase, Phase::Live) {
+            return;
+        }
         let (vessel, link) = (self.vessel, self.state.links.is_up(self.vessel));
-        let look = move |hub: &mut Hub, now: hub::Now| release(hub, now, vessel, &stop, link);
+        let look = move |hub: &mut Hub, now: hub::Now| release(hub, now, vessel, stop.as_ref(), link);
         // When the hub is gone nothing is sent any more.
-        self.state.relay.look(look).await.ok();
+        if let Ok(Some(done)) = self.state.relay.look(look).await {
+            self.state.links.steer(vessel, done, STOP_LASTS);
+        }
     }
 
     /// Nothing is steered from here on.
@@ -388,18 +394,21 @@ impl Session {
         let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
         let look = move |hub: &mut Hub, now: hub::Now| {
             let Ok(epoch) = hub.leases().epoch(now, vessel, &holder) else {
-                if let Some(stop) = stop.filter(|_| live) {
-                    release(hub, now, vessel, &stop, link);
-                }
-                return None;
+                return (false, if live { release(hub, now, vessel, stop.as_ref(), link) } else { None });
             };
-            Some(stop.and_then(|stop| dispatch(hub, now, (vessel, epoch), &stop, now.utc.seconds(), link)))
+            let message = stop.map(|stop| keys(&stop));
+            (
+                true,
+                message.and_then(|keys| dispatch(hub, now, (vessel, epoch), keys, now.utc.seconds(), link)),
+            )
         };
-        match self.state.relay.look(look).await {
-            // Whoever has control now orders something else; the vessel would not listen.
-            Ok(None) => return self.over(Why::Lease.text(), Why::Lease.remedy()).await,
-            Ok(Some(Some(outgoing))) => self.state.links.steer(vessel, outgoing, STOP_LASTS),
-            Ok(Some(None)) | Err(_) => {}
+        let (may, outgoing) = self.state.relay.look(look).await.unwrap_or((true, None));
+        if let Some(outgoing) = outgoing {
+            self.state.links.steer(vessel, outgoing, STOP_LASTS);
+        }
+        if !may {
+            // The vessel would not listen to an order from here.
+            return self.over(Why::Lease.text(), Why::Lease.remedy()).await;
         }
         let order = Order::EndTeleoperation { why: why.to_owned() };
         match issue(&self.state, self.vessel, &self.by, order).await {
@@ -426,42 +435,6 @@ impl Session {
     }
 }
 
-/// Sends stick positions by the door that leads to the vessel. What has to go by the link is given back.
-fn dispatch(
-    hub: &mut Hub,
-    now: hub::Now,
-    (vessel, epoch): (Address, u64),
-    sticks: &Sticks,
-    sent_s: f64,
-    link: Option<bool>,
-) -> Option<Outgoing> {
-    let header =
-        Header { timestamp: sent_s, src: hub.address(), src_ent: u8::MAX, dst: vessel, dst_ent: u8::MAX };
-    let keys = RemoteActions { actions: sticks.actions().as_str().into() };
-    let packet = Packet::new(header, keys).encode().ok()?.into();
-    if by_link(hub, now, vessel, link) {
-        hub.record_own(now, &packet);
-        return Some(Outgoing { epoch, packet });
-    }
-    hub.send(now, &packet);
-    None
-}
-
-/// Stops a vessel of which control was lost, where it is reached by another way than its link: it knows of no control
-/// and goes on with the last stick position. One that does something else by now is left alone.
-fn release(hub: &mut Hub, now: hub::Now, vessel: Address, stop: &Sticks, link: Option<bool>) {
-    let steered = running(hub, vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
-    if steered && !by_link(hub, now, vessel, link) {
-        dispatch(hub, now, (vessel, 0), stop, now.utc.seconds(), link);
-    }
-}
-
-/// Whether what a vessel gets goes by its link.
-fn by_link(hub: &Hub, now: hub::Now, vessel: Address, link: Option<bool>) -> bool {
-    let elsewhere = hub.doors_to(now.mono, vessel).any(|door| door != Door::Link);
-    link == Some(true) || (link.is_some() && !elsewhere)
-}
-
 /// Why a browser stops, as the hub has it.
 fn because(why: TeleopStop) -> Why {
     match why {
@@ -469,6 +442,7 @@ fn because(why: TeleopStop) -> Why {
         TeleopStop::Unfocused => Why::Unfocused,
         TeleopStop::GamepadGone => Why::GamepadGone,
         TeleopStop::TwoDevices => Why::TwoDevices,
+        TeleopStop::Unmoved => Why::Unmoved,
         TeleopStop::Person => Why::Person,
     }
 }

@@ -43,6 +43,11 @@ impl Boats {
         }
     }
 
+    /// The next batch of packets that are for the boats.
+    pub(crate) async fn heard_all(&self) -> Vec<Bytes> {
+        self.0.outbox.take().await.unwrap().into_iter().collect()
+    }
+
     /// All packets of the next batch with this id that are for the boats.
     pub(crate) async fn heard_together(&self, id: u16) -> Vec<Bytes> {
         loop {

@@ -9,6 +9,8 @@ pub(super) struct PersonRow {
     pub(super) roles: Vec<String>,
     pub(super) one_time: bool,
     pub(super) since: String,
+    /// What ends with the account, in words.
+    pub(super) loses: String,
 }
 
 pub(super) struct SessionRow {
@@ -30,6 +32,8 @@ pub(super) struct TokenRow {
     pub(super) since: String,
     pub(super) until: String,
     pub(super) used: String,
+    /// What ends with it, in words.
+    pub(super) loses: String,
 }
 
 pub(super) struct AuditRow {
@@ -64,14 +68,34 @@ pub(super) fn vessel_name(address: u16, vessels: &[Vessel]) -> String {
     named.map_or_else(|| format!("0x{address:04X}"), |vessel| vessel.name.clone())
 }
 
-pub(super) fn person(person: Person, vessels: &[Vessel]) -> PersonRow {
+/// `sessions` and `tokens` are those of everybody.
+pub(super) fn person(
+    person: Person,
+    vessels: &[Vessel],
+    sessions: &[Session],
+    tokens: &[Token],
+) -> PersonRow {
     let place = |vessel: Option<u16>| {
         vessel.map_or_else(|| "all vessels".to_owned(), |vessel| vessel_name(vessel, vessels))
     };
     let roles = person.permissions.iter();
+    let roles: Vec<String> =
+        roles.map(|given| format!("{} on {}", given.role, place(given.vessel))).collect();
+    let sessions = sessions.iter().filter(|session| session.person == person.name).count();
+    let tokens = tokens.iter().filter(|token| token.person.as_ref() == Some(&person.name));
+    let tokens: Vec<&str> = tokens.map(|token| &*token.label).collect();
+    let loses = [
+        if roles.is_empty() { "no role".to_owned() } else { roles.join(", ") },
+        match sessions {
+            1 => "1 session".to_owned(),
+            more => format!("{more} sessions"),
+        },
+        if tokens.is_empty() { "no tokens".to_owned() } else { format!("the tokens {}", tokens.join(", ")) },
+    ];
     PersonRow {
         name: person.name,
-        roles: roles.map(|given| format!("{} on {}", given.role, place(given.vessel))).collect(),
+        roles,
+        loses: loses.join("; "),
         one_time: person.must_change_password,
         since: at(person.created_us),
     }
@@ -91,8 +115,13 @@ pub(super) fn session(session: Session, own: Option<i64>) -> SessionRow {
 
 pub(super) fn token(token: Token, vessels: &[Vessel]) -> TokenRow {
     let place = token.vessel.map_or_else(|| "all vessels".to_owned(), |vessel| vessel_name(vessel, vessels));
+    let loses = match &token.person {
+        Some(person) => format!("Scripts that use it in the name of {person} are refused at once."),
+        None => format!("The link of {place} ends at once, and the vessel does not come in by it again."),
+    };
     TokenRow {
         id: token.id,
+        loses,
         label: token.label,
         scope: token.role.map_or_else(|| format!("link of {place}"), |role| format!("{role} on {place}")),
         person: token.person.unwrap_or_else(|| "—".to_owned()),
@@ -109,6 +138,54 @@ pub(super) fn audit(entry: AuditEntry) -> AuditRow {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_ends_with_an_account_and_a_token_is_named() {
+        let token = |id, person: Option<&str>, label: &str| Token {
+            id,
+            label: label.to_owned(),
+            person: person.map(str::to_owned),
+            vessel: Some(7),
+            role: person.map(|_| api::Role::Viewer),
+            created_us: 0,
+            expires_us: None,
+            used_us: None,
+        };
+        let tokens = [
+            token(1, Some("nils"), "R"),
+            token(2, Some("anna"), "grafana"),
+            token(3, Some("nils"), "cron"),
+            token(4, None, "boat"),
+        ];
+        let session = |person: &str| Session {
+            id: 1,
+            person: person.to_owned(),
+            created_us: 0,
+            seen_us: 0,
+            address: String::new(),
+            agent: String::new(),
+        };
+        let vessels = [Vessel { address: 7, name: "otter-7".to_owned() }];
+        let nils = |permissions| Person {
+            name: "nils".to_owned(),
+            must_change_password: false,
+            created_us: 0,
+            permissions,
+        };
+        let role = api::Permission { vessel: Some(7), role: api::Role::Operator };
+        let told =
+            |permissions, sessions: &[Session]| person(nils(permissions), &vessels, sessions, &tokens).loses;
+        assert_eq!(
+            told(vec![role], &[session("nils"), session("anna")]),
+            "operator on otter-7; 1 session; the tokens R, cron"
+        );
+        assert!(told(vec![], &[]).starts_with("no role; 0 sessions"));
+        let [script, .., link] = tokens.map(|token| super::token(token, &vessels).loses);
+        assert!(
+            script.contains("in the name of nils") && link.contains("link of otter-7"),
+            "{script} {link}"
+        );
+    }
 
     #[test]
     fn sizes_have_units_that_people_know() {

@@ -124,6 +124,16 @@ pub(crate) fn find_link(db: &Connection, text: &str, now: UtcTime) -> Result<Opt
     Ok(row)
 }
 
+/// Vessels whose link came in at some time, and for which it is open still.
+pub(crate) fn linked(db: &Connection, now: UtcTime) -> Result<Vec<u16>, Fault> {
+    let mut query = db.prepare_cached(
+        "SELECT DISTINCT vessel FROM token WHERE person IS NULL AND used_us IS NOT NULL
+         AND (expires_us IS NULL OR expires_us > ?1) ORDER BY vessel",
+    )?;
+    let rows = query.query_map([now.micros()], |row| row.get(0))?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
 fn is_stale(used_us: Option<i64>, now: UtcTime) -> bool {
     used_us.is_none_or(|used_us| now.micros() - used_us >= USED_EVERY_US)
 }
@@ -209,6 +219,23 @@ mod tests {
         assert_eq!(role(&db), Some(Role::Viewer));
         persons::remove(&db, "nils").unwrap();
         assert!(find(&db, &made.secret, NOW).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_vessel_is_expected_while_a_token_that_it_used_is_valid() {
+        let (db, nils) = with_operator();
+        make(&db, nils, &new(Role::Viewer, Some(9)), NOW).unwrap();
+        let link = |vessel, days| make_link(&db, &NewLink { label: "link", vessel, days }, NOW).unwrap();
+        let (_, ends, stays) = (link(6, None), link(7, Some(1)), link(8, None));
+        assert!(linked(&db, NOW).unwrap().is_empty(), "none came in yet");
+        for id in [ends.id, stays.id] {
+            touch(&db, id, NOW).unwrap();
+        }
+        assert_eq!(linked(&db, NOW).unwrap(), [7, 8]);
+        let later = UtcTime::from_micros(NOW.micros() + DAY_US);
+        assert_eq!(linked(&db, later).unwrap(), [8]);
+        revoke(&db, stays.id, None).unwrap();
+        assert!(linked(&db, later).unwrap().is_empty());
     }
 
     #[test]

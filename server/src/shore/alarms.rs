@@ -4,7 +4,8 @@
 //! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
 
 use super::{AppState, Wanted};
-use crate::people::{Fault, People, vessels};
+use crate::clock;
+use crate::people::{Fault, People, tokens, vessels};
 use api::{AlarmNote, AlarmShelf, AlarmWord};
 use hub::alarm::{Alarm, AlarmId, Key, Kind, LinkClock, Note, Outside, Priority, Said, Saved, State};
 use hub::{Fleet, Hub};
@@ -18,8 +19,8 @@ use units::UtcTime;
 const EVERY: Duration = Duration::from_secs(1);
 /// An alarm does not wait longer for its vessel's name.
 const NAMED_WITHIN: Duration = Duration::from_secs(1);
-/// The disk is looked at each so many looks.
-const DISK_EVERY: u32 = 30;
+/// The disk, and which vessels are expected, are looked at each so many looks.
+const SLOW_EVERY: u32 = 30;
 
 /// Calls vessels by the names that people gave them, as everywhere else; others go on as they announce themselves.
 pub(crate) async fn name(people: &People, alarms: &mut [api::Alarm]) {
@@ -161,14 +162,18 @@ pub(crate) async fn watch(state: AppState) {
     }
     let mut every = tokio::time::interval(EVERY);
     every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-    let (mut disk, mut looks, mut kept, mut logged) = (None, 0_u32, 0, 0);
+    let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
     while state.stop.run_until_cancelled(every.tick()).await.is_some() {
-        if looks.is_multiple_of(DISK_EVERY) {
+        if looks.is_multiple_of(SLOW_EVERY) {
+            // While app.db cannot be read those are expected that were.
+            if let Ok(linked) = state.people.ask(|db| tokens::linked(db, clock::now())).await {
+                expected = linked.into_iter().map(Address).collect();
+            }
             let folder = state.config.data.clone();
             disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
         }
         looks = looks.wrapping_add(1);
-        let outside = outside(&state, disk);
+        let outside = outside(&state, disk, expected.clone());
         let look = move |hub: &mut Hub, now| {
             hub.watch(now, &outside);
             let revision = hub.alarms().revision();
@@ -206,7 +211,7 @@ async fn keep(people: &People, standing: Vec<api::Alarm>, revision: u64, before:
 }
 
 /// What the server knows of itself.
-fn outside(state: &AppState, disk: Option<(u64, u64)>) -> Outside {
+fn outside(state: &AppState, disk: Option<(u64, u64)>, expected: Vec<Address>) -> Outside {
     let clocks = state.links.status().into_iter().filter_map(|(vessel, status)| {
         let clocks = status.clocks.filter(|_| status.up)?;
         let ahead_s = clocks.utc_ahead_us as f64 / 1e6;
@@ -222,6 +227,7 @@ fn outside(state: &AppState, disk: Option<(u64, u64)>) -> Outside {
     let recorder = recorder.borrow();
     Outside {
         clocks: clocks.collect(),
+        expected,
         charts: charts.collect(),
         recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
         history: recorder.history_behind.clone(),

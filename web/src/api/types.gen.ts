@@ -2112,7 +2112,7 @@ window: string, } } | { "sample": TeleopSample } | { "stop": {
  */
 why: TeleopStop, } } | { "end": Record<string, never> };
 
-export type TeleopStop = "hidden" | "unfocused" | "gamepad_gone" | "two_devices" | "person";
+export type TeleopStop = "hidden" | "unfocused" | "gamepad_gone" | "two_devices" | "unmoved" | "person";
 
 export type TeleopTold = { 
 /**

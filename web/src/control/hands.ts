@@ -2,15 +2,19 @@
 // let go; a second device that is held at the same time is no dead-man but a reason to stop.
 
 import type { TeleopStop } from "../api/types.gen";
-import { type Hands, limited, ofKeys, ofPad, ofTouch, type Pad, STEERING_KEYS } from "../state/teleop";
+import { type Hands, limited, ofKeys, ofPad, ofTouch, type Pad, STEERING_KEYS, Vigil, vigilText } from "../state/teleop";
 
 export interface HandsSource {
-  /** What the hands do now; `tick` is another number at each call. */
-  sample(tick: number): Hands;
+  /** What the hands do now, ms of the steady clock; `tick` is another number at each call. */
+  sample(tick: number, nowMs: number): Hands;
+  /** What the person has to do so that the hands go on to count; empty for nothing. */
+  asks(): string;
   /** Everything is let go: it must be pressed anew. */
   release(): void;
-  /** The gamepad that is there, in words; empty for none. */
-  gamepad(): string;
+  /** The gamepad that is there, whether or not it counts. */
+  gamepad(): Pad | undefined;
+  /** Whether the gamepad counts: who has one that is worn or hangs may steer without it. */
+  usePad(use: boolean): void;
 }
 
 const NEUTRAL: Omit<Hands, "change"> = { held: false, thrust: 0, turn: 0 };
@@ -20,10 +24,14 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
   const down = new Set<string>();
   let touch: { id: number; x: number; y: number; dx: number; dy: number } | undefined;
   let known: number | undefined;
+  const [keysVigil, touchVigil] = [new Vigil(), new Vigil()];
+  let asks = "";
+  let padUsed = true;
 
   const release = (): void => {
     down.clear();
     touch = undefined;
+    asks = "";
     knob.style.transform = "";
   };
   const lose = (why: TeleopStop): void => {
@@ -31,6 +39,12 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
     stopped(why);
   };
 
+  // Any key tells that the keyboard is alive; those that the computer repeats by itself tell nothing.
+  for (const kind of ["keydown", "keyup"] as const) {
+    keys.addEventListener(kind, (event) => {
+      if (!event.repeat) keysVigil.changed(performance.now());
+    });
+  }
   keys.addEventListener("keydown", (event) => {
     if (!STEERING_KEYS.includes(event.code) || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
@@ -50,10 +64,14 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
     if (touch || (event.pointerType === "mouse" && event.button !== 0)) return;
     pad.setPointerCapture(event.pointerId);
     touch = { id: event.pointerId, x: event.clientX, y: event.clientY, dx: 0, dy: 0 };
+    touchVigil.changed(performance.now());
   });
   pad.addEventListener("pointermove", (event) => {
     if (touch?.id !== event.pointerId) return;
-    touch = { ...touch, dx: event.clientX - touch.x, dy: event.clientY - touch.y };
+    const [dx, dy] = [event.clientX - touch.x, event.clientY - touch.y];
+    // A screen may go on to tell of a finger that does not move.
+    if (dx !== touch.dx || dy !== touch.dy) touchVigil.changed(performance.now());
+    touch = { ...touch, dx, dy };
     const radius = pad.clientHeight / 2;
     const part = Math.min(1, radius / (Math.hypot(touch.dx, touch.dy) || 1));
     knob.style.transform = `translate(${touch.dx * part}px, ${touch.dy * part}px)`;
@@ -89,23 +107,33 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
   };
 
   return {
-    sample(tick) {
-      const found = padNow();
+    asks: () => asks,
+    usePad(use) {
+      padUsed = use;
+      // What is held at this moment was pressed for something else.
+      lose("person");
+    },
+    sample(tick, nowMs) {
+      const there = padNow();
+      const found = padUsed ? there : undefined;
       const byPad = found ? ofPad(found) : undefined;
       const byKeys = ofKeys(down, tick);
       const byTouch = touch ? ofTouch(touch.dx, touch.dy, pad.clientHeight / 2, tick) : undefined;
       const held = [byTouch, byKeys.held ? byKeys : undefined, byPad?.held ? byPad : undefined].filter((one) => one !== undefined);
       const [only, ...others] = held;
-      if (only && !others.length) return limited(only, most());
-      if (others.length) {
-        lose("two_devices");
+      // A gamepad tells by itself whether it is alive.
+      const standing = only === undefined || only === byPad ? "alive" : (only === byTouch ? touchVigil : keysVigil).look(nowMs);
+      asks = standing === "asked" ? vigilText(only === byTouch ? "touch" : "keys") : "";
+      if (others.length || standing === "gone") {
+        lose(others.length ? "two_devices" : "unmoved");
         return { ...NEUTRAL, change: tick };
       }
+      if (only) return limited(only, most());
       // Nothing is held. Sticks that are not in neutral are told, so that they must return.
       const moved = byPad && Math.hypot(byPad.thrust, byPad.turn) > Math.hypot(byKeys.thrust, byKeys.turn) ? byPad : byKeys;
       return { ...limited(moved, most()), held: false, change: tick };
     },
     release,
-    gamepad: () => (known === undefined ? "" : (navigator.getGamepads()[known]?.id ?? "")),
+    gamepad: () => (known === undefined ? undefined : (navigator.getGamepads()[known] ?? undefined)),
   };
 }

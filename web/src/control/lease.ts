@@ -47,7 +47,7 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
       return;
     }
     overTaken = from;
-    confirm.ask("Take over?", [`${from} loses control at once and is told: ${text}`, "What the vessel does goes on until you order something else."], "Take over now", () => void ask("take", text));
+    confirm.ask("Take over?", [`${from} loses control at once and is told: ${text}`, "A plan goes on until you order something else. A vessel that is steered by hand stops, and is not steered by hand any more."], "Take over now", () => void ask("take", text));
   };
   window.setInterval(() => {
     // Whoever lost it meanwhile is told by the next frame, and a server that is not heard by the page itself.

@@ -24,6 +24,8 @@ export interface ControlNeeds {
   readonly may: boolean;
   /** Whether it is steered by hand from here: on a page of one vessel alone, as there is one pair of hands. */
   readonly steers?: boolean;
+  /** Makes a sound for who steers, if sound is on. */
+  attention?(): void;
   name(): string;
   /** The next click on the map gives a place, degrees; null ends the wait. */
   pick(told: ((place: readonly [number, number]) => void) | null): void;
@@ -31,7 +33,7 @@ export interface ControlNeeds {
   mark(place: readonly [number, number] | null): void;
 }
 
-export function createControl(root: HTMLElement, { address, me, may, steers, name, pick, mark }: ControlNeeds): ControlPanel {
+export function createControl(root: HTMLElement, { address, me, may, steers, attention, name, pick, mark }: ControlNeeds): ControlPanel {
   const key = windowKey();
   const orders = createOrders(address, key);
   const trouble = make("p", { class: "note bad", role: "alert", hidden: "" });
@@ -148,7 +150,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, nam
   });
   if (may) goBox.append(make("h3", {}, "Go to a point"), form);
 
-  const helm = may && steers ? createTeleop(helmBox, { address, key, orders, confirm, name }) : undefined;
+  const helm = may && steers ? createTeleop(helmBox, { address, key, orders, confirm, name, attention: () => attention?.() }) : undefined;
 
   const enable = (): void => {
     const here = part === "here";

@@ -5,7 +5,7 @@
 // explicit stop, and by samples that do not come any more.
 
 import type { TeleopSay, TeleopStop, TeleopTold } from "../api/types.gen";
-import { type Guard, standing, tripText } from "../state/teleop";
+import { type Guard, isNeutral, offNeutral, padText, standing, tripText } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
 import type { Confirm } from "./confirm";
 import { createGuard } from "./guard";
@@ -28,9 +28,11 @@ export interface TeleopNeeds {
   readonly orders: Orders;
   readonly confirm: Confirm;
   name(): string;
+  /** Makes a sound for the person who steers, if sound is on. */
+  attention(): void;
 }
 
-export function createTeleop(root: HTMLElement, { address, key, orders, confirm, name }: TeleopNeeds): TeleopPanel {
+export function createTeleop(root: HTMLElement, { address, key, orders, confirm, name, attention }: TeleopNeeds): TeleopPanel {
   const begin = make("button", { type: "button" }, "Steer by hand …");
   const leave = make("button", { type: "button", class: "main" }, "End steering by hand");
   const [state, why, remedy] = [make("p", { class: "helm-state" }), make("p", { class: "helm-why" }), make("p", { class: "helm-remedy" })];
@@ -41,9 +43,12 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
   const knob = make("span", { class: "knob", "aria-hidden": "true" });
   const pad = make("div", { class: "helm-pad", role: "img", "aria-label": "Touch pad: hold it and move from where you touch; up is ahead. Keys do the same." }, knob);
   const gamepad = make("p", { class: "helm-gamepad" });
+  const padUse = make("button", { type: "button", "aria-pressed": "false", hidden: "" }, "Leave the gamepad out");
   const guardBox = make("div", { class: "helm-guard", hidden: "" });
   const told = make("div", { class: "helm-told", role: "status" }, state, why, remedy);
-  const helm = make("div", { class: "helm", hidden: "" }, told, trip, guardBox, make("div", { class: "helm-hands" }, make("div", {}, keys, make("label", { class: "row" }, "Most thrust ", most, mostTold), gamepad, leave), pad));
+  // Its place is kept free, so that nothing moves under a finger.
+  const vigil = make("p", { class: "helm-vigil", "aria-live": "assertive" });
+  const helm = make("div", { class: "helm", hidden: "" }, told, vigil, trip, guardBox, make("div", { class: "helm-hands" }, make("div", {}, keys, make("label", { class: "row" }, "Most thrust ", most, mostTold), gamepad, padUse, leave), pad));
   const note = make("p", { class: "note bad", role: "alert", hidden: "" });
   root.append(make("h3", {}, "Steer by hand"), begin, helm, note);
   most.addEventListener("input", () => setText(mostTold, `${most.value} %`));
@@ -54,6 +59,7 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
   let last: { what: TeleopTold; at: number } | undefined;
   let seq = 0;
   let timer: number | undefined;
+  let neutral = true;
 
   const say = (what: TeleopSay): void => {
     if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
@@ -72,8 +78,9 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
     const isSeen = seen();
     if (wasSeen && !isSeen) stop("hidden");
     wasSeen = isSeen;
-    const { held, thrust, turn, change } = hands.sample(seq);
+    const { held, thrust, turn, change } = hands.sample(seq, now);
     seq += 1;
+    neutral = isNeutral({ thrust, turn });
     // A buffer that fills is a line that does not carry: what is in it comes too late.
     if (socket && socket.bufferedAmount === 0) {
       say({ sample: { seq, made_ms: now, change, stamp_us: last?.what.stamp_us ?? null, stamp_held_ms: last ? now - last.at : 0, held: held && isSeen, thrust, turn } });
@@ -81,16 +88,21 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
     draw();
   };
   const draw = (): void => {
+    const asks = hands.asks();
+    if (asks && !vigil.textContent) attention();
+    setText(vigil, asks);
     const fresh = last && performance.now() - last.at < SILENCE_MS ? last.what : undefined;
-    const now = standing(fresh, last !== undefined);
+    const device = hands.gamepad();
+    const out = padUse.getAttribute("aria-pressed") === "true";
+    const now = standing(fresh, last !== undefined, neutral, device && !out ? offNeutral(device) : "");
     setText(state, now.state);
     setText(why, now.why);
     setText(remedy, now.remedy);
     setAttribute(helm, "data-phase", fresh?.phase ?? (last ? "lost" : "idle"));
     setText(trip, tripText(fresh));
     setAttribute(trip, "data-slow", fresh?.slow ? "" : null);
-    const device = hands.gamepad();
-    setText(gamepad, device ? `Gamepad: ${device}. Hold a trigger or shoulder button, steer with the left stick and keep it moving a little: one that shows no change counts as hung.` : "No gamepad: press one of its buttons to have it found.");
+    setText(gamepad, !device ? "No gamepad: press one of its buttons to have it found." : out ? `Gamepad left out: ${device.id}.` : padText(device));
+    setAttribute(padUse, "hidden", device ? null : "");
   };
   const close = (text: string): void => {
     const old = socket;
@@ -100,6 +112,7 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
     window.clearInterval(timer);
     old?.close();
     hands.release();
+    setText(vigil, "");
     setAttribute(helm, "data-phase", "idle");
     const within = helm.contains(document.activeElement);
     setAttribute(helm, "hidden", "");
@@ -137,6 +150,11 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
   };
   begin.addEventListener("click", () => {
     confirm.ask(`Steer ${name()} by hand?`, [`Vessel: ${name()}`, "What the vessel does now ends. Its motors stand still until you hold a dead-man and steer."], "Steer by hand", open);
+  });
+  padUse.addEventListener("click", () => {
+    const out = padUse.getAttribute("aria-pressed") !== "true";
+    setAttribute(padUse, "aria-pressed", String(out));
+    hands.usePad(!out);
   });
   leave.addEventListener("click", () => {
     stop("person");

@@ -277,6 +277,7 @@ export function startVessel(root: HTMLElement): void {
     me: root.dataset["me"] ?? "",
     may: root.dataset["operator"] !== undefined,
     steers: true,
+    attention: () => chrome.attention(),
     name: () => (system ? systemName(system) : (given ?? hexAddress(address))),
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),

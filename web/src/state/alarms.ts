@@ -1,6 +1,7 @@
 // What is wrong, gathered from frames.
 
 import type { Alarm, LiveFrame } from "../api/types.gen";
+import { utc } from "../ui/format";
 
 export type Alarms = ReadonlyMap<number, Alarm>;
 
@@ -48,6 +49,17 @@ export function newlySounding(before: Alarms, now: Alarms): Priority | undefined
   const louder = [...now.values()].filter((one) => one.wants_acknowledgement && one.state === "unacknowledged" && one.sounded > (before.get(one.id)?.sounded ?? 0));
   const worst = louder.sort((one, other) => rank(one) - rank(other))[0];
   return worst ? (worst.priority as Priority) : undefined;
+}
+
+/** Without the server for so long, the page is grey and nobody would hear of an alarm: that is told by a sound, ms. */
+export const DEAF_MS = 3_000;
+
+/** What the bar says. `deafUs`: when the server was heard last, if it is not heard any more; null for never. */
+export function barText(top: Alarm | undefined, shelved: number, deafUs?: number | null): string {
+  const known = top ? `${top.vessel_name ?? "Server"}: ${top.text}` : shelved ? `No alarms; ${shelved} put aside` : "No alarms";
+  if (deafUs === undefined) return known;
+  if (deafUs === null) return "Alarms are not known: the server is not heard";
+  return `Alarms are not known since ${utc(deafUs, false)}: the server is not heard. Then: ${known}`;
 }
 
 /** The words for where an alarm is. */

@@ -15,6 +15,9 @@ export interface Hands {
 export interface Pad {
   readonly index: number;
   readonly connected: boolean;
+  readonly id: string;
+  /** `standard` where the browser knows the order of axes and buttons. */
+  readonly mapping: string;
   readonly timestamp: number;
   readonly axes: readonly number[];
   readonly buttons: readonly { readonly pressed: boolean; readonly value: number }[];
@@ -28,8 +31,42 @@ const PORT = ["ArrowLeft", "KeyA"];
 const STARBOARD = ["ArrowRight", "KeyD"];
 export const STEERING_KEYS: readonly string[] = [DEAD_MAN_KEY, ...AHEAD, ...ASTERN, ...PORT, ...STARBOARD];
 
+/** Keys and a finger count as alive for so long after they last changed, ms. */
+export const VIGIL_MS = 10_000;
+/** The person is asked for a change after this, ms. */
+const VIGIL_ASKS_MS = 7_000;
+/** What comes later than this after the sample before is the server's to judge: it takes it for silence or a clock that jumps, ms. */
+const VIGIL_STEP_MS = 1_000;
+
+/** How long ago keys or a finger last showed a change. A key that hangs, and one that the computer repeats by itself, show none. */
+export class Vigil {
+  private quietMs = 0;
+  private atMs = 0;
+
+  /** A key was pressed or let go, or the finger moved. */
+  changed(nowMs: number): void {
+    [this.quietMs, this.atMs] = [0, nowMs];
+  }
+
+  /** Time passes: whether the hands are alive, are to show it soon, or count as gone. */
+  look(nowMs: number): "alive" | "asked" | "gone" {
+    this.quietMs += Math.max(0, Math.min(VIGIL_STEP_MS, nowMs - this.atMs));
+    this.atMs = nowMs;
+    return this.quietMs >= VIGIL_MS ? "gone" : this.quietMs >= VIGIL_ASKS_MS ? "asked" : "alive";
+  }
+}
+
+/** What the person is asked for before the hands count as gone. */
+export function vigilText(device: "keys" | "touch"): string {
+  const act = device === "keys" ? "Press or let go any key" : "Move your finger a little";
+  return `Still there? ${act}: without a change the motors stop ${VIGIL_MS / 1_000} s after the last one.`;
+}
+
 /** The dead-man of a gamepad: either trigger or shoulder button in the standard layout. */
 const TRIGGERS = [4, 5, 6, 7];
+
+/** Sticks within this are in neutral for the server, which takes it off the rest, of 1. */
+const NEUTRAL = 0.08;
 
 const unit = (value: number): number => (Number.isFinite(value) ? Math.max(-1, Math.min(1, value)) : 0);
 
@@ -44,19 +81,43 @@ export function ofTouch(dx: number, dy: number, radius: number, tick: number): H
   return { held: true, thrust: unit(-dy / radius), turn: unit(dx / radius), change: tick };
 }
 
+/** The sticks that steer, as people call them. */
+const AXES = ["port and starboard", "ahead and astern"];
+const STUCK = "Let go of it. If it stays there it is worn or calibrated wrongly: calibrate it in the settings of this computer, or leave the gamepad out and steer with keys or touch.";
+
+/** Axes that are not in neutral, in words that do not change with each tremor; empty for none. */
+export function offNeutral(pad: Pad): string {
+  const off = AXES.filter((_, index) => Math.abs(unit(pad.axes[index] ?? 0)) > NEUTRAL);
+  return off.length ? `The gamepad's stick for ${off.join(" and for ")} is not in neutral, so nothing moves. ${STUCK}` : "";
+}
+
+/** What is taken from a gamepad, and what it says now. */
+export function padText(pad: Pad): string {
+  const axes = AXES.map((name, index) => `axis ${index} (${name}) ${unit(pad.axes[index] ?? 0).toFixed(2)}`).join(", ");
+  const now = `Now: ${axes}; up to ${NEUTRAL} counts as neutral.`;
+  if (pad.mapping === "standard") {
+    return `Gamepad: ${pad.id}. Hold a trigger or shoulder button, steer with the left stick and keep it moving a little: one that shows no change counts as hung. ${now}`;
+  }
+  const pressed = pad.buttons.flatMap((button, index) => (button.pressed ? [index] : []));
+  const last = TRIGGERS.at(-1);
+  return `Gamepad: ${pad.id}. This browser does not know the order of its buttons: numbers ${TRIGGERS[0]} to ${last} are taken for the dead-man, axes 0 and 1 for the stick. Try it before you hold one: pressed now: ${pressed.join(", ") || "none"}. ${now} If that is not what your hands do, leave it out and steer with keys or touch.`;
+}
+
 /** The left stick steers while a trigger is held. */
 export function ofPad(pad: Pad): Hands {
   const held = TRIGGERS.some((index) => pad.buttons[index]?.pressed);
   return { held, thrust: unit(-(pad.axes[1] ?? 0)), turn: unit(pad.axes[0] ?? 0), change: pad.timestamp };
 }
 
-/** Sticks within this are in neutral for the server, which takes it off the rest, of 1. */
-const NEUTRAL = 0.08;
-
 /** Less of what is beyond neutral, as the person chose; what is within stays as it is. */
 export function limited(hands: Hands, most: number): Hands {
   const less = (value: number): number => (Math.abs(value) <= NEUTRAL ? value : Math.sign(value) * (NEUTRAL + (Math.abs(value) - NEUTRAL) * most));
   return { ...hands, thrust: less(hands.thrust), turn: less(hands.turn) };
+}
+
+/** Whether the hands ask for no thrust. */
+export function isNeutral(hands: Pick<Hands, "thrust" | "turn">): boolean {
+  return Math.abs(hands.thrust) <= NEUTRAL && Math.abs(hands.turn) <= NEUTRAL;
 }
 
 /** How it stands: the state in words, why it stopped, and what to do. */
@@ -71,20 +132,25 @@ const STATES: Readonly<Record<TeleopTold["phase"], string>> = {
   starting: "Asking the vessel …",
   locked: "STOPPED. Let go of everything.",
   ready: "READY. Motors stand still.",
-  steering: "MOVING. Let go to stop.",
+  steering: "STEERING. Let go to stop.",
 };
+/** The dead-man is held, and the motors stand still all the same. */
+const HELD = "HELD IN NEUTRAL. Motors stand still until you steer.";
 const PASS_NEUTRAL = "Release the dead-man and let the sticks go to neutral.";
 const HOLD = "Hold the dead-man first, then steer.";
 
-/** `told` is what the server said last, undefined when that is too long ago; `heard` whether it said anything yet. */
-export function standing(told: TeleopTold | undefined, heard: boolean): Standing {
+/**
+ * `told` is what the server said last, undefined when that is too long ago; `heard` whether it said anything yet;
+ * `neutral` whether the hands ask for no thrust, and `stuck` which sticks are not let go, in words.
+ */
+export function standing(told: TeleopTold | undefined, heard: boolean, neutral: boolean, stuck: string): Standing {
   if (!told && !heard) return { state: STATES.idle, why: "", remedy: "" };
   if (!told) {
     return { state: "STOPPED. The server is not heard.", why: "Nothing you do here reaches the vessel: its motors stop by themselves.", remedy: "Wait until it is heard, or stop the vessel by other means." };
   }
   const { phase } = told;
-  const next = phase === "locked" ? PASS_NEUTRAL : phase === "ready" ? HOLD : "";
-  return { state: STATES[phase], why: told.why && phase !== "steering" ? `It stopped: ${told.why}.` : "", remedy: [told.remedy, next].filter(Boolean).join(" ") };
+  const next = phase === "locked" ? stuck || PASS_NEUTRAL : phase === "ready" ? stuck || HOLD : "";
+  return { state: phase === "steering" && neutral ? HELD : STATES[phase], why: told.why && phase !== "steering" ? `It stopped: ${told.why}.` : "", remedy: [told.remedy, next].filter(Boolean).join(" ") };
 }
 
 /** The round trip in words. */

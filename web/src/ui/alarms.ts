@@ -2,7 +2,7 @@
 
 import { getJson, postJson, reason } from "../api/http";
 import type { Alarm, AlarmList, LiveFrame } from "../api/types.gen";
-import { type Alarms, counts, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, withAlarms } from "../state/alarms";
+import { type Alarms, barText, counts, DEAF_MS, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, withAlarms } from "../state/alarms";
 import { make, setAttribute, setText } from "./dom";
 import { hexAddress, utc } from "./format";
 import { createSound } from "./sound";
@@ -13,6 +13,10 @@ const SHELF_MIN = [10, 30, 60, 240, 720];
 
 export interface AlarmBar {
   frame(frame: LiveFrame): Alarms;
+  /** The server is not heard any more: nothing is known of alarms from here on. */
+  lost(): void;
+  /** Sounds once as a warning does, where sound is on. */
+  attention(): void;
 }
 
 /** `root` is the bar's place; `data-stops` as of the STOP buttons says whose alarms the person may acknowledge. */
@@ -22,6 +26,10 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const sound = createSound(() => drawSound());
   let alarms: Alarms = NO_ALARMS;
   let sounded: Alarms | undefined;
+  /** The server's time of the last frame, µs, and when it came, ms of the steady clock. */
+  let heard: { readonly us: number; readonly ms: number } | undefined;
+  /** Runs from when the server is not heard any more until it is heard again. */
+  let deaf: number | undefined;
   const names = new Map<number, string>();
   const vesselName = (vessel: number | null): string => (vessel === null ? "Server" : (names.get(vessel) ?? hexAddress(vessel)));
 
@@ -158,16 +166,20 @@ export function createAlarms(root: HTMLElement): AlarmBar {
       numbers.replaceChildren(...badges.map(({ one, text }) => make("span", { class: "badge", "data-priority": one }, text, make("span", { class: "hidden" }, ` ${one}`))));
     }
     const [top] = all;
-    const text = top ? `${top.vessel_name ?? "Server"}: ${top.text}` : shelved.length ? `No alarms; ${shelved.length} put aside` : "No alarms";
-    setText(worst, text);
+    const text = barText(top, shelved.length);
+    const unknown = deaf === undefined ? "" : barText(top, shelved.length, heard?.us ?? null);
+    const shownText = heard || unknown ? unknown || text : "Alarms are not known yet";
+    setText(worst, shownText);
+    setText(none, unknown || !heard ? `${shownText}.` : "No alarms.");
+    setAttribute(root, "data-deaf", unknown ? "" : null);
     setAttribute(root, "data-priority", top?.priority ?? null);
     setAttribute(root, "data-open", all.some((one) => one.wants_acknowledgement && one.state === "unacknowledged") ? "" : null);
     // Only what nobody knows of yet is read out, and once.
     const said = top && top.wants_acknowledgement ? `${top.priority}: ${text}` : "";
     const loud = top?.priority === "emergency" || top?.priority === "alarm";
-    setText(urgent, loud ? said : "");
-    setText(calm, loud ? "" : said);
-    setAttribute(none, "hidden", all.length ? "" : null);
+    setText(urgent, unknown || (loud ? said : ""));
+    setText(calm, unknown || loud ? "" : said);
+    setAttribute(none, "hidden", all.length && !unknown ? "" : null);
     setAttribute(asideTitle, "hidden", shelved.length ? null : "");
     fill(rows, all);
     fill(aside, shelved);
@@ -176,14 +188,26 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   draw();
 
   return {
+    attention: () => sound.play("warning"),
+    lost() {
+      if (deaf !== undefined) return;
+      // What cannot be told may be of any priority: it sounds as an alarm, once.
+      const sinceMs = heard ? performance.now() - heard.ms : 0;
+      deaf = window.setTimeout(() => sound.play("alarm"), Math.max(0, DEAF_MS - sinceMs));
+      draw();
+    },
     frame(frame) {
+      const wasDeaf = deaf !== undefined;
+      window.clearTimeout(deaf);
+      deaf = undefined;
+      heard = { us: frame.now_us, ms: performance.now() };
       const next = withAlarms(alarms, frame);
       for (const { address, name } of frame.systems) if (name) names.set(address, name);
-      const heard = sounded ? newlySounding(sounded, next) : undefined;
+      const louder = sounded ? newlySounding(sounded, next) : undefined;
       // What sounded before this page was opened is not repeated by a page that merely comes back.
       if (!sounded || next !== alarms) sounded = next;
-      if (heard) sound.play(heard);
-      if (next !== alarms) {
+      if (louder) sound.play(louder);
+      if (next !== alarms || wasDeaf) {
         alarms = next;
         draw();
       } else drawSound();

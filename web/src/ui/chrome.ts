@@ -22,6 +22,8 @@ export interface Chrome {
   readonly stop: Stop | undefined;
   /** What is wrong, of all vessels that the person may see. */
   alarms(): Alarms;
+  /** Sounds once as a warning does, where sound is on. */
+  attention(): void;
 }
 
 /** Watches the server by the page's subscription. */
@@ -38,8 +40,11 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   let alarms = NO_ALARMS;
   let state = EMPTY;
   palette();
+  keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();
+  const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+  if (stop && subscription.systems) everyVessel(stop, names, loggedOut);
   new Live(subscription, {
     frame(frame, atMs) {
       state = withFrame(state, frame, atMs);
@@ -49,7 +54,8 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
         setAttribute(trouble, "hidden", state.recording ? null : "");
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
       }
-      stop?.frame(frame, named(state, names));
+      stop?.frame(frame);
+      if (!subscription.systems) stop?.vessels(named(state, names));
       requests?.frame(frame, (address) => called(state, names, address));
       if (bar) alarms = bar.frame(frame);
       handlers.frame?.(state, frame);
@@ -57,13 +63,26 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
     lost() {
       setAttribute(document.body, "data-link", "down");
       if (link) setText(link, "No link to the server: what you see is old. Trying again …");
+      bar?.lost();
       handlers.lost?.();
     },
-    loggedOut() {
-      location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
-    },
+    loggedOut,
   });
-  return { stop, alarms: () => alarms };
+  return { stop, alarms: () => alarms, attention: () => bar?.attention() };
+}
+
+/** A page that follows some vessels only has all of them under STOP: what they do is heard beside it, and little of it. */
+function everyVessel(stop: Stop, names: Names, loggedOut: () => void): void {
+  let all = EMPTY;
+  new Live({ messages: ["VehicleState"], events: false, every_ms: 1_000 }, {
+    frame(frame, atMs) {
+      all = withFrame(all, frame, atMs);
+      stop.frame(frame);
+      stop.vessels(named(all, names));
+    },
+    lost: () => undefined,
+    loggedOut,
+  });
 }
 
 function called(state: FleetState, names: Names, address: number): string {
@@ -81,6 +100,19 @@ function givenNames(): Names {
 
 function named(state: FleetState, names: Names): System[] {
   return asCalled([...state.systems.values()], names).sort((one, other) => systemName(one).localeCompare(systemName(other)));
+}
+
+/** What gets the focus is scrolled to below what stays at the top. */
+function keepInSight(): void {
+  const top = document.getElementById("top");
+  if (!top) return;
+  const { style } = document.documentElement;
+  // Where only the bar stays, that counts.
+  const height = (): number => (top.getClientRects().length ? top : (top.firstElementChild ?? top)).getBoundingClientRect().height;
+  const tell = (): void => style.setProperty("--top-height", `${Math.round(height())}px`);
+  const watch = new ResizeObserver(tell);
+  watch.observe(top);
+  for (const part of top.children) watch.observe(part);
 }
 
 /** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */

@@ -29,7 +29,10 @@ interface Order {
 export interface Stop {
   /** The vessel that the page is about; undefined for none. */
   target(vessel: { address: number; name: string } | undefined): void;
-  frame(frame: LiveFrame, systems: readonly System[]): void;
+  /** What vessels say, in which the effect of a stop is looked for. */
+  frame(frame: LiveFrame): void;
+  /** All that there are, of which those are offered that the person may stop. */
+  vessels(systems: readonly System[]): void;
 }
 
 /** `root` holds the buttons, `orders` what became of each stop. */
@@ -78,16 +81,15 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
       event.preventDefault();
       if (aim) void order(aim.address, aim.name);
     });
-  } else {
-    root.append(main, menu);
   }
+  root.append(...(form ? [menu] : [main, menu]));
   document.addEventListener("keydown", (event) => {
     // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
     if (!(event.ctrlKey && event.key === ".") || event.repeat) return;
     event.preventDefault();
     if (aim) return void order(aim.address, aim.name);
     // Where the page is about no vessel, somebody has to say which.
-    if (form || menu.hasAttribute("hidden")) return;
+    if (menu.hasAttribute("hidden")) return;
     menu.open = true;
     list.querySelector("button")?.focus();
   });
@@ -102,18 +104,20 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
       root.title = aim ? "Ends what the vessel does and stops its motors. Ctrl and . do the same." : "";
       others = "";
     },
-    frame(frame, systems) {
+    frame(frame) {
+      for (const one of open) follow(one, frame);
+      for (let at = open.length - 1; at >= 0; at--) if (open[at]?.over) open.splice(at, 1);
+    },
+    vessels(systems) {
       const vessels = systems.filter((system) => may(system.address) && !isShore(system) && system.kind !== "CCU");
       const here = vessels.map((system) => `${system.address}/${systemName(system)}`).join("\n");
-      if (!form && here !== others) {
+      if (here !== others) {
         others = here;
         const rest = vessels.filter((system) => system.address !== aim?.address);
         setAttribute(menu, "hidden", rest.length ? null : "");
         setText(summary, aim ? "Others …" : "STOP …");
         list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
       }
-      for (const one of open) follow(one, frame);
-      for (let at = open.length - 1; at >= 0; at--) if (open[at]?.over) open.splice(at, 1);
     },
   };
 }

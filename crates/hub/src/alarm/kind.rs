@@ -52,6 +52,8 @@ pub enum Kind {
     Grounding,
     /// Nothing comes from the vessel.
     NotHeard,
+    /// Nothing came from a vessel that has a link since the server started.
+    NeverHeard,
     /// The vessel does not know where it is.
     Position,
     /// The vessel hears no console, though the shore hears the vessel.
@@ -82,9 +84,10 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Grounding,
         Self::NotHeard,
+        Self::NeverHeard,
         Self::Position,
         Self::NoConsole,
         Self::Battery,
@@ -105,6 +108,7 @@ impl Kind {
         match self {
             Self::Grounding => "grounding",
             Self::NotHeard => "not_heard",
+            Self::NeverHeard => "never_heard",
             Self::Position => "position",
             Self::NoConsole => "no_console",
             Self::Battery => "battery",
@@ -139,6 +143,12 @@ impl Kind {
                 "What is shown of it is old and orders do not arrive. It goes on by itself as its supervisor for \
                  lost communications is set.",
                 "Read on the vessel's page what it will do and when; restore the link, or go to its last position.",
+            ),
+            Self::NeverHeard => (
+                "It is switched off, out of reach, or its link does not come in: its token was used before.",
+                "Where it is and what it does is not known here; what the history has of it is older.",
+                "Look at Admin, Doors, and at the vessel. Of one that is laid up revoke the link token, or forget it \
+                 under Admin, Vessels.",
             ),
             Self::Position => (
                 "The satellite compass gives no good position, or navigation does not run.",
@@ -218,7 +228,7 @@ impl Kind {
             Self::Position | Self::Part => 3,
             Self::Battery | Self::NoConsole => 5,
             Self::Clock | Self::Hydrophone | Self::History | Self::Disk => 10,
-            Self::Chart => 60,
+            Self::Chart | Self::NeverHeard => 60,
         })
     }
 

@@ -52,6 +52,8 @@ pub struct LinkClock {
 pub struct Outside {
     /// The clocks of vessels whose link is up.
     pub clocks: Vec<LinkClock>,
+    /// Vessels that are expected to come in by their link.
+    pub expected: Vec<Address>,
     /// Vessels with a link that is up that hold another sea chart than the shore, and what of it.
     pub charts: Vec<(Address, String)>,
     /// Why nothing is recorded.
@@ -74,6 +76,8 @@ impl Seen {
     /// Whether nobody can say at the moment if this holds.
     pub(super) fn unknown(&self, key: &Key) -> bool {
         key.vessel.is_some_and(|vessel| match key.kind {
+            // Whether it came in since the start, and whether it is expected, is always known.
+            Kind::NeverHeard => false,
             Kind::NotHeard => !self.heard.contains(&vessel) && !self.silent.contains(&vessel),
             _ => !self.heard.contains(&vessel),
         })
@@ -96,6 +100,8 @@ pub(super) struct Look {
     entries: BTreeMap<(Address, String), (MonoTime, Priority, String)>,
     /// What was beyond its threshold at the last look.
     beyond: BTreeMap<(Address, Kind), Priority>,
+    /// When it was looked first.
+    began: Option<UtcTime>,
 }
 
 impl Look {
@@ -113,6 +119,9 @@ impl Look {
             }
         }
         self.beyond.retain(|(vessel, _), _| fleet.system(*vessel).is_some());
+        let began = *self.began.get_or_insert(now.utc);
+        let never = outside.expected.iter().filter(|vessel| !came_in(fleet, **vessel));
+        seen.troubles.extend(never.map(|vessel| never_heard(*vessel, began)));
         seen.troubles.extend(of_server(outside));
         seen
     }
@@ -335,7 +344,23 @@ fn is_vessel(system: &System) -> bool {
         }
         None => !system.address().is_ccu() && system.latest(VehicleState::ID).is_some(),
     };
-    sails && system.doors().any(|(door, _)| !matches!(door, Door::Shore | Door::Import))
+    sails && is_there(system)
+}
+
+/// Whether anything came from the system itself, and not only from what was recorded of it.
+fn is_there(system: &System) -> bool {
+    system.doors().any(|(door, _)| !matches!(door, Door::Shore | Door::Import))
+}
+
+fn came_in(fleet: &Fleet, vessel: Address) -> bool {
+    fleet.system(vessel).is_some_and(is_there)
+}
+
+fn never_heard(vessel: Address, began: UtcTime) -> Trouble {
+    let at = began.civil();
+    let day = format!("{:04}-{:02}-{:02}", at.year, at.month, at.day);
+    let text = format!("not heard since the server started at {day} {}", clock_text(began));
+    trouble(vessel, Kind::NeverHeard, "", Priority::Caution, text)
 }
 
 fn not_heard(system: &System) -> Trouble {

@@ -67,6 +67,13 @@ impl Alarms {
     /// Looks at the fleet and at what the server says of itself. To be called once a second.
     pub fn watch(&mut self, now: Now, fleet: &Fleet, outside: &Outside) {
         let mut seen = self.look.look(now, fleet, outside);
+        // Of a vessel whose silence stood when the server ended that is told, with its time.
+        let stands = |vessel| {
+            self.all.iter().any(|(key, one)| {
+                (key.vessel, key.kind) == (vessel, Kind::NotHeard) && one.state != State::Normal
+            })
+        };
+        seen.troubles.retain(|one| one.key.kind != Kind::NeverHeard || !stands(one.key.vessel));
         if self.untold > 0 {
             seen.troubles.push(Trouble {
                 key: Key { vessel: None, kind: Kind::TooMany, part: String::new() },

@@ -399,3 +399,52 @@ proptest! {
         prop_assert_eq!(bench.alarms.standing().count(), 0);
     }
 }
+
+#[test]
+fn a_vessel_that_is_expected_and_never_came_in_is_told_until_it_comes_or_is_not_expected() {
+    let mut bench = Bench::new();
+    let absent = Address(0x2811);
+    bench.outside.expected = vec![BOAT, absent];
+    bench.pass(60);
+    assert_eq!(bench.told(), [], "it may be on its way");
+    bench.pass(1);
+    let told = bench.only();
+    assert_eq!(
+        (told.key.vessel, told.key.kind, told.priority),
+        (Some(absent), Kind::NeverHeard, Priority::Caution)
+    );
+    assert_eq!(told.text, "not heard since the server started at 1970-01-01 00:00:01Z");
+    assert!(!told.wants_acknowledgement());
+    // A log of it that is imported is not the vessel.
+    let header = Header { timestamp: 1.0, src: absent, ..Header::default() };
+    let bytes = Packet::new(header, m::Heartbeat).encode().unwrap();
+    let now = bench.now();
+    bench.fleet.update(now, &PacketView::new(&bytes).unwrap(), Door::Import);
+    bench.pass(10);
+    assert_eq!(bench.only().key.kind, Kind::NeverHeard);
+    let now = bench.now();
+    bench.fleet.update(now, &PacketView::new(&bytes).unwrap(), Door::Link);
+    bench.pass(6);
+    assert_eq!(bench.told(), []);
+
+    let retired = Address(0x2812);
+    bench.outside.expected = vec![retired];
+    bench.pass(61);
+    assert_eq!(bench.only().key.vessel, Some(retired));
+    bench.outside.expected.clear();
+    bench.pass(6);
+    assert_eq!(bench.told(), [], "whose token is revoked is laid up");
+}
+
+#[test]
+fn a_silence_that_stood_before_the_start_is_not_told_twice() {
+    let mut bench = Bench::new();
+    bench.mode(VehicleStateOpMode::Maneuver, 450);
+    bench.silence(11);
+    assert_eq!(bench.only().key.kind, Kind::NotHeard);
+    // The server starts anew.
+    bench.fleet = Fleet::default();
+    bench.outside.expected = vec![BOAT];
+    bench.silence(61);
+    assert_eq!(bench.only().key.kind, Kind::NotHeard);
+}

@@ -119,6 +119,8 @@ pub enum Why {
     GamepadGone,
     /// Two input devices were held at once, or another gamepad came.
     TwoDevices,
+    /// No key was pressed or let go, and no finger moved, for too long.
+    Unmoved,
     /// The person stopped it, or the window is gone.
     Person,
     /// Control of the vessel is lost.
@@ -146,6 +148,7 @@ impl Why {
             Self::Unfocused => "the keys or the window lost the focus",
             Self::GamepadGone => "the gamepad is gone",
             Self::TwoDevices => "two input devices were used at once",
+            Self::Unmoved => "no key was pressed or let go, and no finger moved, for 10 s",
             Self::Person => "the person ended it or left the page",
             Self::Vessel => "the vessel is not heard",
             Self::Unreached => "what the hands did came to the vessel too late",
@@ -175,6 +178,10 @@ impl Why {
             }
             Self::GamepadGone => "Plug it in again, or steer with keys or touch.",
             Self::TwoDevices => "Hold the dead-man of one device only.",
+            Self::Unmoved => {
+                "Keys and a touch pad that hang look like that: press or let go any key, or move the finger, at least \
+                 every 10 s. If they hang, steer with something else."
+            }
             Self::Vessel => "Wait until it is heard again.",
             Self::Lease => "Take control again if you still need it.",
         }

@@ -157,8 +157,8 @@ fn a_clock_that_jumps_and_nonsense_interrupt() {
 }
 
 #[test]
-fn a_window_a_lease_or_a_vessel_that_is_gone_interrupts() {
-    for why in [Why::Hidden, Why::Lease, Why::Vessel] {
+fn a_window_a_lease_or_a_vessel_that_is_gone_and_hands_that_do_not_move_interrupt() {
+    for why in [Why::Hidden, Why::Unmoved, Why::Lease, Why::Vessel] {
         let mut hands = Hands::steering();
         hands.teleop.interrupt(why);
         hands.is_locked(why);

@@ -6,7 +6,7 @@ use crate::http::{Caller, Who};
 use crate::pages::form::{Sent, role as read_role, vessel as read_vessel};
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, PersonRow};
-use crate::people::{one_time_password, persons, vessels};
+use crate::people::{one_time_password, persons, sessions, tokens, vessels};
 use crate::shore::AppState;
 use api::{Role, Vessel};
 use askama::Template;
@@ -33,9 +33,15 @@ pub(in crate::pages) async fn page(
 }
 
 async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, PageError> {
-    let (people, vessels) = state.people.ask(|db| Ok((persons::list(db)?, vessels::list(db)?))).await?;
+    let (people, vessels, (sessions, tokens)) = state
+        .people
+        .ask(|db| {
+            Ok((persons::list(db)?, vessels::list(db)?, (sessions::list(db, None)?, tokens::list(db, None)?)))
+        })
+        .await?;
     let bad = !words.problem.is_empty();
-    let people = people.into_iter().map(|person| rows::person(person, &vessels)).collect();
+    let row = |person| rows::person(person, &vessels, &sessions, &tokens);
+    let people = people.into_iter().map(row).collect();
     let frame = Frame { path: "/admin".to_owned(), ..frame };
     let mut response = html(&PeoplePage { frame, people, vessels, words });
     if bad {
