@@ -8,7 +8,7 @@ mod support;
 mod writer;
 
 use chartdb::{ChartDb, ImportReport, Outcome, load_index};
-use charts::depth_index::{Demand, Water};
+use charts::depth_index::{Demand, Leg, Water};
 use charts::s57::write::{CellDraft, FeatureChange, FeatureDraft, FeatureRef, UpdateDraft, VectorUse};
 use charts::s57::{AttributeCode, GeoPoint, ObjectClass};
 use std::path::{Path, PathBuf};
@@ -192,6 +192,16 @@ fn a_gap_is_told_though_an_overlap_is_as_large() {
     assert_eq!(chart.skin_holds, Some(false));
     let told = db.log(&chart).unwrap();
     assert!(told.iter().any(|entry| entry.text.contains("gaps or overlaps, most at 63.")), "{told:?}");
+    // And nobody is led through the gap.
+    let index = load_index(&shelf.db).unwrap().sealed.index;
+    let place = |lon_deg: f64| LatLon::from_deg(63.01, lon_deg).unwrap();
+    let leg = Leg { from: place(10.005), to: place(10.025) };
+    let demand = Demand::least_depth(2.0);
+    assert_eq!(index.shallowest_along(leg, 5.0, &demand).water, Water::NoData);
+    let danger = index.first_danger_along(leg, 5.0, &demand).unwrap();
+    assert!((danger.along_m - 0.005 * 50_630.0 + 5.0).abs() < 2.0, "{danger:?}");
+    let within = Leg { from: place(10.022), to: place(10.038) };
+    assert!(index.shallowest_along(within, 5.0, &demand).navigable, "an overlap is no gap");
 }
 
 #[test]

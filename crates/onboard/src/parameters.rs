@@ -17,6 +17,7 @@ use config::schema::{
 };
 use config::{ParamSpec, SectionSpec};
 use control::{CourseTracking, Drive, FeedForward, Law, PidConfig, SpeedTable};
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// A parameter.
@@ -109,14 +110,21 @@ pub fn all() -> Vec<Parameter> {
     [control_loops(), path_control(), navigation(), watching(), grounding(), maneuvers()].concat()
 }
 
-/// Takes what a vessel told of a parameter into settings that stand for it. What is unknown here, or no value by the
-/// schema, changes nothing.
-pub fn take_told(settings: &mut Settings, entity: &str, name: &str, text: &str) {
-    let told = |one: &Parameter| one.entity.label_and_task().0 == entity && one.name == name;
-    if let Some(parameter) = all().iter().find(|one| told(one)) {
-        // A vessel of another version may have what we refuse.
-        let _ = parameter.set(settings, text);
-    }
+/// Takes what a vessel told of a part's parameters into settings that stand for it, and answers the names of those that
+/// were taken. What is unknown here, or no value by the schema, changes nothing: a vessel of another version may have
+/// what we refuse.
+pub fn take_told<'a>(
+    settings: &mut Settings,
+    entity: Entity,
+    told: impl Iterator<Item = (&'a str, &'a str)>,
+) -> BTreeSet<&'static str> {
+    let known: BTreeMap<&str, Parameter> =
+        all().into_iter().filter(|one| one.entity == entity).map(|one| (one.name, one)).collect();
+    let take = |(name, text): (&str, &str)| {
+        let parameter = known.get(name)?;
+        parameter.set(settings, text).ok().map(|()| parameter.name)
+    };
+    told.filter_map(take).collect()
 }
 
 impl Parameter {

@@ -180,9 +180,9 @@ impl Charts {
         }
     }
 
-    /// Whether an operator could steer there with these limits; not where there is no chart.
+    /// Whether a vessel with these limits may set out from there by itself; not where there is no chart.
     pub(crate) fn afloat(&self, place: LatLon, limits: &GuardLimits) -> bool {
-        let demand = Demand { position_m: 0.0, ..limits.demand(limits.navigable_m) };
+        let demand = Demand { position_m: 0.0, ..limits.demand(limits.autonomous_m) };
         self.set().is_some_and(|set| set.index.depth_at(place, &demand).navigable)
     }
 

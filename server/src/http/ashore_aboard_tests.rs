@@ -213,7 +213,12 @@ async fn agree(shore: &Shore, settings: Settings, seed: u64) -> [u32; 2] {
     let limits = settings.guard_limits();
     let mut afloat = Afloat::new(settings);
     introduce(&boats, &mut afloat, shore).await;
-    let told = shore.state.fleet.guard_limits(OTTER).await.expect("the vessel told them");
+    let told = shore
+        .state
+        .fleet
+        .guard_limits(OTTER, shore.state.charts.limits())
+        .await
+        .expect("the vessel told them");
     assert_eq!(told, limits);
     let mut numbers = Numbers(seed);
     let mut outcomes = [0_u32; 2];

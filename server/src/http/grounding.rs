@@ -26,7 +26,7 @@ pub(super) struct Judge {
 
 impl Judge {
     /// For a plan that is to be sailed some day. The way to its first place counts from where the vessel is, if it is
-    /// heard and afloat: from a trailer or a quay nobody sails.
+    /// heard and in water deep enough: from a trailer or a quay an operator takes it out first.
     pub(super) async fn of_drawing(state: &AppState, vessel: Option<Address>) -> Self {
         let Some(vessel) = vessel else {
             let limits = Limits { demanded: *state.charts.limits(), of_vessel: false };
@@ -44,9 +44,11 @@ impl Judge {
 
     async fn of(state: &AppState, vessel: Address) -> Self {
         let floor = state.charts.limits();
-        let own = state.fleet.guard_limits(vessel).await;
-        let limits =
-            Limits { demanded: own.map_or(*floor, |own| own.at_least(floor)), of_vessel: own.is_some() };
+        let own = state.fleet.guard_limits(vessel, floor).await;
+        let limits = Limits {
+            demanded: own.map_or(*floor, |own| own.at_least(floor)),
+            of_vessel: own.is_some_and(|own| own.autonomous_m >= floor.autonomous_m),
+        };
         Self { charts: state.charts.clone(), limits, from: None }
     }
 

@@ -134,15 +134,23 @@ async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told()
     assert_eq!(warnings(&drawn(&other, beyond, Some(FIRST)).await), ["start-unknown"]);
     let scene = Scene { token: other.shore.token(Some(FIRST), Role::Viewer).await, ..other };
     // The vessel's own limits count, where the server's are not stricter.
-    for (told, counts) in [("9", 9.0), ("2", 5.0)] {
-        let value = told.into();
-        let one = EntityParameter { name: "Autonomous Depth".into(), value };
-        let parameters =
-            EntityParameters { name: "Grounding Supervisor".into(), params: std::iter::once(one).collect() };
+    let tell = async |told: &[(&str, &str)]| {
+        let one =
+            |(name, value): &(&str, &str)| EntityParameter { name: (*name).into(), value: (*value).into() };
+        let name = "Grounding Supervisor".into();
+        let parameters = EntityParameters { name, params: told.iter().map(one).collect() };
         scene.boats.say(vec![packet(0, 9, clock::now(), parameters)]).await;
         let guard = drawn(&scene, OPEN[0], Some(FIRST)).await;
-        assert_eq!((&guard["autonomous_m"], &guard["of_vessel"]), (&json!(counts), &json!(true)), "{guard}");
-    }
+        (guard["autonomous_m"].as_f64().unwrap(), guard["of_vessel"].as_bool().unwrap())
+    };
+    // Another program's parameters of the same name, and no numbers, count for nothing.
+    assert_eq!(tell(&[("Navigable Depth", "1"), ("Autonomous Depth", "9")]).await, (5.0, false));
+    let saved = ("Autonomous Depth - Saved", "9");
+    assert_eq!(tell(&[saved, ("Navigable Depth", "1"), ("Autonomous Depth", "x")]).await, (5.0, false));
+    assert_eq!(tell(&[saved, ("Navigable Depth", "1"), ("Autonomous Depth", "9")]).await, (9.0, true));
+    assert_eq!(tell(&[("Autonomous Depth", "2"), ("Water Level", "20")]).await, (5.0, false));
+    let shoal = drawn(&scene, [63.44416, 10.3516], Some(FIRST)).await;
+    assert_eq!(shoal["outcome"], "refused", "no tide that a vessel tells makes a shoal deep: {shoal}");
     // On a trailer, on the island.
     let (lat, lon) = (63.4490_f64.to_radians(), 10.3250_f64.to_radians());
     let ashore = EstimatedState { lat, lon, ..EstimatedState::default() };

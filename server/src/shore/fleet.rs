@@ -3,11 +3,12 @@
 use super::{Changes, Wanted, alarms, control, decode};
 use crate::relay::Relay;
 use api::{Fix, Liveness};
-use hub::{Hub, Now, Question, SeriesKey, System};
+use hub::{EntityTold, Hub, Now, Question, SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
 use mission::guard::GuardLimits;
 use onboard::{Entity, Settings};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use tokio::sync::watch;
 use units::LatLon;
@@ -15,9 +16,11 @@ use units::LatLon;
 /// Series handed over at once; a client that wants more gets the rest with its next frame.
 const AT_ONCE: usize = 20_000;
 
-/// The parts of a vessel whose parameters its guard goes by, and the one that no guard is without.
+/// The parts of a vessel whose parameters its guard goes by, and those that no guard is without.
 const GUARD_PARTS: [Entity; 2] = [Entity::Grounding, Entity::Maneuver];
-const AUTONOMOUS_DEPTH: &str = "Autonomous Depth";
+const GUARD_DEPTHS: [&str; 2] = ["Navigable Depth", "Autonomous Depth"];
+/// What was told before is asked for again: the vessel may have been started with other files since.
+const LIMITS_AGE_US: i64 = 300_000_000;
 
 /// The way to the fleet's state; cheap to clone.
 #[derive(Clone)]
@@ -53,22 +56,18 @@ impl Fleet {
         LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
     }
 
-    /// What the vessel's own guard goes by, as it told its parameters; `None` where it has not, which it is asked for.
-    pub(crate) async fn guard_limits(&self, vessel: Address) -> Option<GuardLimits> {
+    /// What the vessel's own guard goes by, as it told its parameters; `base` stands for what it did not tell. `None`
+    /// where it told no depths that it keeps to, as vessels of other programs. It is asked where that is long ago.
+    pub(crate) async fn guard_limits(&self, vessel: Address, base: &GuardLimits) -> Option<GuardLimits> {
         let look = move |hub: &mut Hub, now: Now| {
-            let told = guard_limits(hub, vessel);
-            if told.is_none() {
-                let questions =
-                    GUARD_PARTS.map(|part| Question::Parameters(part.label_and_task().0.to_owned()));
-                // Too many questions at once: the next check asks again.
-                let packets = hub.commands_mut().told_mut().ask(now, vessel, &questions).unwrap_or_default();
-                for packet in &packets {
-                    hub.send(now, packet);
-                }
-            }
-            told
+            ask_limits(hub, now, vessel);
+            let told = hub.commands().told();
+            GUARD_PARTS.map(|part| {
+                let of = told.entities(vessel).find(|(entity, _)| *entity == part.label_and_task().0);
+                of.map(|(_, told)| told.clone()).unwrap_or_default()
+            })
         };
-        self.relay.look(look).await.ok()?
+        guard_limits(vessel, self.relay.look(look).await.ok()?, base)
     }
 
     /// What changed after `since`, how the systems are if `described`, and of who
@@ -97,20 +96,46 @@ impl Fleet {
     }
 }
 
-/// The vessel's settings as it told them; nothing of one that tells no depth that it keeps to.
-fn guard_limits(hub: &Hub, vessel: Address) -> Option<GuardLimits> {
+/// Asks a vessel that has such parts for their parameters, where it has not told them lately.
+fn ask_limits(hub: &mut Hub, now: Now, vessel: Address) {
+    let Some(system) = hub.fleet().system(vessel) else { return };
     let told = hub.commands().told();
-    let mut settings = Settings::otter("told", vessel);
-    let mut guarded = false;
-    for part in GUARD_PARTS {
-        let label = part.label_and_task().0;
-        let of = told.entities(vessel).find(|(entity, _)| *entity == label);
-        for (name, value) in of.into_iter().flat_map(|(_, told)| &told.parameters) {
-            guarded |= name == AUTONOMOUS_DEPTH;
-            onboard::parameters::take_told(&mut settings, label, name, &value.value);
-        }
+    let stale = |label: &str| {
+        let at = told.entities(vessel).find(|(entity, _)| *entity == label).and_then(|(_, told)| told.at);
+        at.is_none_or(|at| now.utc.micros() - at.micros() > LIMITS_AGE_US)
+    };
+    let labels = GUARD_PARTS.map(|part| part.label_and_task().0);
+    let has = |label: &&str| system.entities().values().any(|entity| entity == *label);
+    // One that has no guard has nothing to tell of it.
+    if !has(&labels[0]) {
+        return;
     }
-    guarded.then(|| settings.guard_limits())
+    let wanted = labels.into_iter().filter(has).filter(|label| stale(label));
+    let questions: Vec<Question> = wanted.map(|label| Question::Parameters(label.to_owned())).collect();
+    // Too many questions at once: the next check asks again.
+    let packets = hub.commands_mut().told_mut().ask(now, vessel, &questions).unwrap_or_default();
+    for packet in &packets {
+        hub.send(now, packet);
+    }
+}
+
+/// The limits of a vessel that told these parameters of its parts.
+fn guard_limits(
+    vessel: Address,
+    told: [EntityTold; GUARD_PARTS.len()],
+    base: &GuardLimits,
+) -> Option<GuardLimits> {
+    let mut settings = Settings::otter("told", vessel);
+    settings.grounding.limits = *base;
+    let mut taken = BTreeSet::new();
+    for (part, told) in GUARD_PARTS.into_iter().zip(&told) {
+        // Lutra's own vessels tell what the next start will have; of others a parameter of the same name may mean
+        // something else.
+        let own = told.parameters.values().any(|one| one.saved.is_some());
+        let values = told.parameters.iter().map(|(name, one)| (name.as_str(), one.value.as_str()));
+        taken.extend(onboard::parameters::take_told(&mut settings, part, values.filter(|_| own)));
+    }
+    GUARD_DEPTHS.iter().all(|name| taken.contains(name)).then(|| settings.guard_limits())
 }
 
 fn systems(fleet: &hub::Fleet, now: Now, wanted: &Wanted) -> Vec<api::System> {

@@ -316,7 +316,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
       case "kept":
         return setText(status, `Kept as draft ${utc(now.stored.updated_us, false)}, revision ${now.stored.revision}`);
       case "saved":
-        return setText(status, `Saved ${utc(now.stored.updated_us, false)}, revision ${now.stored.revision}${now.stored.check.guard?.outcome === "refused" ? "; the chart refuses it, so no vessel will take it" : ""}`);
+        return setText(status, `Saved ${utc(now.stored.updated_us, false)}, revision ${now.stored.revision}${now.stored.check.guard?.outcome === "refused" ? "; the chart refuses it as it is" : ""}`);
       case "changed":
       case "keeping":
         return setText(status, "Keeping …");

@@ -83,8 +83,10 @@ export function createVerdict(map: FleetMap): VerdictOnMap {
       const own = guard.warnings.slice(0, LISTED).map((one) => make("li", {}, one.maneuver === null ? one.text : `${one.maneuver}: ${one.text}`));
       const warned = own.length ? [make("div", { class: "note warn guard" }, make("strong", {}, "By the chart"), make("ul", {}, ...own))] : [];
       const good = guard.outcome === "ok" ? [make("p", { class: "guard-ok" }, "Deep enough by the chart.")] : [];
+      // What could not be held against a chart was held against nothing.
+      const judged = guard.outcome !== "refused" || guard.reasons.length > 0;
       const by = make("p", { class: "guard-by" }, `Held against ${guard.autonomous_m} m of water, ${guard.of_vessel ? "the limit that the vessel told" : "the server's limit"}.`);
-      return [...refused, ...warned, ...good, by];
+      return [...refused, ...warned, ...good, ...(judged ? [by] : [])];
     },
   };
 }

@@ -172,14 +172,12 @@ impl DepthIndex {
             &strip,
             |_| true,
             |strip, object, a, b| {
-                if zone == 6 {
-                    return;
-                }
-                let Some(nearest) = strip.nearest(a, b) else { return };
-                // What lies beyond a border may be assessed worse than both areas' own word, or not at all.
-                let beyond = self.worst_zone_about(strip, nearest.on, a, b);
-                let found = beyond.max(self.objects[object as usize].zone.unwrap_or(6));
-                if found > zone && nearest.distance_m <= strip.reach_m - widest_m + widening(found) {
+                // Beyond the border of what is charted as assessed nobody knows.
+                let found = self.objects.get(object as usize).and_then(|one| one.zone).unwrap_or(6);
+                let near = |nearest: super::plane::Nearest| {
+                    nearest.distance_m <= strip.reach_m - widest_m + widening(found)
+                };
+                if found > zone && strip.nearest(a, b).is_some_and(near) {
                     zone = found;
                 }
             },
@@ -192,23 +190,6 @@ impl DepthIndex {
             zone = 6;
         }
         (Some(zone), Some(errors[zone_index(Some(zone))]), widening(zone))
-    }
-
-    /// The worst zone of confidence right beside a place on a segment, and beyond its ends; 6 where there is
-    /// none though something is charted.
-    fn worst_zone_about(&self, strip: &Strip, on: Across, a: Across, b: Across) -> u8 {
-        /// Far enough to be off the segment, however its ends are rounded (m).
-        const BESIDE_M: f64 = 0.5;
-        let length_m = (b.u - a.u).hypot(b.v - a.v).max(f64::MIN_POSITIVE);
-        let (du, dv) = (BESIDE_M * (b.u - a.u) / length_m, BESIDE_M * (b.v - a.v) / length_m);
-        let beside = [(du, dv), (-du, -dv), (-dv, du), (dv, -du)];
-        let zones = beside.map(|(du, dv)| {
-            let state = self.state_at(strip.spot(Across { u: on.u + du, v: on.v + dv }));
-            // Where nothing is charted, nothing can be charted wrongly.
-            let charted = state.stored != Stored::NoData;
-            state.zone.unwrap_or(if charted { 6 } else { 0 })
-        });
-        zones.into_iter().max().unwrap_or(6)
     }
 
     /// Calls for every segment (or point) of the runs that a strip may touch.

@@ -309,8 +309,10 @@ fn grow_trees(index: &mut DepthIndex, lines: &[(u32, u32, u32)]) {
         runs.add(&index.objects[*object as usize], *object, *first, *count);
     }
     let seams::Runs { danger, quality, overhead, interest } = runs;
-    let mut danger = seams::best_scale_only(index, danger);
+    let [mut danger, mut quality, overhead] =
+        [danger, quality, overhead].map(|runs| seams::best_scale_only(index, runs));
     danger.extend(seams::borders(index));
+    quality.extend(seams::unassessed(index));
     let vertices = &index.areas.vertices;
     let objects = &index.objects;
     let least =

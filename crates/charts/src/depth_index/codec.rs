@@ -14,7 +14,9 @@ use crate::crc32::crc32;
 use crate::s57::{ObjectClass, ObjectId};
 
 const MAGIC: &[u8; 8] = b"LUTRADIX";
-const VERSION: u32 = 1;
+/// Raised whenever the layout changes, or the rules by which an index is made of charts: one by older rules may call
+/// safe what is not, so it is made again.
+const VERSION: u32 = 2;
 const HEAD_BYTES: usize = 16;
 
 /// Why bytes are no index.
@@ -114,8 +116,8 @@ impl DepthIndex {
                 run.count >= 1 && within(run.first, run.count, vertices) && (known || run.object == NO_DATA)
             })
         });
-        // Only the danger tree may hold the border of what is charted.
-        let named = [&self.quality, &self.overhead, &self.interest]
+        // Only the trees of dangers and of quality may hold the border of what is charted or assessed.
+        let named = [&self.overhead, &self.interest]
             .iter()
             .all(|tree| tree.runs.iter().all(|run| run.object != NO_DATA));
         let sourced = self.objects.iter().all(|object| (object.source as usize) < self.sources.len());

@@ -79,7 +79,12 @@ pub(crate) fn is_in_the_way(feature: &Feature) -> bool {
 
 /// Whether such an object is in the way whatever the depth.
 pub(crate) fn is_obstacle(class: Class) -> bool {
-    OBSTACLES.contains(&class) || STRUCTURES.contains(&class)
+    OBSTACLES.contains(&class) || is_structure(class)
+}
+
+/// Whether such an object mostly stands on land.
+pub(crate) fn is_structure(class: Class) -> bool {
+    STRUCTURES.contains(&class)
 }
 
 /// Whether an operator asks for it by name: the points of interest of the thesis' table A.1 and more of their

@@ -43,7 +43,7 @@ pub use demand::{ChartTrust, Demand, ZoneError};
 pub use index::DepthIndex;
 #[cfg(test)]
 pub(crate) use meaning::is_in_the_way;
-pub(crate) use meaning::{clearance_m, is_obstacle};
+pub(crate) use meaning::{clearance_m, is_obstacle, is_structure};
 pub use nearest::Nearby;
 pub use object::{ChartObject, Source, Water};
 pub use sealed::SealedIndex;

@@ -7,7 +7,7 @@
 use super::build::cut;
 use super::coords::{Bounds, Spot, Vertex};
 use super::index::DepthIndex;
-use super::object::{ChartObject, Role};
+use super::object::{ChartObject, Role, Stored};
 use super::tree::{NO_DATA, Run, Tree};
 use std::collections::BTreeSet;
 
@@ -73,25 +73,18 @@ pub(super) fn best_scale_only(index: &mut DepthIndex, runs: Vec<Run>) -> Vec<Run
 
 /// Runs along all borders of coverage and of incomplete skins, for what lies just beyond.
 pub(super) fn borders(index: &mut DepthIndex) -> Vec<Run> {
-    let incomplete = incomplete_skins(index);
-    let needed = index.sources.len() > 1 || incomplete.contains(&true);
+    let (doubtful, single) = doubtful_skins(index);
+    let needed = index.sources.len() > 1 || doubtful.contains(&true);
     let all = if needed { tree_of(index, |object| object.role <= Role::Danger) } else { Tree::default() };
     let mut found: BTreeSet<(Vertex, Vertex, u32)> = BTreeSet::new();
-    for (a, b, source) in border_segments(index, &incomplete) {
+    for (a, b, source) in border_segments(index, single) {
         // Where its own skin has gaps, a segment may lie by a gap in part only: its middle does not tell.
-        let own = incomplete[source as usize];
+        let own = doubtful[source as usize];
         let cuts = crossings(index, &all, a, b, |object| {
             object.source != source || own && object.role == Role::Skin
         });
         for (a, b) in split(a, b, &cuts) {
-            let middle = halfway(a, b);
-            let (dx, dy) = (f64::from(b[0]) - f64::from(a[0]), f64::from(b[1]) - f64::from(a[1]));
-            let length = dx.hypot(dy);
-            if length == 0.0 {
-                continue;
-            }
-            for side in [-STEP, STEP] {
-                let at = Spot { x: middle.x - dy / length * side, y: middle.y + dx / length * side };
+            for at in beside(a, b).into_iter().flatten() {
                 let mut skin = false;
                 index.visit_at(at, |id, object| {
                     skin |= object.role == Role::Skin;
@@ -115,62 +108,121 @@ fn push_piece(vertices: &mut Vec<Vertex>, a: Vertex, b: Vertex, object: u32) -> 
     Run { first, count: 2, object }
 }
 
-/// Segments beyond which another source, or nothing, may begin, with their own source.
-fn border_segments(index: &DepthIndex, incomplete: &[bool]) -> Vec<(Vertex, Vertex, u32)> {
-    let (mut borders, mut skins) = (Vec::new(), Vec::new());
+/// Segments beyond which another source, or nothing, may begin, with their own source; of skins `single` ones only.
+fn border_segments(index: &DepthIndex, single: Vec<Segment>) -> Vec<Segment> {
+    let mut borders = single;
     for area in &index.areas.list {
         let object = &index.objects[area.object as usize];
-        let list = match object.role {
-            Role::Coverage => &mut borders,
-            Role::Skin if incomplete[object.source as usize] => &mut skins,
-            Role::Skin | Role::Danger | Role::Quality | Role::Overhead | Role::Interest => continue,
-        };
-        for ring in index.areas.rings_of(*area) {
-            for pair in ring.vertices(&index.areas.vertices).windows(2) {
-                list.push((pair[0].min(pair[1]), pair[0].max(pair[1]), object.source));
-            }
+        if object.role == Role::Coverage {
+            borders.extend(sides(index, *area).map(|(a, b, _)| (a, b, object.source)));
         }
     }
-    // What two areas of a skin share has skin on both sides.
-    skins.sort_unstable();
-    let single = skins.chunk_by(|a, b| a == b).filter(|group| group.len() == 1);
-    borders.extend(single.map(|group| group[0]));
     borders.sort_unstable();
     borders.dedup();
     borders
 }
 
-/// Whether a source's skin does not add up to its coverage, exactly, in whole units.
-fn incomplete_skins(index: &DepthIndex) -> Vec<bool> {
-    let mut sums = vec![0_i128; index.sources.len()];
+/// Two ends, the lesser first, and the source.
+type Segment = (Vertex, Vertex, u32);
+
+/// Which sources have a skin that may not tile their coverage, and the sides of their skins that have no other area on
+/// the other side. A skin tiles its coverage exactly where every side is there once in each direction, or is one of the
+/// coverage's: sums of areas would not tell a gap from an overlap as large. Where borders are divided otherwise than
+/// their neighbours', the skin counts as doubtful, which costs time at building and nothing else.
+fn doubtful_skins(index: &DepthIndex) -> (Vec<bool>, Vec<Segment>) {
+    let mut all: Vec<(u32, Vertex, Vertex, Role, i32)> = Vec::new();
     for area in &index.areas.list {
         let object = &index.objects[area.object as usize];
-        let sign = match object.role {
-            Role::Coverage => -1,
-            Role::Skin => 1,
-            Role::Danger | Role::Quality | Role::Overhead | Role::Interest => continue,
-        };
-        let rings = index.areas.rings_of(*area).iter();
-        let mut areas: Vec<i128> =
-            rings.map(|ring| twice_area(ring.vertices(&index.areas.vertices))).collect();
-        areas.sort_unstable_by(|a, b| b.cmp(a));
-        // The largest ring is the outer one, the others are its holes.
-        let net = areas.iter().skip(1).fold(areas.first().copied().unwrap_or(0), |net, hole| net - hole);
-        sums[object.source as usize] += sign * net;
+        if matches!(object.role, Role::Coverage | Role::Skin) {
+            all.extend(sides(index, *area).map(|(a, b, sign)| (object.source, a, b, object.role, sign)));
+        }
     }
-    sums.into_iter().map(|sum| sum != 0).collect()
+    all.sort_unstable();
+    let mut doubtful = vec![false; index.sources.len()];
+    let mut single = Vec::new();
+    for same in all.chunk_by(|one, next| (one.0, one.1, one.2) == (next.0, next.1, next.2)) {
+        let net = |role: Role| same.iter().filter(|side| side.3 == role).map(|side| side.4).sum::<i32>();
+        let (source, a, b, ..) = same[0];
+        let (skin, coverage) = (net(Role::Skin), net(Role::Coverage));
+        doubtful[source as usize] |= skin != coverage;
+        if skin != 0 {
+            single.push((a, b, source));
+        }
+    }
+    single.retain(|(_, _, source)| doubtful[*source as usize]);
+    (doubtful, single)
 }
 
+/// The sides of an area, the lesser end first: 1 where the area lies to the right of the way from there, else -1.
+fn sides(index: &DepthIndex, area: super::places::AreaEntry) -> impl Iterator<Item = (Vertex, Vertex, i32)> {
+    let rings = index.areas.rings_of(area);
+    let size = |ring: &super::ring::Ring| twice_area(ring.vertices(&index.areas.vertices));
+    // The largest ring is the outer one, the others are its holes.
+    let outer = (0..rings.len()).max_by_key(|at| size(&rings[*at]).abs());
+    (0..rings.len()).flat_map(move |at| {
+        let vertices = rings[at].vertices(&index.areas.vertices);
+        let clockwise = size(&rings[at]) < 0;
+        let onward = if clockwise == (outer == Some(at)) { 1 } else { -1 };
+        vertices.windows(2).filter(|pair| pair[0] != pair[1]).map(move |pair| {
+            if pair[0] < pair[1] { (pair[0], pair[1], onward) } else { (pair[1], pair[0], -onward) }
+        })
+    })
+}
+
+/// Runs along the borders of zones of confidence beyond which there is water that nobody assessed.
+pub(super) fn unassessed(index: &mut DepthIndex) -> Vec<Run> {
+    let mut borders: Vec<(Vertex, Vertex)> = Vec::new();
+    for area in &index.areas.list {
+        if index.objects[area.object as usize].role == Role::Quality {
+            borders.extend(sides(index, *area).map(|(a, b, _)| (a, b)));
+        }
+    }
+    if borders.is_empty() {
+        return Vec::new();
+    }
+    borders.sort_unstable();
+    borders.dedup();
+    let all = tree_of(index, |object| matches!(object.role, Role::Coverage | Role::Skin | Role::Quality));
+    let mut found = Vec::new();
+    for (a, b) in borders {
+        let cuts = crossings(index, &all, a, b, |_| true);
+        for (a, b) in split(a, b, &cuts) {
+            let mut sides = beside(a, b).into_iter().flatten();
+            let open = sides.any(|at| {
+                let (mut zone, mut water) = (false, false);
+                index.visit_at(at, |_, object| {
+                    zone |= object.role == Role::Quality;
+                    water |= object.role == Role::Skin && object.stored != Stored::Land;
+                });
+                water && !zone
+            });
+            if open {
+                found.push((a, b));
+            }
+        }
+    }
+    let vertices = &mut index.areas.vertices;
+    found.into_iter().map(|(a, b)| push_piece(vertices, a, b, NO_DATA)).collect()
+}
+
+/// Places just beside the middle of a segment; none of one without length.
+fn beside(a: Vertex, b: Vertex) -> Option<[Spot; 2]> {
+    let middle = halfway(a, b);
+    let (dx, dy) = (f64::from(b[0]) - f64::from(a[0]), f64::from(b[1]) - f64::from(a[1]));
+    let length = dx.hypot(dy);
+    let at = |side: f64| Spot { x: middle.x - dy / length * side, y: middle.y + dx / length * side };
+    (length > 0.0).then(|| [at(-STEP), at(STEP)])
+}
+
+/// Twice the area of a ring, positive anticlockwise (square units).
 fn twice_area(ring: &[Vertex]) -> i128 {
     let Some(first) = ring.first() else { return 0 };
     let relative = |at: &Vertex, axis: usize| i128::from(at[axis]) - i128::from(first[axis]);
-    let sum: i128 = ring
-        .windows(2)
+    ring.windows(2)
         .map(|pair| {
             relative(&pair[0], 0) * relative(&pair[1], 1) - relative(&pair[1], 0) * relative(&pair[0], 1)
         })
-        .sum();
-    sum.abs()
+        .sum()
 }
 
 fn coverage_bounds(index: &DepthIndex) -> Vec<(u32, Bounds)> {

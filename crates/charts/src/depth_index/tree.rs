@@ -14,7 +14,7 @@ const FAN: usize = 16;
 pub(super) struct Run {
     pub(super) first: u32,
     pub(super) count: u32,
-    /// Index of the object; [`NO_DATA`] for the border of what is charted.
+    /// Index of the object; [`NO_DATA`] for the border of what is charted or, of quality, assessed.
     pub(super) object: u32,
 }
 

@@ -21,9 +21,6 @@ pub const SKIN_CLASSES: [ObjectClass; 7] = [
     ObjectClass::FLODOC,
 ];
 
-/// How far coordinates are rounded (degrees): a node in the middle of a straight border is off it by as much.
-const ROUNDED_DEG: f64 = 1e-7;
-
 /// The two sums that must agree, and where they do not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinCheck {
@@ -68,7 +65,9 @@ impl Cell {
                 Geometry::None | Geometry::Point(_) | Geometry::Soundings(_) | Geometry::Lines(_) => {}
             }
         }
-        let (amiss_deg2, amiss_at) = sides.amiss();
+        // A node in the middle of a straight border is off it by as much as coordinates are rounded.
+        let rounded_deg = 1.0 / f64::from(self.parameters.coordinate_factor.max(1));
+        let (amiss_deg2, amiss_at) = sides.amiss(rounded_deg);
         SkinCheck { skin_deg2, coverage_deg2, unreadable, amiss_deg2, amiss_at }
     }
 }
@@ -116,7 +115,7 @@ impl Sides {
     }
 
     /// All gaps and overlaps together (square degrees), and a corner of the largest.
-    fn amiss(self) -> (f64, Option<GeoPoint>) {
+    fn amiss(self, rounded_deg: f64) -> (f64, Option<GeoPoint>) {
         let (mut amiss_deg2, mut worst_deg2, mut at) = (0.0, 0.0, None);
         for ring in self.left() {
             let length = |pair: &[GeoPoint]| {
@@ -124,7 +123,7 @@ impl Sides {
             };
             let around_deg: f64 = ring.points.windows(2).map(length).sum();
             let area_deg2 = ring.signed_area_deg2().abs();
-            if area_deg2 <= ROUNDED_DEG * around_deg {
+            if area_deg2 <= rounded_deg * around_deg {
                 continue;
             }
             amiss_deg2 += area_deg2;
@@ -206,7 +205,7 @@ mod tests {
         let mut sides = Sides::default();
         skin.iter().for_each(|area| sides.add(area, true));
         coverage.iter().for_each(|area| sides.add(area, false));
-        sides.amiss()
+        sides.amiss(1e-7)
     }
 
     #[test]

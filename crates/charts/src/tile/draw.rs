@@ -5,7 +5,7 @@ use super::layer::Layer;
 use super::mvt::{Drawn, EXTENT, LayerWriter, Value};
 use super::sheet::{About, Item, Shape, Sheet};
 use super::world::{BITS, Bounds, Point};
-use crate::depth_index::clearance_m;
+use crate::depth_index::{clearance_m, is_structure};
 use crate::s57::{AttributeCode, value_words};
 use std::collections::BTreeMap;
 
@@ -136,7 +136,10 @@ impl View<'_> {
             Shape::Sounding(_, depth_m) => depth_m,
             _ if layer == Layer::Danger => {
                 let about = self.sheet.about(item.object);
-                about.and_then(|about| about.number(AttributeCode::VALSOU)).unwrap_or(f64::NEG_INFINITY)
+                // Buildings have no depth either, and must not take the place of a rock.
+                let last = about.is_some_and(|about| is_structure(about.class));
+                let unknown = if last { f64::INFINITY } else { f64::NEG_INFINITY };
+                about.and_then(|about| about.number(AttributeCode::VALSOU)).unwrap_or(unknown)
             }
             _ => 0.0,
         }

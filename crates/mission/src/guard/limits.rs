@@ -91,11 +91,13 @@ impl GuardLimits {
         bad.map_or(Ok(()), |(name, value, least)| Err(LimitsError { name, value, least }))
     }
 
-    /// These limits, and never less water than `floor` asks for.
+    /// These limits, but never with less water than `floor` asks for, nor relying on more of a tide.
+    #[must_use]
     pub fn at_least(self, floor: &Self) -> Self {
         Self {
             navigable_m: self.navigable_m.max(floor.navigable_m),
             autonomous_m: self.autonomous_m.max(floor.autonomous_m),
+            water_level_m: self.water_level_m.min(floor.water_level_m),
             ..self
         }
     }

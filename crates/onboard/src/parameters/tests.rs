@@ -85,28 +85,25 @@ fn refuses_what_is_no_number_or_out_of_range() {
 fn what_a_vessel_told_becomes_settings_and_nonsense_changes_nothing() {
     let [mut settings, _] = setups();
     let usual = settings.clone();
-    for (entity, name, text) in [
-        ("Grounding Supervisor", "Autonomous Depth", "x"),
-        ("Grounding Supervisor", "Autonomous Depth", "1e9"),
-        ("Grounding Supervisor", "No Such Thing", "1"),
-        ("Another", "Autonomous Depth", "7"),
-        ("Grounding Supervisor", "Chart Trust", "none"),
-    ] {
-        take_told(&mut settings, entity, name, text);
-        assert_eq!(settings, usual, "{entity} {name} {text}");
-    }
-    for (entity, name, text) in [
-        ("Grounding Supervisor", "Autonomous Depth", "7.5"),
-        ("Grounding Supervisor", "Air Draught", "0"),
-        ("Grounding Supervisor", "Chart Trust", "all errors"),
-        ("Maneuver", "Loiter -- Minimum Radius", "33"),
-    ] {
-        take_told(&mut settings, entity, name, text);
-    }
+    let mut take = |entity, told: &[(&'static str, &'static str)]| {
+        take_told(&mut settings, entity, told.iter().copied())
+    };
+    let nonsense = [
+        ("Autonomous Depth", "x"),
+        ("Autonomous Depth", "1e9"),
+        ("No Such Thing", "1"),
+        ("Chart Trust", "none"),
+        ("Loiter -- Minimum Radius", "33"),
+    ];
+    assert_eq!(take(Entity::Grounding, &nonsense).len(), 0);
+    let good = [("Autonomous Depth", "7.5"), ("Air Draught", "0"), ("Chart Trust", "all errors")];
+    assert_eq!(take(Entity::Grounding, &good).len(), 3);
+    assert_eq!(take(Entity::Maneuver, &[("Loiter -- Minimum Radius", "33")]).len(), 1);
     let limits = settings.guard_limits();
     assert_eq!((limits.autonomous_m, limits.air_draught_m), (7.5, None));
     assert_eq!(limits.trust, ChartTrust::AllErrors(ChartTrust::STANDARD));
-    assert_eq!(limits.least_loiter_m, 33.0, "the least circle that is sailed counts");
+    assert_eq!(limits.least_loiter_m.to_bits(), 33.0_f64.to_bits(), "the least circle that is sailed counts");
+    assert_ne!(settings, usual);
 }
 
 #[test]

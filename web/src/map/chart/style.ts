@@ -174,7 +174,7 @@ export function createStyles(changed: () => void): ChartStyles {
         case "area":
           return left.has("areas") ? undefined : area(feature);
         case "danger":
-          if (isStructure(feature)) return isPoint(feature) || resolution > STRUCTURES_TO ? undefined : once("structure", () => new Style({ fill: new Fill({ color: colours.land }), stroke: new Stroke({ color: colours.outline, width: 1 }), zIndex: 6 }));
+          if (isStructure(feature)) return isPoint(feature) || isHidden(feature, resolution) ? undefined : once("structure", () => new Style({ fill: new Fill({ color: colours.land }), stroke: new Stroke({ color: colours.outline, width: 1 }), zIndex: 6 }));
           return isPoint(feature) ? undefined : dangerArea(feature);
         default:
           return undefined;
@@ -189,7 +189,7 @@ export function createStyles(changed: () => void): ChartStyles {
         case "overhead":
           return resolution < AID_NAMES_TO ? height(feature) : undefined;
         case "danger":
-          if (isStructure(feature) && resolution > STRUCTURES_TO) return undefined;
+          if (isHidden(feature, resolution)) return undefined;
           // An area shows its kind by its edge; a symbol in the middle of it belongs to farms only.
           return isPoint(feature) || feature.get("cls") === "MARCUL" ? danger(feature) : undefined;
         case "aid":
@@ -247,6 +247,11 @@ function middle(feature: FeatureLike): Geometry | RenderFeature | undefined {
 
 function isStructure(feature: FeatureLike): boolean {
   return STRUCTURES.includes(String(feature.get("cls")));
+}
+
+/** Those in the water are shown at every scale. */
+function isHidden(feature: FeatureLike, resolution: number): boolean {
+  return isStructure(feature) && resolution > STRUCTURES_TO && number(feature.get("around_m")) === undefined;
 }
 
 function isPoint(feature: FeatureLike): boolean {
