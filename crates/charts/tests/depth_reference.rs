@@ -5,7 +5,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
-use charts::depth_index::{Demand, DepthIndex, IndexBuilder, Leg, Water};
+use charts::depth_index::{ChartTrust, Demand, DepthIndex, IndexBuilder, Leg, Water};
 use charts::s57::{AttributeCode, Cell, Feature, GeoPoint, Geometry, NamedBytes, ObjectClass, SKIN_CLASSES};
 use std::sync::OnceLock;
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -379,4 +379,15 @@ fn where_cells_overlap_and_end_no_point_of_a_corridor_is_worse_than_it() {
         seams += usize::from(answering.len() > 1);
     }
     assert!(seams > 30, "only {seams} corridors ran over a seam");
+}
+
+/// 1 km of shore has no zone of confidence, and needs none: land is land.
+#[test]
+fn land_beside_a_survey_does_not_make_the_survey_worse() {
+    let Some(charts) = charts() else { return };
+    let demand = Demand { trust: ChartTrust::AllErrors(ChartTrust::STANDARD), ..Demand::least_depth(5.0) };
+    let place = LatLon::from_deg(47.306_099, -122.456_875).unwrap();
+    let found = charts.index.shallowest_within(place, 0.0, &demand);
+    assert_eq!((found.zone, found.navigable), (Some(1), true), "{found:?}");
+    assert!(found.half_width_m < 6.0, "{found:?}");
 }

@@ -17,7 +17,7 @@ pub(crate) struct Limits {
 }
 
 /// A verdict as it is told.
-pub(crate) fn told(verdict: &Verdict, limits: Limits) -> Guard {
+pub(crate) fn told(verdict: &Verdict, limits: &Limits) -> Guard {
     Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,
@@ -29,7 +29,7 @@ pub(crate) fn told(verdict: &Verdict, limits: Limits) -> Guard {
 }
 
 /// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
-pub(super) fn without(trouble: &str, limits: Limits) -> Guard {
+pub(super) fn without(trouble: &str, limits: &Limits) -> Guard {
     Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,

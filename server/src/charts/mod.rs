@@ -187,7 +187,7 @@ impl Charts {
     }
 
     /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
-    pub(crate) fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: Limits) -> Option<api::Guard> {
+    pub(crate) fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
         match self.now() {
             Now { set: Some(set), .. } => {
                 Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))

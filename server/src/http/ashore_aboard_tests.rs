@@ -261,7 +261,7 @@ fn settings(shore: &Shore) -> Settings {
 #[tokio::test(flavor = "multi_thread")]
 async fn ashore_and_aboard_agree_on_ten_thousand_plans() {
     let shore = Shore::with(archipelago);
-    let usual = agree(&shore, settings(&shore), 0x9E37_79B9_7F4A_7C15).await;
+    let usual = Box::pin(agree(&shore, settings(&shore), 0x9E37_79B9_7F4A_7C15)).await;
     let shore = Shore::with(archipelago);
     let mut own = settings(&shore);
     own.grounding.limits.autonomous_m = 8.0;
@@ -270,6 +270,6 @@ async fn ashore_and_aboard_agree_on_ten_thousand_plans() {
     own.grounding.limits.trust = ChartTrust::DepthErrors(ChartTrust::STANDARD);
     own.mission.engine.maneuver.loiter_min_radius_m = 25.0;
     own.mission.engine.maneuver.station_min_radius_m = 20.0;
-    let own = agree(&shore, own, 77).await;
+    let own = Box::pin(agree(&shore, own, 77)).await;
     assert!(usual.into_iter().chain(own).all(|count| count > 500), "{usual:?}, {own:?}");
 }

@@ -54,7 +54,7 @@ impl Judge {
 
     /// What the guard says; `None` where there is no chart.
     pub(super) fn guard(&self, plan: &Plan) -> Option<api::Guard> {
-        self.charts.guard(plan, self.from, self.limits)
+        self.charts.guard(plan, self.from, &self.limits)
     }
 }
 

@@ -67,7 +67,7 @@ impl Fleet {
                 of.map(|(_, told)| told.clone()).unwrap_or_default()
             })
         };
-        guard_limits(vessel, self.relay.look(look).await.ok()?, base)
+        guard_limits(vessel, &self.relay.look(look).await.ok()?, base)
     }
 
     /// What changed after `since`, how the systems are if `described`, and of who
@@ -122,13 +122,13 @@ fn ask_limits(hub: &mut Hub, now: Now, vessel: Address) {
 /// The limits of a vessel that told these parameters of its parts.
 fn guard_limits(
     vessel: Address,
-    told: [EntityTold; GUARD_PARTS.len()],
+    told: &[EntityTold; GUARD_PARTS.len()],
     base: &GuardLimits,
 ) -> Option<GuardLimits> {
     let mut settings = Settings::otter("told", vessel);
     settings.grounding.limits = *base;
     let mut taken = BTreeSet::new();
-    for (part, told) in GUARD_PARTS.into_iter().zip(&told) {
+    for (part, told) in GUARD_PARTS.into_iter().zip(told) {
         // Lutra's own vessels tell what the next start will have; of others a parameter of the same name may mean
         // something else.
         let own = told.parameters.values().any(|one| one.saved.is_some());

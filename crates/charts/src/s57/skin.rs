@@ -203,8 +203,10 @@ mod tests {
 
     fn amiss(skin: &[Area], coverage: &[Area]) -> (f64, Option<GeoPoint>) {
         let mut sides = Sides::default();
-        skin.iter().for_each(|area| sides.add(area, true));
-        coverage.iter().for_each(|area| sides.add(area, false));
+        for (area, skin) in skin.iter().map(|one| (one, true)).chain(coverage.iter().map(|one| (one, false)))
+        {
+            sides.add(area, skin);
+        }
         sides.amiss(1e-7)
     }
 

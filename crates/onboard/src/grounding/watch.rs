@@ -97,6 +97,8 @@ pub(crate) struct Grounding {
     asked: bool,
     /// Whether the rest began in water deep enough for the vessel by itself.
     rest_was_deep: Option<bool>,
+    /// Whether what another supervisor asked for began in such water: it is to stay there.
+    remedy_was_deep: Option<bool>,
     within_since: Option<MonoTime>,
     steering: Steering,
     /// The most room beyond hull and uncertainty while it lies close to danger (m).
@@ -190,9 +192,17 @@ impl Grounding {
         if doing != Doing::Rest {
             self.rest_was_deep = None;
         }
+        let (alone_m, steered_m) = (settings.limits.autonomous_m, settings.limits.navigable_m);
+        if doing == Doing::Remedy {
+            let is_deep = || Look::new(index, settings, estimate, alone_m).is_clear();
+            self.remedy_was_deep.get_or_insert_with(is_deep);
+        } else {
+            self.remedy_was_deep = None;
+        }
         let least_m = match doing {
-            Doing::Plan => settings.limits.autonomous_m,
-            Doing::Rest | Doing::Operator | Doing::Remedy | Doing::Own => settings.limits.navigable_m,
+            Doing::Plan => alone_m,
+            Doing::Remedy if self.remedy_was_deep == Some(true) => alone_m,
+            Doing::Rest | Doing::Operator | Doing::Remedy | Doing::Own => steered_m,
         };
         let look = Look::new(index, settings, estimate, least_m);
         let motion = &estimate.motion;
@@ -432,4 +442,53 @@ fn gate(look: &Look<'_>, settings: &GroundingSettings, estimate: &Estimate) -> G
         gate.astern = astern_m <= here_m;
     }
     gate
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use control::Motion;
+    use testkit::sea::{Ground, Sea};
+    use units::{LatLon, LocalPoint};
+
+    /// 20 m of water with a bank of 3 m, 100 m north of the middle.
+    fn bank() -> (Sea, GroundingSettings) {
+        let middle = LatLon::from_deg(63.33, 10.0833).unwrap();
+        let north = LocalPoint { north_m: 100.0, east_m: 0.0 };
+        let sea = Sea::new(middle, 500.0, 20.0).with(Ground::Depth(3.0), north, 40.0, 12);
+        let chart = Chart::of("bank", sea.index());
+        (sea, GroundingSettings { chart, ..GroundingSettings::default() })
+    }
+
+    /// What is wanted of a vessel that goes north at 1.5 m/s from one place to another.
+    fn north(doing: Doing, from_m: f64, to_m: f64) -> Vec<Advice> {
+        let (sea, settings) = bank();
+        let mut grounding = Grounding::default();
+        let mut advice = Vec::new();
+        for second in 0..=((to_m - from_m) / 1.5) as u32 {
+            let offset = LocalPoint { north_m: from_m + 1.5 * f64::from(second), east_m: 0.0 };
+            let estimate = Estimate {
+                place: sea.frame().to_place(offset),
+                origin: sea.frame().origin(),
+                offset,
+                height_m: 0.0,
+                motion: Motion::from_course(0.0, None, 0.0, 1.5),
+                sigma_m: 0.5,
+                age: Duration::ZERO,
+            };
+            let now = MonoTime::from_micros(u64::from(second) * 1_000_000);
+            let motors = MotorPair { port: 0.5, starboard: 0.5 };
+            advice.extend(grounding.see(now, &settings, &estimate, doing, motors));
+        }
+        advice
+    }
+
+    #[test]
+    fn what_began_in_deep_water_stays_there_by_whomever_it_was_asked() {
+        assert!(north(Doing::Plan, 0.0, 90.0).contains(&Advice::DeepWater));
+        assert!(north(Doing::Remedy, 0.0, 90.0).contains(&Advice::DeepWater), "3 m is not deep enough alone");
+        // One that an operator took over the bank is brought home from there.
+        assert!(!north(Doing::Remedy, 90.0, 130.0).contains(&Advice::DeepWater));
+        assert!(!north(Doing::Operator, 0.0, 130.0).contains(&Advice::DeepWater));
+    }
 }

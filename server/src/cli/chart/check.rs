@@ -43,7 +43,7 @@ pub(super) fn check(
         anyhow!("{name}: a vessel would not take this plan at all; import it on the page of plans to see why")
     })?;
     let limits = Limits { demanded: config.charts.limits(), of_vessel: false };
-    let guard = told(&check_plan(&plan, *from, &index(db)?, &limits.demanded), limits);
+    let guard = told(&check_plan(&plan, *from, &index(db)?, &limits.demanded), &limits);
     if json {
         say!("{}", serde_json::to_string(&guard)?);
     } else {
