@@ -81,6 +81,8 @@ pub struct ChartAtQuery {
     pub lon_deg: f64,
     /// Objects within this distance are told (m), 0 to 2000; 25 when left out.
     pub within_m: Option<f64>,
+    /// IMC address of the vessel whose own limits count, where it told them and they may be seen.
+    pub vessel: Option<u16>,
 }
 
 /// How deep it is, and what decides.

@@ -3,6 +3,8 @@
 use super::asked::{Asked, InPath};
 use super::control::InBody;
 use super::error::ApiError;
+use super::grounding::Judge;
+use super::guard::Who;
 use crate::charts::{self, Set, Undrawn};
 use crate::shore::AppState;
 use api::{ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery};
@@ -81,11 +83,13 @@ fn drawn(set: &Set, (z, x, y): (u8, u32, u32), packed: bool) -> Result<Bytes, Ap
 /// `GET /api/v1/chart/at`.
 pub(crate) async fn at(
     State(state): State<AppState>,
+    Who(who): Who,
     Asked(query): Asked<ChartAtQuery>,
 ) -> Result<Json<ChartNear>, ApiError> {
     let place = place(query.lat_deg, query.lon_deg)?;
     let within_m = length("within_m", query.within_m.unwrap_or(WITHIN_M), MOST_WITHIN_M)?;
-    let (set, limits) = (there(&state)?, *state.charts.limits());
+    let set = there(&state)?;
+    let limits = Judge::limits(&state, &who, query.vessel).await;
     let near = slow(move || charts::at(&set, &limits, place, within_m)).await?;
     near.map(Json).map_err(|why| unreadable(&why))
 }

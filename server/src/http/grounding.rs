@@ -7,6 +7,7 @@
 
 use super::error::ApiError;
 use crate::charts::{Charts, Limits};
+use crate::people::Principal;
 use crate::plans;
 use crate::shore::AppState;
 use axum::http::StatusCode;
@@ -14,7 +15,7 @@ use hub::{Hub, Order};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::Plan;
-use mission::guard::Outcome;
+use mission::guard::{GuardLimits, Outcome};
 use units::LatLon;
 
 /// What a plan is judged by.
@@ -50,6 +51,14 @@ impl Judge {
             of_vessel: own.is_some_and(|own| own.autonomous_m >= floor.autonomous_m),
         };
         Self { charts: state.charts.clone(), limits, from: None }
+    }
+
+    /// What is demanded of the water for a vessel, of which its own limits count for who may see it.
+    pub(super) async fn limits(state: &AppState, who: &Principal, vessel: Option<u16>) -> GuardLimits {
+        match vessel.filter(|vessel| who.grants.on(*vessel).is_some()) {
+            Some(vessel) => Self::of(state, Address(vessel)).await.limits.demanded,
+            None => *state.charts.limits(),
+        }
     }
 
     /// What the guard says; `None` where there is no chart.

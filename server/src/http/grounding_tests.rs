@@ -149,6 +149,12 @@ async fn a_drawing_counts_from_where_its_vessel_floats_by_what_the_vessel_told()
     assert_eq!(tell(&[saved, ("Navigable Depth", "1"), ("Autonomous Depth", "x")]).await, (5.0, false));
     assert_eq!(tell(&[saved, ("Navigable Depth", "1"), ("Autonomous Depth", "9")]).await, (9.0, true));
     assert_eq!(tell(&[("Autonomous Depth", "2"), ("Water Level", "20")]).await, (5.0, false));
+    assert_eq!(tell(&[("Navigable Depth", "20"), ("Autonomous Depth", "99")]).await, (99.0, true));
+    for (vessel, autonomous) in [("", true), ("&vessel=2068", false), ("&vessel=2069", true)] {
+        let path = format!("chart/at?lat_deg={}&lon_deg={}{vessel}", OPEN[0][0], OPEN[0][1]);
+        let (status, near) = scene.ask("GET", &path, &Value::Null).await;
+        assert_eq!((status, &near["depth"]["autonomous"]), (StatusCode::OK, &json!(autonomous)), "{near}");
+    }
     let shoal = drawn(&scene, [63.44416, 10.3516], Some(FIRST)).await;
     assert_eq!(shoal["outcome"], "refused", "no tide that a vessel tells makes a shoal deep: {shoal}");
     // On a trailer, on the island.

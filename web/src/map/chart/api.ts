@@ -3,9 +3,10 @@
 import { getJson } from "../../api/http";
 import type { ChartDepth, ChartNear } from "../../api/types.gen";
 
-/** What is charted at a place, and objects within so many metres. */
-export async function chartAt(lat_deg: number, lon_deg: number, within_m: number, signal?: AbortSignal): Promise<ChartNear> {
-  return getJson<ChartNear>(`/api/v1/chart/at?lat_deg=${lat_deg.toFixed(7)}&lon_deg=${lon_deg.toFixed(7)}&within_m=${within_m.toFixed(1)}`, signal);
+/** What is charted at a place, and objects within so many metres; judged by the limits of a vessel, where one is given. */
+export async function chartAt(lat_deg: number, lon_deg: number, within_m: number, vessel: number | undefined, signal?: AbortSignal): Promise<ChartNear> {
+  const by = vessel === undefined ? "" : `&vessel=${vessel}`;
+  return getJson<ChartNear>(`/api/v1/chart/at?lat_deg=${lat_deg.toFixed(7)}&lon_deg=${lon_deg.toFixed(7)}&within_m=${within_m.toFixed(1)}${by}`, signal);
 }
 
 const ZONES = ["", "A1", "A2", "B", "C", "D", "unassessed"];

@@ -217,7 +217,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
       wanted = undefined;
       const [lon = 0, lat = 0] = toLonLat(place);
       try {
-        const answer = await chartAt(lat, lon, 0);
+        const answer = await chartAt(lat, lon, 0, vessel);
         if (pointed) show(depth, depthWords(answer.depth));
       } catch {
         show(depth, "");
@@ -248,7 +248,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     const [lon = 0, lat = 0] = toLonLat([...coordinate]);
     const metres = NEAR_PX * (map.getView().getResolution() ?? 1) * Math.cos((lat * Math.PI) / 180);
     try {
-      const near = await chartAt(lat, lon, Math.min(FARTHEST_M, metres), signal);
+      const near = await chartAt(lat, lon, Math.min(FARTHEST_M, metres), vessel, signal);
       mark({ lat_deg: lat, lon_deg: lon });
       query.show(lat, lon, near, byKey);
     } catch (error) {
