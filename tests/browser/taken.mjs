@@ -43,9 +43,11 @@ await inBrowser(async (open) => {
   await newest.getByText(/^entry 10498 /).waitFor();
   await panel("Log book").getByText(/^The newest 2000 of this time, since 2026-11-21 \d\d:\d\d:\d\dZ\.$/).waitFor();
   await rows(book, 1_600);
+  const stays = await newest.elementHandle();
   await panel("Log book").getByRole("button", { name: "Older ones" }).focus();
   await page.keyboard.press("Enter");
   await panel("Log book").getByText(/^The newest 4000 of this time/).waitFor();
+  check(await stays.evaluate((row) => row.isConnected), "a row that stays is not made anew: it may have the focus");
   await rows(book, 3_200);
   await picture("taken-log-book");
   const button = page.getByRole("button", { name: /^Download CSV of log book as shown/ });

@@ -40,10 +40,12 @@ function instrument() {
   Object.defineProperty(document, "visibilityState", { get: () => (window.seen ? "visible" : "hidden") });
   navigator.getGamepads = () => {
     if (!window.pad) return [null];
-    if (!window.frozen) window.pad.timestamp = now();
-    const { held, ahead, timestamp } = window.pad;
+    // A hand trembles; one that hangs says the same for ever, though some browsers stamp it with the present.
+    if (!window.frozen) window.pad.tremor = Math.random() * 0.001;
+    const { held, ahead, tremor = 0 } = window.pad;
+    const timestamp = now();
     const buttons = Array.from({ length: 17 }, (_, index) => ({ pressed: index === 7 && held, value: index === 7 && held ? 1 : 0 }));
-    return [{ index: 0, id: "test pad", connected: true, mapping: "standard", timestamp, axes: [0, -ahead, 0, 0], buttons }];
+    return [{ index: 0, id: "test pad", connected: true, mapping: "standard", timestamp, axes: [tremor, -ahead, 0, 0], buttons }];
   };
 }
 

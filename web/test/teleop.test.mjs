@@ -10,7 +10,7 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-teleop-"));
 const outfile = join(folder, "teleop.mjs");
 await build({ entryPoints: ["src/state/teleop.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { guardOf, isNeutral, limited, offNeutral, ofKeys, ofPad, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await import(outfile);
+const { guardOf, isNeutral, limited, offNeutral, ofKeys, ofPad, PadLife, padText, ofTouch, standing, tripText, Vigil, VIGIL_MS, vigilText } = await import(outfile);
 
 const told = (more) => ({ stamp_us: 1, phase: "locked", why: "", remedy: "", round_trip_ms: 40, with_vessel: true, slow: false, cap: 1, ...more });
 
@@ -22,12 +22,12 @@ test("keys steer only while Space is held, and opposite ones cancel each other",
 test("a touch steers by how far it went, a gamepad by its left stick while a trigger is held, and nonsense by nothing", () => {
   assert.deepEqual(ofTouch(50, -200, 100, 1), { held: true, thrust: 1, turn: 0.5, change: 1 });
   const pad = { index: 0, connected: true, timestamp: 12.5, axes: [0.25, -1], buttons: Array.from({ length: 8 }, (_, at) => ({ pressed: at === 5, value: 0 })) };
-  assert.deepEqual(ofPad(pad), { held: true, thrust: 1, turn: 0.25, change: 12.5 });
-  assert.equal(ofPad({ ...pad, buttons: [] }).held, false);
-  assert.deepEqual(ofPad({ ...pad, axes: [NaN, 0.5] }), { held: true, thrust: -0.5, turn: 0, change: 12.5 });
+  assert.deepEqual(ofPad(pad, 12.5), { held: true, thrust: 1, turn: 0.25, change: 12.5 });
+  assert.equal(ofPad({ ...pad, buttons: [] }, 1).held, false);
+  assert.deepEqual(ofPad({ ...pad, axes: [NaN, 0.5] }, 12.5), { held: true, thrust: -0.5, turn: 0, change: 12.5 });
   // The server takes 0.08 off for its dead zone: what is left of it is the share that was chosen.
   const beyond = (value) => Math.max(0, Math.abs(value) - 0.08) / 0.92;
-  for (const most of [0.1, 0.4, 1]) assert.ok(Math.abs(beyond(limited(ofPad(pad), most).thrust) - most) < 1e-9, String(most));
+  for (const most of [0.1, 0.4, 1]) assert.ok(Math.abs(beyond(limited(ofPad(pad, 1), most).thrust) - most) < 1e-9, String(most));
   const hands = { held: true, thrust: 0.8, turn: 0.5, change: 1 };
   assert.ok(limited(hands, 0.1).thrust > 0.08 && limited(hands, 0.1).turn > 0.08, "what is not in neutral is not told to be");
   assert.equal(limited({ ...hands, thrust: 0.05 }, 0.1).thrust, 0.05);
@@ -79,7 +79,7 @@ test("a stick that does not rest in neutral is named, with its value and what to
   assert.match(padText(pad), /axis 1 \(ahead and astern\) 0\.13; up to 0\.08 counts as neutral/);
   for (const phase of ["locked", "ready"]) assert.equal(standing(told({ phase }), true, false, stuck).remedy, stuck);
   assert.equal(standing(told({ phase: "steering" }), true, false, stuck).remedy, "");
-  assert.ok(!isNeutral(ofPad(pad)) && isNeutral({ thrust: 0.08, turn: -0.08 }));
+  assert.ok(!isNeutral(ofPad(pad, 1)) && isNeutral({ thrust: 0.08, turn: -0.08 }));
 });
 
 test("a gamepad whose order of buttons nobody knows says so, and what is pressed", () => {
@@ -107,4 +107,14 @@ test("the guard is what the vessel's grounding supervisor says at present", () =
   assert.deepEqual([blocks.blocks, blocks.lifted], [true, false]);
   assert.equal(guardOf(says("an operator may steer unguarded for 52 s; by chart x"), labels, now).lifted, true);
   assert.equal(guardOf(says("by chart x"), labels, 3_600_000_000), undefined, "what is old guards nobody");
+});
+
+test("a gamepad lives by what it says, not by the moment that a browser stamps it with", () => {
+  const life = new PadLife();
+  const pad = (x, pressed, timestamp) => ({ index: 0, connected: true, id: "p", mapping: "standard", timestamp, axes: [x, 0], buttons: [{ pressed, value: pressed ? 1 : 0 }] });
+  const first = life.look(pad(0.5, true, 1));
+  assert.equal(life.look(pad(0.5, true, 2)), first, "stamped anew, but it says the same");
+  const moved = life.look(pad(0.501, true, 3));
+  assert.notEqual(moved, first);
+  assert.notEqual(life.look(pad(0.501, false, 3)), moved, "a button");
 });

@@ -2,8 +2,8 @@
 //!
 //! A plan that is drawn, saved or goes aboard, one that is to be started and a place to go to are held against the chart
 //! by the limits that the vessel told of its own guard, but never with less water than the server demands. A plan
-//! aboard is known by its digest: one that nobody drew here is judged by the vessel alone, if it has a guard; a DUNE
-//! vessel has none.
+//! aboard is known by its digest: drawn here, or told by the vessel. One that is neither is judged by the vessel alone, if
+//! it has a guard; a DUNE vessel has none.
 
 use super::error::ApiError;
 use crate::charts::{Charts, Limits};
@@ -80,7 +80,10 @@ pub(crate) async fn danger(
         return Ok(None);
     }
     let plan = match order {
-        Order::StartPlan { plan_id } => drawn_here(state, vessel, plan_id.clone()).await?,
+        Order::StartPlan { plan_id } => match drawn_here(state, vessel, plan_id.clone()).await? {
+            Some(plan) => Some(plan),
+            None => told(state, vessel, plan_id.clone()).await?,
+        },
         other => other.plan(),
     };
     let Some(plan) = plan else { return Ok(None) };
@@ -95,6 +98,25 @@ pub(crate) async fn danger(
         let text = format!("The chart shows danger: {}", guard.text);
         ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "grounding", text)
     }))
+}
+
+/// The plan of that name as the vessel told it, if it is still the one aboard.
+async fn told(
+    state: &AppState,
+    vessel: Address,
+    plan_id: String,
+) -> Result<Option<PlanSpecification>, ApiError> {
+    let look = move |hub: &mut Hub, _| {
+        let commands = hub.commands();
+        let aboard = commands.aboard(vessel)?;
+        let md5 = aboard.plans.iter().find(|plan| plan.plan_id == plan_id)?.md5.clone();
+        Some((commands.told().plan(vessel, &plan_id)?.plan.clone(), md5))
+    };
+    let known = state.relay.look(look).await.map_err(|_| ApiError::stopping())?;
+    let same = |(plan, md5): &(PlanSpecification, _)| {
+        imc::plan_digest::plan_md5(plan).is_ok_and(|digest| digest[..] == md5[..])
+    };
+    Ok(known.filter(same).map(|(plan, _)| plan))
 }
 
 /// The plan of that name aboard, if it is one of those kept here.

@@ -10,7 +10,7 @@ use axum::http::{Request, StatusCode};
 use imc::PacketView;
 use imc::messages::{
     EntityParameter, EntityParameters, EstimatedState, Message, Payload as _, PlanControl, PlanDB,
-    PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType,
+    PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, PlanSpecification,
 };
 use serde_json::{Value, json};
 
@@ -178,15 +178,25 @@ async fn nobody_is_sent_to_a_place_in_danger_nor_over_one() {
 #[tokio::test]
 async fn a_start_of_a_plan_that_was_drawn_here_is_refused_over_a_shoal() {
     let scene = Scene::start(archipelago).await;
-    let mut aboard = Vec::new();
+    let (mut aboard, mut over_a_shoal) = (Vec::new(), PlanSpecification::default());
     for (name, places) in [("shoal", SHOAL), ("open", OPEN)] {
         let (_, plan) = scene.plan(name, places).await;
         let document: PlanDocument = serde_json::from_value(plan).unwrap();
-        let md5 = imc::plan_digest::plan_md5(&plans::specification(&document).unwrap()).unwrap();
+        let specification = plans::specification(&document).unwrap();
+        let md5 = imc::plan_digest::plan_md5(&specification).unwrap();
+        if name == "shoal" {
+            over_a_shoal = specification;
+        }
         let plan_id = name.into();
         aboard.push(PlanDBInformation { plan_id, md5: md5.into(), ..PlanDBInformation::default() });
     }
-    // Another plan of the same name, which nobody drew here, is judged by the vessel alone.
+    // One that the vessel told, though nobody drew it here under this name.
+    let told = PlanSpecification { plan_id: "told".into(), ..over_a_shoal };
+    let md5 = imc::plan_digest::plan_md5(&told).unwrap();
+    let plan_id = "told".into();
+    aboard.push(PlanDBInformation { plan_id, md5: md5.into(), ..PlanDBInformation::default() });
+    scene.boats.say(vec![packet(0, 1, clock::now(), told)]).await;
+    // Another one, which nobody drew here or told, is judged by the vessel alone.
     aboard.push(PlanDBInformation { plan_id: "foreign".into(), ..PlanDBInformation::default() });
     let state = PlanDBState { plans_info: aboard.into_iter().collect(), ..PlanDBState::default() };
     let reply = PlanDB {
@@ -197,7 +207,9 @@ async fn a_start_of_a_plan_that_was_drawn_here_is_refused_over_a_shoal() {
     };
     scene.boats.say(vec![packet(0, 1, clock::now(), reply)]).await;
     let start = |name: &str| json!({"kind": "plan.start", "plan_id": name});
-    is_refused(&scene.order(start("shoal")).await);
+    for name in ["shoal", "told"] {
+        is_refused(&scene.order(start(name)).await);
+    }
     for name in ["open", "foreign"] {
         let (status, answer) = scene.order(start(name)).await;
         assert_eq!(status, StatusCode::ACCEPTED, "{name}: {answer}");

@@ -2,7 +2,7 @@
 // let go; a second device that is held at the same time is no dead-man but a reason to stop.
 
 import type { TeleopStop } from "../api/types.gen";
-import { type Hands, limited, ofKeys, ofPad, ofTouch, type Pad, STEERING_KEYS, Vigil, vigilText } from "../state/teleop";
+import { type Hands, isHeld, limited, ofKeys, ofPad, ofTouch, type Pad, PadLife, STEERING_KEYS, Vigil, vigilText } from "../state/teleop";
 
 export interface HandsSource {
   /** What the hands do now, ms of the steady clock; `tick` is another number at each call. */
@@ -27,6 +27,7 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
   const [keysVigil, touchVigil] = [new Vigil(), new Vigil()];
   let asks = "";
   let padUsed = true;
+  const padLife = new PadLife();
 
   const release = (): void => {
     down.clear();
@@ -86,10 +87,10 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
   pad.addEventListener("contextmenu", (event) => event.preventDefault());
 
   window.addEventListener("gamepaddisconnected", (event) => {
-    if (event.gamepad.index === known) lose("gamepad_gone");
+    if (padUsed && event.gamepad.index === known) lose("gamepad_gone");
   });
   window.addEventListener("gamepadconnected", (event) => {
-    if (known !== undefined && event.gamepad.index !== known) lose("two_devices");
+    if (padUsed && known !== undefined && event.gamepad.index !== known) lose("two_devices");
   });
   const padNow = (): Pad | null | undefined => {
     const all = navigator.getGamepads().filter((one) => one?.connected);
@@ -98,9 +99,13 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
       if (!same) {
         // Gone without a word.
         known = undefined;
-        lose("gamepad_gone");
+        if (padUsed) lose("gamepad_gone");
+        return same;
       }
-      return same;
+      // Some receivers and sensors pass for gamepads: the one counts whose dead-man somebody holds.
+      const other = isHeld(same) ? undefined : all.find((one) => one && isHeld(one));
+      known = (other ?? same).index;
+      return other ?? same;
     }
     known = all[0]?.index;
     return all[0];
@@ -116,7 +121,7 @@ export function createHands(keys: HTMLElement, pad: HTMLElement, knob: HTMLEleme
     sample(tick, nowMs) {
       const there = padNow();
       const found = padUsed ? there : undefined;
-      const byPad = found ? ofPad(found) : undefined;
+      const byPad = found ? ofPad(found, padLife.look(found)) : undefined;
       const byKeys = ofKeys(down, tick);
       const byTouch = touch ? ofTouch(touch.dx, touch.dy, pad.clientHeight / 2, tick) : undefined;
       const held = [byTouch, byKeys.held ? byKeys : undefined, byPad?.held ? byPad : undefined].filter((one) => one !== undefined);

@@ -66,6 +66,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, att
   const leg = (to: readonly [number, number] | null | undefined): string => {
     if (!to) return "First leg: the plan names no place.";
     if (!system?.fix) return "First leg: not known, for nobody knows where the vessel is.";
+    if (system.liveness !== "live") return `First leg: not known, the vessel's last position is old (${utc(system.fix.time_us, false)}).`;
     const { distance_m, bearing_rad } = legTo(system.fix, to);
     return `First leg: ${bearing(bearing_rad)}, ${Math.round(distance_m)} m.`;
   };

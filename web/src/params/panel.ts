@@ -136,19 +136,21 @@ export function createParameters(root: HTMLElement, { address, me, may, name, op
       table.focus(wrong.key);
       return;
     }
-    const wanted = [...changesOf(rows).values()].flat();
+    const changes = changesOf(rows);
+    const wanted = [...changes.values()].flat();
     if (!wanted.length) return;
     fail("");
     const cautions = new Set(wanted.flatMap(({ told: { about } }) => (about ? (about.caution ?? []) : "its meaning is not known here")));
-    if (!cautions.size && !moves) return void writeAll();
+    if (!cautions.size && !moves) return void writeAll(changes);
     const lines = [`Vessel: ${name()}${moves ? ", which may be under way" : ""}`, ...wanted.map((row) => `${row.entity}, ${changeText(row)}`), ...[...cautions].map((why) => `Take care: ${why}.`)];
-    confirm.ask(`Write ${wanted.length === 1 ? "1 parameter" : `${wanted.length} parameters`} to ${name()}?`, lines, "Write to vessel", () => void writeAll());
+    confirm.ask(`Write ${wanted.length === 1 ? "1 parameter" : `${wanted.length} parameters`} to ${name()}?`, lines, "Write to vessel", () => void writeAll(changes));
   };
-  const writeAll = async (): Promise<void> => {
+  /** Writes what was asked about, whatever was typed since. */
+  const writeAll = async (changes: ReturnType<typeof changesOf>): Promise<void> => {
     if (busy) return;
     begin(`Writing to ${name()} …`);
     const counts = new Map<Outcome["kind"], number>();
-    for (const [entity, changed] of changesOf(rows)) {
+    for (const [entity, changed] of changes) {
       for (const row of changed) outcomes.set(row.key, { kind: "pending", text: "" });
       draw();
       for (const [of, outcome] of await writeOne(entity, changed)) {

@@ -53,6 +53,8 @@ export function newlySounding(before: Alarms, now: Alarms): Priority | undefined
 
 /** Without the server for so long, the page is grey and nobody would hear of an alarm: that is told by a sound, ms. */
 export const DEAF_MS = 3_000;
+/** And sounds again after this, as long as it is not heard, ms. */
+export const DEAF_AGAIN_MS = 30_000;
 
 /** What the bar says. `deafUs`: when the server was heard last, if it is not heard any more; null for never. */
 export function barText(top: Alarm | undefined, shelved: number, deafUs?: number | null): string {

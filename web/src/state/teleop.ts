@@ -18,7 +18,6 @@ export interface Pad {
   readonly id: string;
   /** `standard` where the browser knows the order of axes and buttons. */
   readonly mapping: string;
-  readonly timestamp: number;
   readonly axes: readonly number[];
   readonly buttons: readonly { readonly pressed: boolean; readonly value: number }[];
 }
@@ -103,10 +102,27 @@ export function padText(pad: Pad): string {
   return `Gamepad: ${pad.id}. This browser does not know the order of its buttons: numbers ${TRIGGERS[0]} to ${last} are taken for the dead-man, axes 0 and 1 for the stick. Try it before you hold one: pressed now: ${pressed.join(", ") || "none"}. ${now} If that is not what your hands do, leave it out and steer with keys or touch.`;
 }
 
-/** The left stick steers while a trigger is held. */
-export function ofPad(pad: Pad): Hands {
-  const held = TRIGGERS.some((index) => pad.buttons[index]?.pressed);
-  return { held, thrust: unit(-(pad.axes[1] ?? 0)), turn: unit(pad.axes[0] ?? 0), change: pad.timestamp };
+/** Whether a gamepad lives, by what it says: some browsers stamp it with the present at each look, though it hangs. */
+export class PadLife {
+  private said = "";
+  private changes = 0;
+
+  /** Another number than before where an axis or a button says something else. */
+  look(pad: Pad): number {
+    const says = JSON.stringify([pad.index, pad.axes, pad.buttons.map(({ pressed, value }) => [pressed, value])]);
+    if (says !== this.said) [this.said, this.changes] = [says, this.changes + 1];
+    return this.changes;
+  }
+}
+
+/** Whether its dead-man is held. */
+export function isHeld(pad: Pad): boolean {
+  return TRIGGERS.some((index) => pad.buttons[index]?.pressed);
+}
+
+/** The left stick steers while a trigger is held; `change` is what PadLife says. */
+export function ofPad(pad: Pad, change: number): Hands {
+  return { held: isHeld(pad), thrust: unit(-(pad.axes[1] ?? 0)), turn: unit(pad.axes[0] ?? 0), change };
 }
 
 /** Less of what is beyond neutral, as the person chose; what is within stays as it is. */

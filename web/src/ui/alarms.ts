@@ -2,7 +2,7 @@
 
 import { getJson, postJson, reason } from "../api/http";
 import type { Alarm, AlarmList, LiveFrame } from "../api/types.gen";
-import { type Alarms, barText, counts, DEAF_MS, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, withAlarms } from "../state/alarms";
+import { type Alarms, barText, counts, DEAF_AGAIN_MS, DEAF_MS, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, withAlarms } from "../state/alarms";
 import { make, setAttribute, setText } from "./dom";
 import { hexAddress, utc } from "./format";
 import { createSound } from "./sound";
@@ -191,9 +191,13 @@ export function createAlarms(root: HTMLElement): AlarmBar {
     attention: () => sound.play("warning"),
     lost() {
       if (deaf !== undefined) return;
-      // What cannot be told may be of any priority: it sounds as an alarm, once.
+      // What cannot be told may be of any priority: it sounds as an alarm, and again until the server is heard.
       const sinceMs = heard ? performance.now() - heard.ms : 0;
-      deaf = window.setTimeout(() => sound.play("alarm"), Math.max(0, DEAF_MS - sinceMs));
+      const tell = (): void => {
+        sound.play("alarm");
+        deaf = window.setTimeout(tell, DEAF_AGAIN_MS);
+      };
+      deaf = window.setTimeout(tell, Math.max(0, DEAF_MS - sinceMs));
       draw();
     },
     frame(frame) {

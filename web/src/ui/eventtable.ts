@@ -87,6 +87,18 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     const index = cursorUs === null ? -1 : shown.findIndex(({ time_us }) => time_us <= (cursorUs ?? 0));
     [...body.children].forEach((row, number) => setAttribute(row, "aria-current", number === index ? "time" : null));
   };
+  /** Rows that stay are not touched: one of them may have the focus, or be read. */
+  let rows = new Map<string, HTMLElement>();
+  const fill = (wanted: readonly T[]): void => {
+    const next = new Map(wanted.map((one) => [kind.key(one), rows.get(kind.key(one)) ?? row(one, kind)]));
+    for (const [key, gone] of rows) if (!next.has(key)) gone.remove();
+    let at = body.firstElementChild;
+    for (const one of next.values()) {
+      if (one === at) at = at.nextElementSibling;
+      else body.insertBefore(one, at);
+    }
+    rows = next;
+  };
   const draw = (): void => {
     const all = known?.items ?? meanwhile;
     shown = all.filter(kind.wanted);
@@ -101,7 +113,7 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     const now = shown.map(kind.key).join("\n");
     if (now !== drawn) {
       drawn = now;
-      body.replaceChildren(...shown.map((one) => row(one, kind)));
+      fill(shown);
     }
     mark();
   };

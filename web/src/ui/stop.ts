@@ -21,8 +21,9 @@ interface Order {
   readonly root: HTMLElement;
   readonly text: HTMLElement;
   ordered: Ordered | undefined;
-  /** After so many seconds the effect was seen. */
+  /** After so many seconds the effect was seen, in what came when (µs). */
   effectS: number | undefined;
+  effectUs: number;
   over: boolean;
 }
 
@@ -47,7 +48,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
     const text = make("span", { class: "what" }, `STOP ${name}: asking the server …`);
     const away = make("button", { type: "button", class: "away", "aria-label": `Put away: STOP ${name}` }, "✕");
     const row = make("div", { class: "order", "data-stage": "asked" }, text, away);
-    const one: Order = { address, name, root: row, text, ordered: undefined, effectS: undefined, over: false };
+    const one: Order = { address, name, root: row, text, ordered: undefined, effectS: undefined, effectUs: 0, over: false };
     away.addEventListener("click", () => {
       row.remove();
       one.over = true;
@@ -133,11 +134,13 @@ function follow(order: Order, frame: LiveFrame): void {
   const mode = state ? meaning(state, "op_mode") : "";
   if (order.effectS !== undefined) {
     if (took > WATCHED_S) order.over = true;
-    else if (state && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
+    // Two lines tell of the vessel, and the slower one may still tell what was before.
+    else if (state && state.received_us > order.effectUs && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
       end(order, "failed", `STOP ${order.name}: it stopped after ${order.effectS.toFixed(1)} s, but GOES ON since ${utc(state.received_us, false)}: mode ${mode}. Somebody or something started it anew.`);
     }
   } else if (mode === "ERROR") {
     order.effectS = took;
+    order.effectUs = state?.received_us ?? 0;
     tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel says mode ERROR, what it did has ended.`);
   } else if (took > EFFECT_S) {
     const said = state ? `it says mode ${mode}` : "it does not say that it stopped";

@@ -145,7 +145,7 @@ impl Kind {
                 "Read on the vessel's page what it will do and when; restore the link, or go to its last position.",
             ),
             Self::NeverHeard => (
-                "It is switched off, out of reach, or its link does not come in: its token was used before.",
+                "It came in by its link before; now it is switched off, out of reach, or refused.",
                 "Where it is and what it does is not known here; what the history has of it is older.",
                 "Look at Admin, Doors, and at the vessel. Of one that is laid up revoke the link token, or forget it \
                  under Admin, Vessels.",

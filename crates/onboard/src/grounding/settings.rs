@@ -168,9 +168,11 @@ impl ChartFile {
 
 impl fmt::Display for ChartFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Where it lies aboard is nobody's business ashore.
+        let name = self.name.rsplit('/').next().unwrap_or(&self.name);
         match self.index.sources() {
             [one] => write!(f, "{} (edition {}, update {})", one.name, one.edition, one.update),
-            all => write!(f, "{} ({} cells)", self.name, all.len()),
+            all => write!(f, "{name} ({} cells)", all.len()),
         }
     }
 }
