@@ -113,7 +113,7 @@ async fn told(
         Some((commands.told().plan(vessel, &plan_id)?.plan.clone(), md5))
     };
     let known = state.relay.look(look).await.map_err(|_| ApiError::stopping())?;
-    let same = |(plan, md5): &(PlanSpecification, _)| {
+    let same = |(plan, md5): &(PlanSpecification, Vec<u8>)| {
         imc::plan_digest::plan_md5(plan).is_ok_and(|digest| digest[..] == md5[..])
     };
     Ok(known.filter(same).map(|(plan, _)| plan))
