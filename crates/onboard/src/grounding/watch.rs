@@ -375,10 +375,10 @@ impl Grounding {
         let Some(ahead) = &self.ahead else {
             return match self.stage() {
                 Stage::Within => "hull or position uncertainty touches danger".to_owned(),
+                _ if self.creeps => "it lies close to danger and drifts closer".to_owned(),
                 _ if self.gate.ahead && self.gate.astern => "danger is near ahead and astern".to_owned(),
                 _ if self.gate.ahead => "danger is near ahead; astern is free".to_owned(),
                 _ if self.gate.astern => "danger is near astern; ahead is free".to_owned(),
-                _ if self.creeps => "it lies close to danger and drifts closer".to_owned(),
                 _ => "the water ahead is deep enough".to_owned(),
             };
         };
