@@ -4,6 +4,17 @@ import { check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, password] = process.argv.slice(2);
 
+/** Counts the tones that the page sounds from here on, in `window.tones`. */
+const countTones = (page) =>
+  page.evaluate(() => {
+    window.tones = 0;
+    const start = OscillatorNode.prototype.start;
+    OscillatorNode.prototype.start = function (...when) {
+      window.tones += 1;
+      return start.apply(this, when);
+    };
+  });
+
 await inBrowser(async (open) => {
   const page = await open();
   await logIn(page, url, "admin", password, "seven small boats at sea");
@@ -31,14 +42,7 @@ await inBrowser(async (open) => {
   check((await sound.innerText()) === "Sound off: turn on", "it says that it is muted");
   await sound.click();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
-  await page.evaluate(() => {
-    window.tones = 0;
-    const start = OscillatorNode.prototype.start;
-    OscillatorNode.prototype.start = function (...when) {
-      window.tones += 1;
-      return start.apply(this, when);
-    };
-  });
+  await countTones(page);
 
   // Silence in a plan: one warning, whatever else stops with it.
   console.log("silence");
@@ -117,14 +121,7 @@ await inBrowser(async (open) => {
   // Without the server nobody knows of alarms: the bar says so, and it sounds until somebody sees to it.
   await page.getByRole("heading", { name: "Who did what" }).click();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
-  await page.evaluate(() => {
-    window.tones = 0;
-    const start = OscillatorNode.prototype.start;
-    OscillatorNode.prototype.start = function (...when) {
-      window.tones += 1;
-      return start.apply(this, when);
-    };
-  });
+  await countTones(page);
   console.log("stop the server");
   await told(page, /^Alarms are not known since \d\d:\d\d:\d\dZ: the server is not heard/);
   await page.waitForFunction(() => window.tones === 3);

@@ -1,5 +1,5 @@
 //! The guard against a reference that samples every way each 0.1 m and looks at every polygon of the chart;
-//! and ashore against aboard.
+//! and an index that was made against the same from bytes.
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
@@ -11,6 +11,7 @@ use mission::{
 };
 use std::f64::consts::TAU;
 use std::time::Duration;
+use testkit::Numbers;
 use testkit::sea::{Ground, Sea};
 use units::{LatLon, LocalPoint};
 
@@ -19,26 +20,6 @@ const SPEED: Speed = Speed::MetresPerSecond(1.5);
 const STEP_M: f64 = 0.1;
 /// Vertices of an index are rounded to 1e-7 degrees, 0.8 cm in both directions.
 const ROUNDED_M: f64 = 0.02;
-
-/// Numbers in [0, 1) that are the same in every run.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn within(&mut self, least: f64, most: f64) -> f64 {
-        least + (most - least) * self.next()
-    }
-
-    fn point(&mut self, half_m: f64) -> LocalPoint {
-        LocalPoint { north_m: self.within(-half_m, half_m), east_m: self.within(-half_m, half_m) }
-    }
-}
 
 fn sea(numbers: &mut Numbers) -> Sea {
     let mut sea = Sea::new(LatLon::from_deg(63.44, 10.35).unwrap(), 600.0, 12.0);
@@ -74,7 +55,7 @@ fn build(maneuvers: Vec<Maneuver<RawPlace>>) -> Plan {
 }
 
 fn turn(numbers: &mut Numbers) -> Turn {
-    if numbers.next() < 0.5 { Turn::Clockwise } else { Turn::CounterClockwise }
+    if numbers.share() < 0.5 { Turn::Clockwise } else { Turn::CounterClockwise }
 }
 
 fn maneuver(sea: &Sea, numbers: &mut Numbers, span_m: f64) -> Maneuver<RawPlace> {
@@ -82,10 +63,10 @@ fn maneuver(sea: &Sea, numbers: &mut Numbers, span_m: f64) -> Maneuver<RawPlace>
     let at = numbers.point(span_m);
     let centre = RawPlace::from(frame.to_place(at));
     let duration = Some(Duration::from_mins(1));
-    match (numbers.next() * 6.0) as u32 {
+    match (numbers.share() * 6.0) as u32 {
         0 | 1 => Maneuver::Goto(Goto { target: centre, speed: SPEED }),
         2 => {
-            let shape = if numbers.next() < 0.7 {
+            let shape = if numbers.share() < 0.7 {
                 LoiterShape::Circle(turn(numbers))
             } else {
                 LoiterShape::Eight {
@@ -104,7 +85,7 @@ fn maneuver(sea: &Sea, numbers: &mut Numbers, span_m: f64) -> Maneuver<RawPlace>
             let points = (0..4).map(|_| numbers.point(100.0)).collect();
             Maneuver::FollowPath(FollowPath { origin: centre, points, speed: SPEED })
         }
-        _ if numbers.next() < 0.3 => Maneuver::Idle(Idle { duration }),
+        _ if numbers.share() < 0.3 => Maneuver::Idle(Idle { duration }),
         _ => Maneuver::Rows(Rows {
             origin: centre,
             speed: SPEED,
@@ -115,8 +96,8 @@ fn maneuver(sea: &Sea, numbers: &mut Numbers, span_m: f64) -> Maneuver<RawPlace>
             step_m: 20.0,
             curve_offset_m: 5.0,
             alternation: 1.0,
-            square_curve: numbers.next() < 0.5,
-            curve_right: numbers.next() < 0.5,
+            square_curve: numbers.share() < 0.5,
+            curve_right: numbers.share() < 0.5,
         }),
     }
 }
@@ -197,7 +178,7 @@ impl Sampler<'_> {
                 let centre = frame.to_local(station.centre);
                 self.go(centre);
                 self.look(centre, station.radius_m + self.limits.hull_m);
-                let share = numbers.next();
+                let share = numbers.share();
                 self.here = centre.displaced(numbers.within(0.0, TAU), share * station.radius_m);
             }
             Maneuver::Idle(idle) => {
@@ -220,7 +201,7 @@ fn nothing_is_accepted_that_the_reference_finds_unsafe() {
         let index = sea.index();
         for _ in 0..25 {
             let start = numbers.point(500.0);
-            let count = 1 + (numbers.next() * 2.0) as usize;
+            let count = 1 + (numbers.share() * 2.0) as usize;
             let plan = build((0..count).map(|_| maneuver(&sea, &mut numbers, 450.0)).collect());
             let verdict = check_plan(&plan, Some(sea.frame().to_place(start)), &index, &limits);
             let mut sampler = Sampler { sea: &sea, limits: &limits, here: start, safe: true };
@@ -243,9 +224,9 @@ fn nothing_is_accepted_that_the_reference_finds_unsafe() {
     assert!(accepted > 100 && refused > 100, "{accepted} and {refused}");
 }
 
-/// Shore and vessel each make the index; the vessel's comes as bytes.
+/// The vessel's index comes as bytes. Both whole ways of a plan are compared in the server's tests.
 #[test]
-fn ashore_and_aboard_agree_on_ten_thousand_plans() {
+fn an_index_from_bytes_judges_as_the_one_that_was_made() {
     let mut numbers = Numbers(77);
     let limits = GuardLimits::default();
     let mut outcomes = [0_u32; 3];
@@ -253,10 +234,10 @@ fn ashore_and_aboard_agree_on_ten_thousand_plans() {
         let sea = sea(&mut numbers);
         let ashore = sea.index();
         let aboard = DepthIndex::from_bytes(&sea.index().to_bytes()).unwrap();
-        for _ in 0..500 {
+        for _ in 0..100 {
             let start = sea.frame().to_place(numbers.point(500.0));
-            let from = (numbers.next() < 0.9).then_some(start);
-            let count = 1 + (numbers.next() * 3.0) as usize;
+            let from = (numbers.share() < 0.9).then_some(start);
+            let count = 1 + (numbers.share() * 3.0) as usize;
             let plan = build((0..count).map(|_| maneuver(&sea, &mut numbers, 450.0)).collect());
             let verdict = check_plan(&plan, from, &ashore, &limits);
             assert_eq!(verdict, check_plan(&plan, from, &aboard, &limits));
@@ -268,7 +249,7 @@ fn ashore_and_aboard_agree_on_ten_thousand_plans() {
         }
     }
     println!("ok, warnings, refused: {outcomes:?}");
-    assert!(outcomes.iter().all(|count| *count > 100), "{outcomes:?}");
+    assert!(outcomes.iter().all(|count| *count > 50), "{outcomes:?}");
 }
 
 /// Plans over a real harbour: what is accepted has no spot that the index itself calls dangerous each metre.

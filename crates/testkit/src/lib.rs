@@ -5,7 +5,10 @@
 //! the folder is absent.
 
 pub mod browser;
+mod numbers;
 pub mod sea;
+
+pub use numbers::Numbers;
 
 use std::path::{Path, PathBuf};
 

@@ -23,6 +23,7 @@ use imc::{Address, Header, Packet, PacketView};
 use onboard::{Brain, Chart, GroundingSettings, Input, Now, Output, Peer, Settings};
 use sim::{GnssConfig, OutputForm, Vessel, VesselConfig};
 use std::time::Duration;
+use testkit::Numbers;
 use units::{LatLon, LocalFrame, LocalPoint};
 use world::{Happening, World};
 
@@ -31,22 +32,6 @@ const CONSOLE: Address = Address(0x4001);
 const PEER: Peer = Peer::Tcp(1);
 /// Plans of each vessel: one as usual, one with limits and least circles of its own.
 const PLANS: u32 = 5_000;
-
-/// Numbers in [0, 1) that are the same in every run.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn within(&mut self, least: f64, most: f64) -> f64 {
-        least + (most - least) * self.next()
-    }
-}
 
 /// A vessel afloat in open water of the archipelago.
 struct Afloat {
@@ -145,10 +130,10 @@ fn place(numbers: &mut Numbers, about: LocalPoint, half_m: f64) -> PlanPlace {
 fn task(numbers: &mut Numbers, half_m: f64) -> PlanTask {
     let about = LocalPoint::default();
     let at = place(numbers, about, half_m);
-    match (numbers.next() * 6.0) as u32 {
+    match (numbers.share() * 6.0) as u32 {
         0 | 1 => PlanTask::Goto { at },
         2 => {
-            let count = 2 + (numbers.next() * 3.0) as usize;
+            let count = 2 + (numbers.share() * 3.0) as usize;
             PlanTask::FollowPath { points: (0..count).map(|_| place(numbers, about, half_m)).collect() }
         }
         3 => PlanTask::StationKeeping { at, radius_m: numbers.within(3.0, 80.0), duration_s: 60 },
@@ -156,7 +141,7 @@ fn task(numbers: &mut Numbers, half_m: f64) -> PlanTask {
             at,
             radius_m: numbers.within(3.0, 80.0),
             duration_s: 60,
-            clockwise: numbers.next() < 0.5,
+            clockwise: numbers.share() < 0.5,
         },
         _ => PlanTask::Rows {
             at,
@@ -167,15 +152,15 @@ fn task(numbers: &mut Numbers, half_m: f64) -> PlanTask {
             step_m: 10.0,
             curve_offset_m: 5,
             alternation_percent: 100,
-            square_curve: numbers.next() < 0.5,
-            curve_right: numbers.next() < 0.5,
+            square_curve: numbers.share() < 0.5,
+            curve_right: numbers.share() < 0.5,
         },
     }
 }
 
 fn plan(numbers: &mut Numbers) -> PlanDocument {
-    let half_m = if numbers.next() < 0.6 { 120.0 } else { 500.0 };
-    let count = 1 + (numbers.next() * 3.0) as usize;
+    let half_m = if numbers.share() < 0.6 { 120.0 } else { 500.0 };
+    let count = 1 + (numbers.share() * 3.0) as usize;
     let step = |n: usize, numbers: &mut Numbers| PlanStep {
         id: format!("m{n}"),
         speed: PlanSpeed { value: 1.5, unit: api::SpeedUnit::Mps },
@@ -185,7 +170,7 @@ fn plan(numbers: &mut Numbers) -> PlanDocument {
         name: "p".to_owned(),
         description: String::new(),
         vessel: Some(OTTER.0),
-        repeat: numbers.next() < 0.2,
+        repeat: numbers.share() < 0.2,
         maneuvers: (0..count).map(|n| step(n, numbers)).collect(),
     }
 }

@@ -20,6 +20,7 @@ use made_up::MadeUp;
 use onboard::{Chart, Entity, GroundingSettings, Settings};
 use std::f64::consts::TAU;
 use std::ops::Range;
+use testkit::Numbers;
 use units::{LatLon, LocalFrame, LocalPoint, wrap_pi};
 
 /// Half of the hull's diagonal (m).
@@ -27,21 +28,6 @@ const HULL_M: f64 = 1.14;
 const HOME: LocalPoint = LocalPoint { north_m: 0.0, east_m: 0.0 };
 /// A track with so much room on both sides is a safe one (m).
 const ROOM_M: f64 = 30.0;
-
-struct Numbers(u64);
-
-impl Numbers {
-    fn within(&mut self, least: f64, most: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        least + (most - least) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn point(&mut self, half_m: f64) -> LocalPoint {
-        LocalPoint { north_m: self.within(-half_m, half_m), east_m: self.within(-half_m, half_m) }
-    }
-}
 
 /// What a drive goes over, in metres around its start.
 trait Waters {
