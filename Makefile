@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help tools test demo demo-vessel interop bench fuzz fmt audit setup web types chromium
+.PHONY: help tools test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
@@ -12,6 +12,7 @@ say = @printf '\n== %s\n' "$(1)"
 
 help:
 	@echo "make test    check formatting, lints, all tests and the documentation"
+	@echo "make test-long  the tests that take minutes: 150 squares in wind and current"
 	@echo "make web     check and bundle the pages' scripts and styles into web/dist"
 	@echo "make types   write web/src/api/types.gen.ts anew from crates/api"
 	@echo "make demo    start a shore server and three simulated Otters that sail before a browser, until Ctrl-C"
@@ -69,6 +70,12 @@ test: setup web chromium tools
 	cargo test --doc --workspace --locked --quiet
 	$(call say,Documentation)
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked --quiet
+
+# Optimised, and each by its name: what is ignored elsewhere is a benchmark.
+test-long: setup
+	$(call say,75 squares in wind and current with each controller)
+	cargo test --release --locked --package vehicle-agent --bin lutra-agent -- --ignored --nocapture \
+	  seventy_five_weathers_fail_no_plan_with_either_controller
 
 # LUTRA_DEMO_SECONDS=30 ends it by itself, 30 s after all Otters have begun to sail.
 demo: setup web

@@ -54,6 +54,10 @@ pub(crate) struct Curve {
     pub(crate) unit: String,
     /// Stretches without a gap: time (s) and value.
     pub(crate) pieces: Vec<Vec<Point>>,
+    /// Another value in the same unit, as stretches: time (s) and value.
+    pub(crate) second: Vec<Vec<Point>>,
+    /// Name of that value.
+    pub(crate) second_title: String,
     /// What was wanted, as stretches: time (s) and value.
     pub(crate) wanted: Vec<Vec<Point>>,
     /// Name of what was wanted.
@@ -176,7 +180,9 @@ impl Chart {
 impl Curve {
     fn draw(&self, panel: Panel, end_s: f64, last: bool, page: &mut Page) {
         let (unit_s, time) = if end_s > 600.0 { (60.0, "time (min)") } else { (1.0, "time (s)") };
-        let values = self.pieces.iter().chain(&self.wanted).flatten().map(|point| point.1);
+        let lines =
+            [(&self.pieces, TRACK, 1.4, ""), (&self.second, END, 1.1, ""), (&self.wanted, PLAN, 2.5, "7 4")];
+        let values = lines.iter().flat_map(|line| line.0).flatten().map(|point| point.1);
         let (low, high) = bounds(values.chain([0.0]));
         let margin = ((high - low) * 0.06).max(0.05);
         let floor = if low < 0.0 { low - margin } else { 0.0 };
@@ -188,11 +194,10 @@ impl Curve {
             }
         }
         view.grid(page, if last { time } else { "" }, &self.unit, unit_s, 28.0);
-        for piece in &self.pieces {
-            view.line(page, piece, TRACK, 1.4, "");
-        }
-        for piece in &self.wanted {
-            view.line(page, piece, PLAN, 2.5, "7 4");
+        for (pieces, colour, width, dashes) in lines {
+            for piece in pieces {
+                view.line(page, piece, colour, width, dashes);
+            }
         }
         let y = panel.top - 10.0;
         page.text((panel.left, y), 13.0, Anchor::Start, true, &self.title);
@@ -203,10 +208,17 @@ impl Curve {
             page.shade(Panel { left: right, top: y - 10.0, width: 16.0, height: 12.0 });
             right -= 14.0;
         }
+        let mut line = |title: &str, colour: &str, width: f64, dashes: &str| {
+            page.text((right, y), 11.5, Anchor::End, false, title);
+            right -= width_of(title) + 6.0;
+            page.segment((right - 26.0, y - 4.0), (right, y - 4.0), colour, width, dashes);
+            right -= 40.0;
+        };
         if !self.wanted.is_empty() {
-            page.text((right, y), 11.5, Anchor::End, false, &self.wanted_title);
-            right -= width_of(&self.wanted_title) + 6.0;
-            page.segment((right - 26.0, y - 4.0), (right, y - 4.0), PLAN, 2.5, "7 4");
+            line(&self.wanted_title, PLAN, 2.5, "7 4");
+        }
+        if !self.second.is_empty() {
+            line(&self.second_title, END, 1.1, "");
         }
     }
 }
@@ -411,6 +423,8 @@ mod tests {
                     title: "error".to_owned(),
                     unit: "m".to_owned(),
                     pieces: vec![(0..2000).map(wave).collect(), vec![(f64::NAN, f64::NAN)]],
+                    second: vec![(0..2000).map(|n| (f64::from(n), 0.5)).collect()],
+                    second_title: "another".to_owned(),
                     wanted: vec![vec![(0.0, 1.0), (2000.0, 1.0)]],
                     wanted_title: "wanted".to_owned(),
                     shades: vec![(10.0, 20.0), (f64::NAN, 3.0)],
@@ -442,7 +456,8 @@ mod tests {
     fn a_chart_is_well_formed_and_holds_its_figures() {
         let svg = chart().to_svg();
         assert_well_formed(&svg);
-        for text in ["RMS 0.31 m, largest 0.87 m", "a &lt;b&gt; &amp; \"c\"", "time (min)", "north (m)"] {
+        let title = "a &lt;b&gt; &amp; \"c\"";
+        for text in ["RMS 0.31 m, largest 0.87 m", title, "time (min)", "north (m)", ">another<"] {
             assert!(svg.contains(text), "{text}");
         }
         assert!(svg.starts_with("<svg xmlns=") && svg.len() < 60_000, "{}", svg.len());

@@ -16,6 +16,7 @@ mod setup;
 mod simulate;
 mod track;
 mod transports;
+mod trial;
 mod uplink;
 mod world;
 
@@ -69,6 +70,9 @@ enum Command {
         file: PathBuf,
     },
     /// Read a configuration and print what is in force, where it comes from, and every problem at once.
+    ///
+    /// Also tries the course and speed controller on the model of the hull, and tells when it oscillates or does not
+    /// reach the speed asked for.
     ///
     /// Ends with 0 when there is no error, with 1 otherwise.
     Check {
@@ -130,12 +134,18 @@ fn obey(command: Command) -> anyhow::Result<ExitCode> {
 
 fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {
     let config = config::Config::load(&config::Disk, path, &[profile]);
+    let doubts = setup::settings(&config, 0).map(|(settings, mut doubts)| {
+        doubts.extend(trial::doubts(&config, &settings));
+        doubts
+    });
     if json {
-        say!("{:#}", config.to_json());
+        let mut shown = config.to_json();
+        shown["doubts"] = doubts.unwrap_or_else(|error| vec![format!("{error:#}")]).into();
+        say!("{shown:#}");
     } else {
         say!("{config}");
-        match setup::settings(&config, 0) {
-            Ok((_, doubts)) => doubts.iter().for_each(|doubt| say!("doubt: {doubt}")),
+        match doubts {
+            Ok(doubts) => doubts.iter().for_each(|doubt| say!("doubt: {doubt}")),
             Err(error) => say!("error: {error:#}"),
         }
     }

@@ -110,7 +110,7 @@ pub(crate) fn demonstration(start: LatLon) -> PlanSpecification {
     sequence("demonstration", maneuvers)
 }
 
-fn goto(place: LatLon, speed: f32) -> Goto {
+pub(crate) fn goto(place: LatLon, speed: f32) -> Goto {
     Goto {
         lat: place.lat_rad(),
         lon: place.lon_rad(),
@@ -122,7 +122,7 @@ fn goto(place: LatLon, speed: f32) -> Goto {
 }
 
 /// Maneuvers one after the other.
-fn sequence(id: &str, maneuvers: Vec<Message>) -> PlanSpecification {
+pub(crate) fn sequence(id: &str, maneuvers: Vec<Message>) -> PlanSpecification {
     let name = |number: usize| format!("{number}");
     let count = maneuvers.len();
     PlanSpecification {

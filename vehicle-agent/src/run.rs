@@ -12,6 +12,7 @@ use crate::say::{LogFormat, briefly, say};
 use crate::sea_chart::ChartFolder;
 use crate::setup;
 use crate::transports::{self, Given};
+use crate::trial;
 use crate::uplink::{FromShore, Uplink, UplinkSettings};
 use crate::world::{Happening, Motors, World};
 use anyhow::{Context as _, bail};
@@ -134,6 +135,7 @@ impl Agent {
         // A number that differs at every start, as others expect of it.
         let uid = utc.micros().unsigned_abs() / 1000;
         let (settings, mut doubts) = setup::settings(&config, uid)?;
+        doubts.extend(trial::doubts(&config, &settings));
         let given = Given {
             bind: arguments.bind,
             udp: arguments.udp_port,
@@ -340,6 +342,7 @@ impl Agent {
             Output::OpenLog { label, utc } => self.disk.hand(Work::Open(now.mono, utc, label)),
             Output::CloseLog => self.disk.hand(Work::Close(now.utc)),
             Output::Keep(Keep::Plans(effect)) => self.disk.hand(Work::Plans(effect)),
+            Output::Keep(Keep::UnderWay(packet)) => self.disk.hand(Work::UnderWay(packet)),
             Output::Keep(Keep::Parameters(label, values)) => self.disk.hand(Work::Parameters(label, values)),
             Output::Console(level, text) => {
                 let name = print(level, &text);
@@ -425,6 +428,10 @@ fn start_uplink(settings: UplinkSettings, chart: ChartAboard, net: &Net) -> anyh
             }
             FromShore::Chart(chart) => {
                 inbox.done(Done::Chart(chart));
+                true
+            }
+            FromShore::NotSpooled(why) => {
+                inbox.done(Done::NotKept(why));
                 true
             }
         };

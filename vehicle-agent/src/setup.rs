@@ -7,7 +7,7 @@ use control::{CourseSpeedConfig, GuidanceConfig, Law, PathConfig, Sharing, Vecto
 use imc::Address;
 use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, ModelPoint, Remedy, Step, VehicleModel};
 use onboard::parameters::{self, Parameter};
-use onboard::{Chart, Entity, GroundingAction, Settings};
+use onboard::{AfterRestart, Chart, Entity, GroundingAction, Settings};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
@@ -252,11 +252,10 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
         idle: Vec::new(),
         plan: Vec::new(),
         teleoperation: Vec::new(),
-        before_first_contact: false,
+        ..LostCommsConfig::default()
     };
-    let mut home = "lost_comms".to_owned();
+    let home = home_plan(config);
     for section in config.running(&watch::lost_comms::LOST_COMMS) {
-        home = section.get(&watch::lost_comms::PLAN);
         let after = Duration::from_secs_f64(section.get(&watch::lost_comms::TIMEOUT));
         let ladder = |action: &str| match remedy(action, &home) {
             Some(remedy) => vec![Step { after, remedy }],
@@ -267,6 +266,7 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
             plan: ladder(section.get(&watch::lost_comms::DURING_PLAN)),
             teleoperation: ladder(section.get(&watch::lost_comms::DURING_TELEOPERATION)),
             before_first_contact: false,
+            lost_after: after,
         };
     }
     let default = BatteryConfig::default();
@@ -334,6 +334,12 @@ pub(crate) fn takes_chart(config: &Config) -> bool {
     config.running(&schema::GROUNDING).next().is_some_and(|section| section.get(&schema::FROM_SHORE))
 }
 
+/// The plan that brings the vessel home.
+fn home_plan(config: &Config) -> String {
+    let section = config.running(&watch::lost_comms::LOST_COMMS).next();
+    section.map_or_else(|| "lost_comms".to_owned(), |section| section.get(&watch::lost_comms::PLAN))
+}
+
 fn remedy(action: &str, home: &str) -> Option<Remedy> {
     match action {
         "hold" => Some(Remedy::Hold),
@@ -350,6 +356,13 @@ fn engine(config: &Config, settings: &mut Settings) {
         let calibration = section.get(&plans::plan::MINIMUM_CALIBRATION).clamp(0, 600) as u64;
         let wanted = section.get(&plans::plan::CALIBRATE);
         mission.engine.calibration = wanted.then_some(Duration::from_secs(calibration));
+        mission.restart.action = match section.get(&plans::plan::AFTER_RESTART) {
+            "drift" => AfterRestart::Drift,
+            "resume" => AfterRestart::Resume,
+            "return" => AfterRestart::Return(home_plan(config)),
+            _ => AfterRestart::Hold,
+        };
+        mission.holds_after_failure = section.get(&plans::plan::AFTER_FAILURE) == "hold";
     }
 }
 

@@ -6,11 +6,13 @@ use crate::open_loop;
 use crate::plan;
 use crate::say::{complain, say};
 use crate::setup;
-use crate::track::Track;
+use crate::track::{self, Track};
+use crate::trial;
 use crate::world::{Happening, World};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::{Config, InMemory};
+use control::MotorActivity;
 use imc::messages::{
     PathControlState, PlanControl, PlanControlOp, PlanControlState, PlanControlStateLastOutcome,
     PlanControlStateState, PlanControlType, PlanSpecification, VehicleState, VehicleStateOpMode,
@@ -68,7 +70,7 @@ pub(crate) struct SimulateArguments {
     /// slow drift of 300 s that a receiver has.
     #[arg(long, value_name = "NOISE,DRIFT", default_value = "0.2,0.67", conflicts_with = "perfect")]
     gnss_error: String,
-    /// Draw the true track, cross-track error and speed while the plan ran as SVG.
+    /// Draw the true track, cross-track error, speed and motor commands while the plan ran as SVG.
     ///
     /// Legs between waypoints (Goto) and stations (StationKeeping) are measured; other maneuvers only have
     /// their track drawn.
@@ -99,6 +101,8 @@ struct Watch {
     cross_m: Option<f64>,
     worst_m: f64,
     squares: (f64, u64),
+    /// How much the motors did while the plan ran.
+    activity: MotorActivity,
     packets: u64,
     bytes: u64,
 }
@@ -144,7 +148,8 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
         recorder.flush()?;
     }
     if let (Some(track), Some(path)) = (&run.track, &arguments.svg) {
-        let chart = track.chart(&conditions(&vessel(arguments, &config, utc)?));
+        let conditions = conditions(&vessel(arguments, &config, utc)?);
+        let chart = track.chart(&conditions, run.watch.activity.per_s());
         chart.notes.iter().for_each(|note| say!("{note}"));
         std::fs::write(path, chart.to_svg()).with_context(|| format!("writing {}", path.display()))?;
     }
@@ -153,7 +158,8 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
 
 impl Run {
     fn begin(arguments: &SimulateArguments, config: &Config, utc: UtcTime) -> anyhow::Result<Self> {
-        let (settings, doubts) = setup::settings(config, arguments.seed)?;
+        let (settings, mut doubts) = setup::settings(config, arguments.seed)?;
+        doubts.extend(trial::doubts(config, &settings));
         for doubt in doubts {
             complain!("warning: {doubt}");
         }
@@ -263,9 +269,9 @@ impl Run {
         }
         let Happening::Wanted(output) = happening else { return Ok(()) };
         if let (Some(track), Output::Motors(motors)) = (&mut self.track, &output) {
-            track.motors(*motors != control::MotorPair::STOPPED);
+            track.command(*motors);
         }
-        self.watch.see(self.own, &output)?;
+        self.watch.see(now, self.own, &output)?;
         let Some(journal) = &mut self.journal else { return Ok(()) };
         match &output {
             Output::OpenLog { label, utc } => {
@@ -316,6 +322,9 @@ impl Run {
                 self.watch.worst_m
             );
         }
+        if let Some(per_s) = self.watch.activity.per_s() {
+            say!("{}", track::activity(per_s));
+        }
         match self.watch.plan.last_outcome {
             PlanControlStateLastOutcome::Success => say!("plan '{}' completed", self.watch.plan.plan_id),
             PlanControlStateLastOutcome::Failure => bail!("plan '{}' failed", self.watch.plan.plan_id),
@@ -326,8 +335,12 @@ impl Run {
 }
 
 impl Watch {
-    fn see(&mut self, own: Address, output: &Output) -> anyhow::Result<()> {
+    fn see(&mut self, now: Now, own: Address, output: &Output) -> anyhow::Result<()> {
         match output {
+            Output::Motors(motors) if self.plan.state == PlanControlStateState::Executing => {
+                self.activity.see(now.mono, *motors);
+            }
+            Output::Motors(_) => self.activity.pause(),
             Output::Console(level, text) if *level >= Level::Warning => say!("{text}"),
             Output::Packet { bytes, .. } => {
                 self.packets += 1;
@@ -435,3 +448,6 @@ fn seconds(text: &str) -> anyhow::Result<Option<f64>> {
     }
     Ok(Some(seconds))
 }
+
+#[cfg(test)]
+mod tests;

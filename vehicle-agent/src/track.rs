@@ -5,6 +5,7 @@
 //! from 40 m after the beginning of a leg up to 15 m before its end.
 
 use crate::chart::{Chart, Curve, Point};
+use control::MotorPair;
 use imc::messages::{Goto, Message, PlanManeuver, PlanSpecification, SpeedUnits, StationKeeping};
 use units::{LatLon, LocalFrame, LocalPoint};
 
@@ -32,8 +33,10 @@ struct Sample {
     speed_mps: f64,
     /// Index of the maneuver.
     stage: usize,
+    /// What the motors were commanded.
+    motors: MotorPair,
     /// Whether a motor was wanted to turn since the sample before.
-    motors: bool,
+    turning: bool,
 }
 
 /// A straight leg.
@@ -50,8 +53,8 @@ pub(crate) struct Track {
     stages: Vec<(String, Want)>,
     samples: Vec<Sample>,
     begun_s: Option<f64>,
-    motors: bool,
-    motors_since: bool,
+    motors: MotorPair,
+    turned_since: bool,
 }
 
 impl Track {
@@ -66,15 +69,15 @@ impl Track {
             stages: stages.collect(),
             samples: Vec::new(),
             begun_s: None,
-            motors: false,
-            motors_since: false,
+            motors: MotorPair::STOPPED,
+            turned_since: false,
         }
     }
 
-    /// The motors were told to turn, or to stand.
-    pub(crate) fn motors(&mut self, turning: bool) {
-        self.motors = turning;
-        self.motors_since |= turning;
+    /// What the motors are commanded from here on.
+    pub(crate) fn command(&mut self, motors: MotorPair) {
+        self.motors = motors;
+        self.turned_since |= motors != MotorPair::STOPPED;
     }
 
     /// Time passed; the maneuver is that of a running plan, place and speed are the true ones.
@@ -86,12 +89,14 @@ impl Track {
         if self.samples.last().is_some_and(|last| time_s < last.time_s + PERIOD_S) {
             return;
         }
-        let motors = std::mem::replace(&mut self.motors_since, self.motors) || self.motors;
-        self.samples.push(Sample { time_s, at, speed_mps, stage, motors });
+        let on = self.motors != MotorPair::STOPPED;
+        let turning = std::mem::replace(&mut self.turned_since, on) || on;
+        self.samples.push(Sample { time_s, at, speed_mps, stage, motors: self.motors, turning });
     }
 
-    /// The chart of the run; the line of conditions is shown below the figures.
-    pub(crate) fn chart(&self, conditions: &str) -> Chart {
+    /// The chart of the run; the line of conditions is shown below the figures. `activity_per_s` is the motor
+    /// activity ([`control::MotorActivity`]) while the plan ran.
+    pub(crate) fn chart(&self, conditions: &str, activity_per_s: Option<f64>) -> Chart {
         let point = |at: LocalPoint| (at.east_m, at.north_m);
         let stations = self.stages.iter().filter_map(|(_, want)| match want {
             Want::Station { centre, radius_m } => Some((point(*centre), *radius_m)),
@@ -103,11 +108,15 @@ impl Track {
         let duration_s = self.samples.last().map_or(0.0, |last| last.time_s);
         Chart {
             title: format!("Plan \"{}\", {}", self.name, spoken(duration_s)),
-            notes: vec![self.figures(), conditions.to_owned()],
+            notes: vec![self.figures(), self.effort(activity_per_s), conditions.to_owned()],
             track: self.samples.iter().map(|sample| point(sample.at)).collect(),
             plan: first.into_iter().chain(ends).map(point).collect(),
             circles: stations.collect(),
-            curves: vec![if on_station { self.distance() } else { self.error() }, self.speed(on_station)],
+            curves: vec![
+                if on_station { self.distance() } else { self.error() },
+                self.speed(on_station),
+                self.actuation(),
+            ],
         }
     }
 
@@ -139,6 +148,37 @@ impl Track {
             ));
         }
         parts.join("; ")
+    }
+
+    /// What the motors did for it, in one line.
+    fn effort(&self, activity_per_s: Option<f64>) -> String {
+        let mut parts = Vec::new();
+        if let Some((made_mps, planned_mps)) = self.mean_speed_mps() {
+            parts
+                .push(format!("Mean speed after settling {made_mps:.2} m/s of {planned_mps:.2} m/s planned"));
+        }
+        if let Some(activity_per_s) = activity_per_s {
+            parts.push(activity(activity_per_s));
+        }
+        parts.join("; ")
+    }
+
+    /// The mean true speed of settled legs, and the mean of what was planned there (m/s).
+    pub(crate) fn mean_speed_mps(&self) -> Option<(f64, f64)> {
+        let settled = self.samples.iter().filter(|sample| self.settled(sample).is_some());
+        let speeds: Vec<(f64, f64)> =
+            settled.filter_map(|sample| Some((sample.speed_mps, self.planned_mps(sample)?))).collect();
+        let count = speeds.len() as f64;
+        let mean = |part: fn(&(f64, f64)) -> f64| speeds.iter().map(part).sum::<f64>() / count;
+        (count > 0.0).then(|| (mean(|both| both.0), mean(|both| both.1)))
+    }
+
+    /// The speed of a leg (m/s).
+    fn planned_mps(&self, sample: &Sample) -> Option<f64> {
+        match self.stages.get(sample.stage)?.1 {
+            Want::Leg { speed_mps, .. } => speed_mps,
+            Want::Station { .. } | Want::Other => None,
+        }
     }
 
     /// Where a maneuver ends.
@@ -178,7 +218,7 @@ impl Track {
     /// Distance from the station, its radius, and whether the motors were on.
     fn range_m(&self, sample: &Sample) -> Option<(f64, f64, bool)> {
         let Want::Station { centre, radius_m } = self.stages.get(sample.stage)?.1 else { return None };
-        Some((sample.at.distance_m(centre), radius_m, sample.motors))
+        Some((sample.at.distance_m(centre), radius_m, sample.turning))
     }
 
     fn error(&self) -> Curve {
@@ -205,19 +245,27 @@ impl Track {
     }
 
     fn speed(&self, on_station: bool) -> Curve {
-        let wanted = |sample: &Sample| match self.stages.get(sample.stage)?.1 {
-            Want::Leg { speed_mps, .. } => speed_mps,
-            Want::Station { .. } | Want::Other => None,
-        };
-        let turning = |sample: &Sample| on_station && sample.motors;
+        let turning = |sample: &Sample| on_station && sample.turning;
         Curve {
             title: "True speed over ground".to_owned(),
             unit: "speed (m/s)".to_owned(),
             pieces: self.pieces(|sample| Some(sample.speed_mps)),
-            wanted: self.pieces(wanted),
+            wanted: self.pieces(|sample| self.planned_mps(sample)),
             wanted_title: "planned".to_owned(),
             shades: self.spans(turning),
             shade_title: "motors on".to_owned(),
+            ..Curve::default()
+        }
+    }
+
+    fn actuation(&self) -> Curve {
+        Curve {
+            title: "Motor commands: port".to_owned(),
+            unit: "full = 1".to_owned(),
+            pieces: self.pieces(|sample| Some(sample.motors.port)),
+            second: self.pieces(|sample| Some(sample.motors.starboard)),
+            second_title: "starboard".to_owned(),
+            ..Curve::default()
         }
     }
 
@@ -289,6 +337,11 @@ fn want(data: &Message, frame: &LocalFrame) -> Want {
     }
 }
 
+/// The motor activity in words.
+pub(crate) fn activity(per_s: f64) -> String {
+    format!("motor activity {per_s:.3} of full throttle a second")
+}
+
 /// A duration in words.
 fn spoken(duration_s: f64) -> String {
     // At most a few days.
@@ -314,8 +367,8 @@ mod tests {
             stages,
             samples: Vec::new(),
             begun_s: None,
-            motors: false,
-            motors_since: false,
+            motors: MotorPair::STOPPED,
+            turned_since: false,
         }
     }
 
@@ -337,8 +390,10 @@ mod tests {
         let figures = track.figures();
         assert!(figures.contains("RMS 0.50 m, largest 0.50 m"), "{figures}");
         assert!(figures.contains("outside a turn 3.00 m"), "{figures}");
-        let chart = track.chart("calm");
+        let chart = track.chart("calm", Some(0.4321));
         assert_eq!((chart.track.len(), chart.plan.len(), chart.curves[0].pieces.len()), (202, 3, 2));
+        let effort = "Mean speed after settling 1.00 m/s of 1.50 m/s planned; motor activity 0.432 of full throttle a second";
+        assert_eq!(chart.notes[1..], [effort, "calm"]);
         assert_eq!(chart.title, "Plan \"test\", 3 min 21 s");
         assert!(chart.to_svg().contains("RMS 0.50 m"));
     }
@@ -347,13 +402,16 @@ mod tests {
     fn stations_tell_distance_and_motors() {
         let mut track = track(&[Want::Station { centre: at(0.0, 0.0), radius_m: 10.0 }]);
         for second in 0..100 {
-            track.motors(second % 4 == 0);
+            let port = if second % 4 == 0 { 0.3 } else { 0.0 };
+            track.command(MotorPair { port, starboard: -port });
             track.see(f64::from(second), Some("1"), at(0.0, if second < 25 { 11.0 } else { 9.0 }), 0.0);
         }
         let figures = track.figures();
         assert!(figures.contains("largest 11.00 m, inside 75.0 %"), "{figures}");
         // A motor that was on at the end of a period was on in the next one too, until told otherwise.
         assert!(figures.contains("motors on 50.0 %"), "{figures}");
-        assert_eq!(track.chart("").circles, [((0.0, 0.0), 10.0)]);
+        let chart = track.chart("", None);
+        assert_eq!((chart.curves[2].pieces[0][4].1, chart.curves[2].second[0][4].1), (0.3, -0.3));
+        assert_eq!(chart.circles, [((0.0, 0.0), 10.0)]);
     }
 }

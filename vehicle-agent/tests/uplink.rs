@@ -239,7 +239,7 @@ fn the_vessel_itself_refuses_whoever_has_no_lease() {
     let order = |shore: &mut SmallShore<'_>, id, lease, packet: Vec<u8>| {
         let ttl = Duration::from_secs(20);
         let before = shore.outcomes.len();
-        shore.tell(ShoreInput::Command { id, ttl, lease, packet: packet.into() });
+        shore.tell(ShoreInput::Command { id, ttl, lease, overtakes: false, packet: packet.into() });
         shore.serve_until("answered", |shore| shore.outcomes.len() > before);
         shore.outcomes.last().unwrap().clone()
     };
@@ -271,7 +271,7 @@ fn whoever_is_killed_each_packet_is_ashore_once() {
     shore.serve_until("begun", |shore| shore.kept() > 200);
     // A command reaches the brain, and its answer comes as everything does.
     let ttl = Duration::from_secs(20);
-    shore.tell(ShoreInput::Command { id: 1, ttl, lease: 0, packet: plan_query().into() });
+    shore.tell(ShoreInput::Command { id: 1, ttl, lease: 0, overtakes: false, packet: plan_query().into() });
     shore.serve_until("answered", |shore| !shore.outcomes.is_empty());
     assert_eq!(shore.outcomes, [Outcome::Received]);
     let is_answer = |packet: &Vec<u8>| {

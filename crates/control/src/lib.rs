@@ -45,6 +45,7 @@
 //! # }
 //! ```
 
+mod activity;
 mod circle;
 mod course_speed;
 mod crab;
@@ -61,6 +62,7 @@ mod speed_table;
 mod thrust;
 mod vector_field;
 
+pub use activity::MotorActivity;
 pub use circle::CircleConfig;
 pub use course_speed::{
     ControlFault, ControlOutput, CourseSpeed, CourseSpeedConfig, Damping, Drive, FeedForward, Governor,

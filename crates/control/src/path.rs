@@ -151,6 +151,15 @@ impl PathTracker {
         self.update(now, fix, false)
     }
 
+    /// Watches the path under way as if it had just begun: what the monitors saw so far, and what they found to be
+    /// wrong, is forgotten.
+    pub fn watch_anew(&mut self) {
+        if let Some(active) = &mut self.active {
+            (active.along, active.cross) = (AlongTrackMonitor::default(), CrossTrackMonitor::default());
+            active.fault = None;
+        }
+    }
+
     /// Lets go of the path.
     pub fn stop(&mut self, now: MonoTime) {
         if let Some(active) = self.active.take() {

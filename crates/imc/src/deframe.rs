@@ -109,12 +109,21 @@ impl Deframer {
     /// Gives up the packet that waits for its rest, if one does.
     ///
     /// A damaged length can claim 64 KiB, which on a slow link take seconds to come while whole packets wait
-    /// behind it. Call this when [`Self::pending`] bytes have stood for longer than any real packet needs.
+    /// behind it. Call this when [`Self::pending`] bytes have stood for longer than any real packet needs, or when
+    /// [`Self::holds_packet`] says that they do.
     pub fn give_up(&mut self) {
         let rest = &self.buffer[self.at..];
         if !rest.is_empty() {
             self.search.give_up(rest);
         }
+    }
+
+    /// Whether a whole packet stands behind the one that waits for its rest, which then claims too much and is damaged.
+    pub fn holds_packet(&self) -> bool {
+        let mut behind = Self::new();
+        behind.push(self.buffer.get(self.at + 1..).unwrap_or_default());
+        behind.finish();
+        std::iter::from_fn(|| behind.find()).any(|found| matches!(found, Found::Packet { .. }))
     }
 
     /// Says that no more bytes come: what waits for its rest is damage.
@@ -400,6 +409,23 @@ mod tests {
         assert!(matches!(deframer.next_frame(), Some(Frame::Packet { offset: 44, .. })));
         assert_eq!(deframer.next_frame(), None);
         assert_eq!(deframer.pending(), 0);
+    }
+
+    #[test]
+    fn a_packet_behind_one_that_claims_too_much_is_seen_and_a_half_one_is_none() {
+        let mut deframer = Deframer::new();
+        deframer.push(&heartbeat(1.0)[..10]);
+        assert!(deframer.next_frame().is_none() && !deframer.holds_packet());
+        deframer.push(&heartbeat(1.0)[10..]);
+        assert!(matches!(deframer.next_frame(), Some(Frame::Packet { .. })));
+        assert!(!deframer.holds_packet(), "nothing waits");
+        let mut claim = heartbeat(2.0);
+        claim[5] = 0xFF;
+        deframer.push(&claim);
+        deframer.push(&heartbeat(3.0)[..15]);
+        assert!(deframer.next_frame().is_none() && !deframer.holds_packet());
+        deframer.push(&heartbeat(3.0)[15..]);
+        assert!(deframer.next_frame().is_none() && deframer.holds_packet());
     }
 
     #[test]

@@ -22,6 +22,8 @@ pub(crate) struct Waiting {
     pub(crate) expires: MonoTime,
     /// Sent at least once.
     pub(crate) sent: bool,
+    /// A stop followed: it is not sent again.
+    pub(crate) called_off: bool,
 }
 
 /// The shore's commands without an answer, by identity.
@@ -31,9 +33,21 @@ pub(crate) struct Pending {
 }
 
 impl Pending {
-    /// Takes a command; answers false when too many wait or the identity is taken.
+    /// A stop follows: what was not sent is taken out, and what was sent is not sent again.
+    pub(crate) fn call_off(&mut self) -> Vec<u64> {
+        let unsent: Vec<u64> = self.waiting.iter().filter(|(_, one)| !one.sent).map(|(id, _)| *id).collect();
+        self.waiting.retain(|_, one| one.sent);
+        for one in self.waiting.values_mut() {
+            one.called_off = true;
+        }
+        unsent
+    }
+
+    /// Takes a command; answers false when too many wait or the identity is taken. For a stop there is always room: what
+    /// it called off does not count.
     pub(crate) fn put(&mut self, id: u64, waiting: Waiting) -> bool {
-        if self.waiting.len() >= MOST_WAITING || self.waiting.contains_key(&id) {
+        let count = self.waiting.values().filter(|one| !one.called_off).count();
+        if count >= MOST_WAITING || self.waiting.contains_key(&id) {
             return false;
         }
         self.waiting.insert(id, waiting);
@@ -46,7 +60,8 @@ impl Pending {
 
     /// Marks all that can still be in time as sent, over a connection that just began (`again`) or for the first time.
     pub(crate) fn sendable(&mut self, now: MonoTime, again: bool) -> Vec<(u64, Waiting)> {
-        let due = self.waiting.iter_mut().filter(|(_, one)| one.expires > now && (again || !one.sent));
+        let due = self.waiting.iter_mut();
+        let due = due.filter(|(_, one)| one.expires > now && !one.called_off && (again || !one.sent));
         due.map(|(id, one)| {
             one.sent = true;
             (*id, one.clone())
@@ -141,10 +156,25 @@ mod tests {
     }
 
     #[test]
+    fn what_a_stop_calls_off_is_not_sent_after_it() {
+        let mut pending = Pending::default();
+        let at = |s| MonoTime::default() + Duration::from_secs(s);
+        let one = Waiting { lease: 0, packet: Bytes::new(), expires: at(9), sent: false, called_off: false };
+        assert!(pending.put(1, one.clone()));
+        assert_eq!(pending.sendable(at(0), false).len(), 1);
+        assert!(pending.put(2, one.clone()));
+        assert_eq!(pending.call_off(), [2]);
+        assert!(pending.put(3, one));
+        let sent: Vec<u64> = pending.sendable(at(1), true).into_iter().map(|(id, _)| id).collect();
+        assert_eq!(sent, [3], "over the next connection");
+        assert!(pending.answered(1), "whether the first arrived is still asked");
+    }
+
+    #[test]
     fn waiting_commands_are_bounded_and_end() {
         let mut pending = Pending::default();
         let at = |s| MonoTime::default() + Duration::from_secs(s);
-        let one = Waiting { lease: 0, packet: Bytes::new(), expires: at(1), sent: false };
+        let one = Waiting { lease: 0, packet: Bytes::new(), expires: at(1), sent: false, called_off: false };
         for id in 0..MOST_WAITING as u64 {
             assert!(pending.put(id, one.clone()));
         }

@@ -165,6 +165,7 @@ fn command(id: u64, ttl_ms: u64) -> ShoreInput {
         id,
         ttl: Duration::from_millis(ttl_ms),
         lease: 7,
+        overtakes: false,
         packet: Bytes::from_static(b"packet"),
     }
 }
@@ -364,4 +365,24 @@ fn a_silent_shore_is_left_after_three_seconds() {
     assert!(!wanted(&mut pair.vessel).iter().any(|one| matches!(one, VesselOutput::Close(..))));
     pair.vessel.handle(at(3000), VesselInput::Timer);
     assert!(wanted(&mut pair.vessel).iter().any(|one| matches!(one, VesselOutput::Close(..))));
+}
+
+#[test]
+fn what_was_ordered_before_a_stop_is_not_sent_after_it() {
+    let mut pair = Pair::new(vessel(0, 0), None);
+    let stop = |id| match command(id, 60_000) {
+        ShoreInput::Command { id, ttl, lease, packet, .. } => {
+            ShoreInput::Command { id, ttl, lease, overtakes: true, packet }
+        }
+        other => other,
+    };
+    pair.shore.handle(at(0), command(1, 60_000));
+    pair.shore.handle(at(0), stop(2));
+    pair.shore.handle(at(0), command(3, 60_000));
+    let mut told = Vec::new();
+    while let Some(output) = pair.shore.poll_output() {
+        told.push(output);
+    }
+    let off = |output: &ShoreOutput| matches!(output, ShoreOutput::Outcome(1, Outcome::Refused(why)) if why.contains("a stop"));
+    assert!(told.iter().any(off), "{told:?}");
 }

@@ -53,6 +53,8 @@ pub struct Kept {
     pub plans: Vec<Record>,
     /// The last time that plans were forgotten, where that is known.
     pub forgotten: Option<Change>,
+    /// What was under way when the program ended, byte for byte as it was to be kept.
+    pub under_way: Option<Vec<u8>>,
 }
 
 /// What is asked of the database.

@@ -31,6 +31,7 @@ use crate::event::{Event, Fix, Medium, Now};
 use crate::maneuver::{Context, ManeuverConfig, Outcome, Running, Signal};
 use crate::plan::Plan;
 use crate::statistics::{PlanStatistics, VehicleModel};
+use crate::waters::Waters;
 use run::Run;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -46,6 +47,11 @@ pub enum Input {
     Event(Event),
     /// The conditions of all monitored entities, by label; in place of what was told before.
     Entities(BTreeMap<String, EntityCondition>),
+    /// Whether the vessel knows where it is. While it does not, a plan waits with its motors stopped.
+    Position {
+        /// It does.
+        known: bool,
+    },
     /// Somebody orders everything to stop.
     Abort {
         /// Who.
@@ -64,6 +70,13 @@ pub struct EngineConfig {
     pub calibration: Option<Duration>,
     /// Labels of the entities whose errors end even plans that ignore errors.
     pub vital: BTreeSet<String>,
+    /// Labels of the entities whose errors a running plan hears of by other ways: those of the position by
+    /// [`Input::Position`], that of path control by [`Event::PathFailed`]. They only keep plans from starting.
+    pub bridged: BTreeSet<String>,
+    /// Where maneuvers may go whose goals others name under way.
+    pub waters: Waters,
+    /// How long a plan waits for the position before it fails; zero fails at once.
+    pub position_patience: Duration,
 }
 
 impl Default for EngineConfig {
@@ -73,6 +86,9 @@ impl Default for EngineConfig {
             model: VehicleModel::default(),
             calibration: Some(Duration::from_secs(3)),
             vital: BTreeSet::new(),
+            bridged: BTreeSet::new(),
+            waters: Waters::default(),
+            position_patience: Duration::from_mins(2),
         }
     }
 }
@@ -87,6 +103,8 @@ pub struct Engine {
     last_run: RunId,
     path_ref: u32,
     fix: Option<(MonoTime, Fix)>,
+    /// Since when the position is not known, after it was.
+    lost_since: Option<MonoTime>,
     medium: Medium,
     drive: Drive,
     last_plan_id: String,
@@ -106,6 +124,7 @@ impl Engine {
             last_run: RunId::default(),
             path_ref: 0,
             fix: None,
+            lost_since: None,
             medium: Medium::Unknown,
             drive: Drive::Off,
             last_plan_id: String::new(),
@@ -134,6 +153,7 @@ impl Engine {
             Input::Request(request) => self.request(now, request),
             Input::Event(event) => self.event(now, &event),
             Input::Entities(conditions) => self.entities(now, conditions),
+            Input::Position { known } => self.position(now, known),
             Input::Abort { by } => self.abort(now, by),
         }
     }
@@ -147,6 +167,9 @@ impl Engine {
         if reached(self.run.as_ref().and_then(Run::maneuver_deadline)) {
             self.with_maneuver(now, Running::timeout);
             self.go_on(now);
+        }
+        if reached(self.position_deadline()) {
+            self.end_run(now, EndReason::PositionLost);
         }
         if reached(self.path_deadline()) {
             self.with_maneuver(now, |_, cx| cx.fail(crate::maneuver::FailReason::PathSilent));
@@ -166,6 +189,7 @@ impl Engine {
             run.and_then(|run| run.calibrating_until),
             run.and_then(Run::maneuver_deadline),
             self.path_deadline(),
+            self.position_deadline(),
         ]
         .into_iter()
         .flatten()
@@ -244,7 +268,45 @@ impl Engine {
         self.drive == Drive::Path && path_ref == self.path_ref
     }
 
+    /// A plan that waits for the position goes on where it was: path control keeps its path.
+    fn position(&mut self, now: Now, known: bool) {
+        if known == self.lost_since.is_none() {
+            return;
+        }
+        self.lost_since = (!known).then_some(now.mono);
+        self.held_up(now.mono);
+        if self.run.is_none() || self.is_steered() {
+            return;
+        }
+        if known {
+            self.note(NoteLevel::Info, "the position is good again: the plan goes on".to_owned());
+            return;
+        }
+        let patience_s = self.config.position_patience.as_secs();
+        if patience_s > 0 {
+            let text = format!(
+                "the position is lost: the plan waits with its motors stopped, and fails after {patience_s} s"
+            );
+            self.note(NoteLevel::Warning, text);
+        }
+        self.handle_timeout(now);
+    }
+
+    /// An operator steers: that needs no position.
+    fn is_steered(&self) -> bool {
+        let kind = self.run.as_ref().and_then(Run::maneuver).map(|node| node.maneuver().kind());
+        kind == Some(crate::maneuver::ManeuverKind::Teleoperation)
+    }
+
+    fn position_deadline(&self) -> Option<MonoTime> {
+        let since = self.lost_since.filter(|_| self.run.is_some() && !self.is_steered())?;
+        Some(since + self.config.position_patience)
+    }
+
     fn path_deadline(&self) -> Option<MonoTime> {
+        if self.lost_since.is_some() {
+            return None;
+        }
         let heard = self.run.as_ref().filter(|_| self.drive == Drive::Path)?.path_heard?;
         Some(heard + self.config.maneuver.path_silence)
     }
@@ -260,6 +322,7 @@ impl Engine {
             config: &self.config.maneuver,
             fix: self.fix.filter(|(at, _)| now.mono.since(*at) <= max_age).map(|(_, fix)| fix),
             medium: self.medium,
+            waters: &self.config.waters,
             signals: &mut signals,
             path_ref: &mut self.path_ref,
             outcome: None,
@@ -270,6 +333,7 @@ impl Engine {
             match signal {
                 Signal::Command(command) => self.command(now, command),
                 Signal::Reference(state) => self.outputs.push_back(Output::Reference(state)),
+                Signal::Warning(text) => self.note(NoteLevel::Warning, text),
             }
         }
     }

@@ -17,6 +17,7 @@ mod statistics;
 mod supervisor;
 #[cfg(test)]
 mod testing;
+mod waters;
 
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
 pub use database::{
@@ -46,3 +47,4 @@ pub use supervisor::{
     LimitsOutput, LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook,
     Remedy, Step, Violation,
 };
+pub use waters::{WaterChart, Waters};

@@ -30,6 +30,8 @@ const RETRY: Duration = Duration::from_secs(2);
 /// Who asks; of equal remedies the later in this list comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Source {
+    Failure,
+    Restart,
     LostComms,
     Battery,
     Limits,
@@ -105,9 +107,24 @@ impl Arbiter {
         self.running.as_ref().map(|running| running.run)
     }
 
+    /// The remedy that runs.
+    pub(crate) fn remedy(&self) -> Option<&Remedy> {
+        self.running.as_ref().map(|running| &running.remedy)
+    }
+
     /// Who asked for what runs.
     pub(crate) fn source(&self) -> Option<Source> {
         self.running.as_ref().map(|running| running.source)
+    }
+
+    /// The remedy that is asked for and not settled, whether it runs or waits; none where the motors are to be off.
+    pub(crate) fn wanted(&self) -> Option<Remedy> {
+        self.strongest().map(|(_, remedy)| remedy).filter(|remedy| *remedy != Remedy::Stop)
+    }
+
+    /// Whether another than this one asks for something.
+    pub(crate) fn asks_besides(&self, source: Source) -> bool {
+        self.demands.iter().any(|(other, demand)| *other != source && !demand.settled)
     }
 
     /// What to do now, and for whom; its outcome is to be told.

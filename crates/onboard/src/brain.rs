@@ -23,13 +23,15 @@ use crate::plans::Plans;
 use crate::saving::Saving;
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
+use crate::sight::Sight;
 use crate::states::{Condition, States};
-use crate::supervise::{Desk, Supervise};
+use crate::supervise::{Desk, Restart, Supervise};
+use crate::under_way::{Doing, Keeper, UnderWay};
 use imc::messages::{Message, VehicleMedium, VehicleMediumMedium};
 use mission::{EntityCondition, Event, Kept};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, UtcTime};
 
 /// Slower watching happens once in this time.
 const WATCH: Duration = Duration::from_millis(500);
@@ -58,6 +60,7 @@ pub struct Brain {
     clock: Clock,
     host: Host,
     estimate: Option<Estimate>,
+    sight: Sight,
     step: Duration,
     next_step: MonoTime,
     next_watch: MonoTime,
@@ -69,6 +72,10 @@ pub struct Brain {
     pub(crate) log_name: String,
     /// What the engine was told last of the watched parts.
     conditions: BTreeMap<String, EntityCondition>,
+    /// What the disk holds of what is under way.
+    keeper: Keeper,
+    /// The time of the satellites at their last position.
+    satellite_utc: Option<UtcTime>,
 }
 
 impl Brain {
@@ -83,6 +90,12 @@ impl Brain {
         let pilot = Pilot::new(&settings)?;
         bus.put(Output::OpenLog { label: String::new(), utc: now.utc });
         bus.console(Level::Info, format!("{} ({}) begins", settings.name, settings.address));
+        let found = kept.under_way.as_deref().and_then(UnderWay::read);
+        if found.is_none() && kept.under_way.is_some() {
+            let text = "what was under way when the program ended cannot be read".to_owned();
+            bus.entry(Entity::PlanEngine, Level::Error, text);
+        }
+        let keeper = Keeper::new(found.as_ref().map(|(_, under_way)| under_way.clone()));
         let plans = Plans::new(&settings, &mut bus, kept);
         let mut brain = Self {
             navigation: Navigation::new(settings.navigation),
@@ -90,19 +103,22 @@ impl Brain {
             pilot,
             plans,
             conditions: BTreeMap::new(),
+            keeper,
+            satellite_utc: None,
             log_name: String::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
             operators: Operators::default(),
             intake: Intake::new(now.mono),
             lease: LeaseGate::default(),
-            supervise: Supervise::new(&settings, now.mono),
+            supervise: Supervise::new(&settings, now.mono, Restart::new(found)),
             kept: ParameterStack::default(),
             saving: Saving::new(&settings),
             detections: Detections::default(),
             clock: Clock::default(),
             host: Host::default(),
             estimate: None,
+            sight: Sight::default(),
             step: Duration::from_secs_f64(1.0 / settings.navigation.rate_hz.clamp(2.5, 25.0)),
             next_step: now.mono,
             next_watch: now.mono,
@@ -173,6 +189,9 @@ impl Brain {
             Input::Timer => {}
             Input::Gnss(reading) => {
                 self.clock.compare(&self.bus, &reading);
+                if reading.fix.is_some() {
+                    self.satellite_utc = reading.utc.or(self.satellite_utc);
+                }
                 self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
             }
             Input::Motor(side, reading) => {
@@ -274,9 +293,40 @@ impl Brain {
         self.with_desk(|supervise, desk, _| supervise.tick(desk));
         self.act_for_plan();
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
+        self.keep_under_way();
         let place = self.estimate.map(|estimate| (estimate.place, estimate.height_m));
         self.discovery.tick(&mut self.bus, &self.settings, place);
         self.states.tick(&mut self.bus, &self.settings.labels);
+    }
+
+    /// What is under way is handed to the disk before its motors are.
+    fn keep_under_way(&mut self) {
+        let state = self.plans.plan_state();
+        if self.supervise.restart.is_open() && state.run.is_none() {
+            return;
+        }
+        let under_way = self.supervise.restart.pending().cloned().or_else(|| {
+            let maneuver = state.maneuver.as_ref().map(|(id, _)| id.clone()).unwrap_or_default();
+            let of = |doing, plan| UnderWay { doing, plan_id: state.plan_id.clone(), maneuver, plan };
+            match (state.run, self.pilot.drive()) {
+                (Some(run), _) if self.supervise.remedy_run() == Some(run) => Some(of(Doing::Remedy, None)),
+                (Some(_), Drive::Remote(_)) => Some(of(Doing::Teleoperation, None)),
+                (Some(run), _) => Some(of(Doing::Plan, self.plans.plan_of(run).cloned())),
+                (None, _) if !self.supervise.is_under_way() => None,
+                (None, _) => {
+                    let holds = self.settings.mission.holds_after_failure;
+                    let waiting = self.supervise.waiting_plan(&self.plans, holds);
+                    Some(match waiting {
+                        Some(plan_id) => {
+                            UnderWay { doing: Doing::Remedy, plan_id, maneuver: String::new(), plan: None }
+                        }
+                        None => of(Doing::Drift, None),
+                    })
+                }
+            }
+        });
+        let timestamp_s = self.clock.satellite_seconds(&self.bus);
+        self.keeper.keep(&mut self.bus, under_way, timestamp_s);
     }
 
     fn navigate(&mut self) {
@@ -297,6 +347,12 @@ impl Brain {
                 self.plans.tell(&mut self.bus, &mut self.pilot, water);
             }
             self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(Event::Fix(fix)));
+        }
+        if self.afloat {
+            let recovery = Duration::from_secs_f64(self.settings.navigation.recovery_s);
+            let known = self.sight.see(self.bus.mono(), self.estimate.as_ref(), recovery);
+            self.pilot.wait(!known);
+            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Position { known });
         }
         self.with_desk(|supervise, desk, _| supervise.see(desk));
         self.pilot.steer(&mut self.bus, self.estimate.as_ref());
@@ -351,9 +407,13 @@ impl Brain {
         self.sensors.watch(&mut self.bus, &mut self.states, &self.navigation, watch);
         self.clock.watch(&mut self.bus, &mut self.states, watch);
         self.host.watch(&mut self.bus, &mut self.states, watch);
-        let (condition, text) = match self.pilot.fault() {
-            Some(fault) => (Condition::Error, fault.to_string()),
-            None => (Condition::Normal, "active".to_owned()),
+        let (condition, text) = match (self.pilot.fault(), self.pilot.strays_until()) {
+            (Some(fault), _) => (Condition::Error, fault.to_string()),
+            (None, Some(until)) => {
+                let left_s = until.since(self.bus.mono()).as_secs();
+                (Condition::Fault, format!("too far from the track; steers back, fails in {left_s} s"))
+            }
+            (None, None) => (Condition::Normal, "active".to_owned()),
         };
         self.states.set(&mut self.bus, Entity::Path, condition, text);
         let (contacts, clients) = self.bus.node.counts(self.bus.mono());
@@ -387,6 +447,11 @@ impl Brain {
             hold_speed_mps: mission.hold_speed_mps,
             capacity_wh: mission.capacity_wh,
             grounding: &self.settings.grounding,
+            holds_after_failure: mission.holds_after_failure,
+            restart: &mission.restart,
+            satellite_utc: self.satellite_utc,
+            area: self.settings.watch.limits.area.as_ref(),
+            guard: self.settings.guard_limits(),
         };
         act(&mut self.supervise, &mut desk, &self.sensors);
     }

@@ -56,6 +56,11 @@ impl Clock {
         }
     }
 
+    /// The time of the satellites (s), as far as they told it; else that of the computer.
+    pub(crate) fn satellite_seconds(&self, bus: &Bus) -> f64 {
+        bus.seconds() - self.offset_s.unwrap_or_default()
+    }
+
     pub(crate) fn watch(&self, bus: &mut Bus, states: &mut States, settings: &WatchSettings) {
         match self.offset_s {
             None => states.set(bus, Entity::Clock, Condition::Normal, "not compared with satellites"),

@@ -68,16 +68,24 @@ impl Brain {
             return;
         }
         let before = self.plans.plan_state().run;
+        // What an operator now decides settles a failure that nobody has looked at yet.
+        let earlier =
+            if matches!(message, Message::PlanControl(_)) { self.plans.take_failed() } else { None };
+        let mut steps_in = false;
         self.message(asker, header.dst, header.dst_ent, message);
         if let Message::PlanControl(request) = message {
             let run = self.plans.plan_state().run;
             let stops = request.op == PlanControlOp::Stop && request.r#type == PlanControlType::Request;
-            if run != before || (stops && self.may_stop(header.dst)) {
+            steps_in = run != before || (stops && self.may_stop(header.dst));
+            if steps_in {
                 self.supervise.stepped_in();
             }
             if run.is_some() && run != before {
                 self.operators.started(header.src, from);
             }
+        }
+        if let Some(earlier) = earlier.filter(|_| !steps_in) {
+            self.plans.failed_before(earlier);
         }
     }
 

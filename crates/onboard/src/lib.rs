@@ -17,6 +17,7 @@ mod bus;
 mod detections;
 mod discovery;
 mod entity;
+mod gate;
 mod grounding;
 mod health;
 mod inbox;
@@ -37,8 +38,11 @@ pub mod record;
 mod saving;
 mod sensors;
 mod settings;
+mod sight;
 mod states;
+mod stray;
 mod supervise;
+mod under_way;
 
 pub use authority::{Authority, COMMAND_LIFE, Owner, Refusal};
 pub use brain::Brain;
@@ -53,5 +57,7 @@ pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};
 pub use plans::{LONGEST_NAME as LONGEST_PLAN_NAME, LONGEST_PLAN, checked as checked_plan};
-pub use settings::{MissionSettings, NodeSettings, Settings, TransportSettings, WatchSettings};
+pub use settings::{
+    AfterRestart, MissionSettings, NodeSettings, RestartSettings, Settings, TransportSettings, WatchSettings,
+};
 pub use states::Condition;

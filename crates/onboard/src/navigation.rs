@@ -4,8 +4,8 @@
 //! last, and within reach of where the vessel can be. What fails says why. A position out of reach is a jump:
 //! it is refused, the vessel is reckoned onwards, and only when three in a row agree with each other is the
 //! new place believed. Between positions, and over gaps up to a limit, position follows from velocity and
-//! heading from the rate of turn, with an uncertainty that grows; beyond the limit there is no estimate, and
-//! without an estimate nobody steers.
+//! heading from the rate of turn. What is not measured is doubted: the uncertainty grows with time, and with the way
+//! that is only reckoned. Beyond a time, or an uncertainty, there is no estimate, and without one nobody steers.
 //!
 //! Heading (where the bow points, from the compass) and course (where the vessel goes, from the receiver's
 //! velocity) are never mixed: north and east velocities are kept, surge and sway follow from them and the
@@ -20,6 +20,8 @@ use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime, wrap_pi};
 
 /// Positions that must agree before a jump is believed.
 const JUMP_AGREE: u32 = 3;
+/// A compass gives at least one position and heading a second: what is older is reckoned.
+const MEASURED: Duration = Duration::from_millis(1500);
 /// No boat of ours turns faster (rad/s) or runs faster (m/s); what is more is nonsense.
 const FASTEST_TURN_RAD_S: f64 = 3.0;
 const FASTEST_MPS: f64 = 30.0;
@@ -31,10 +33,14 @@ pub struct NavigationSettings {
     pub rate_hz: f64,
     /// Positions with a larger dilution are refused.
     pub max_hdop: f64,
-    /// Without a good position for so long there is no estimate (s).
+    /// Without a good position, or a heading, for so long there is no estimate (s).
     pub reckoning_s: f64,
-    /// Without a heading for so long there is no estimate (s).
-    pub heading_timeout_s: f64,
+    /// With a greater standard deviation of the position there is no estimate (m).
+    pub most_sigma_m: f64,
+    /// Greatest speed of a path while the position is only reckoned (m/s).
+    pub reckoning_mps: f64,
+    /// Positions must have been good for so long before a plan that waited for them goes on (s).
+    pub recovery_s: f64,
     /// Farther than this from the reference a new one is taken (m).
     pub origin_distance_m: f64,
     /// Speed above which the way between two positions is a jump (m/s).
@@ -45,8 +51,10 @@ pub struct NavigationSettings {
     pub position_gain: f64,
     /// Standard deviation of a position at dilution 1 (m).
     pub sigma_m: f64,
-    /// Growth of the standard deviation without positions (m/s).
+    /// Growth of the standard deviation without positions, by wind and current (m/s).
     pub drift_mps: f64,
+    /// Growth of the standard deviation as a share of the way that is reckoned, 0 to 1: nothing measures the speed.
+    pub speed_error: f64,
 }
 
 impl Default for NavigationSettings {
@@ -55,13 +63,16 @@ impl Default for NavigationSettings {
             rate_hz: 5.0,
             max_hdop: 5.0,
             reckoning_s: 5.0,
-            heading_timeout_s: 3.0,
+            most_sigma_m: 15.0,
+            reckoning_mps: 0.8,
+            recovery_s: 3.0,
             origin_distance_m: 1000.0,
             jump_speed_mps: 10.0,
             jump_slack_m: 5.0,
             position_gain: 0.6,
             sigma_m: 1.0,
             drift_mps: 0.4,
+            speed_error: 0.5,
         }
     }
 }
@@ -111,9 +122,21 @@ pub struct Estimate {
     pub sigma_m: f64,
     /// Time since the last position that was used.
     pub age: Duration,
+    /// Time since the last heading.
+    pub heading_age: Duration,
 }
 
 impl Estimate {
+    /// Whether the position is only reckoned.
+    pub fn is_reckoned(&self) -> bool {
+        self.age > MEASURED
+    }
+
+    /// Whether the heading is only believed to be what it was: no turn would be noticed.
+    pub fn is_heading_old(&self) -> bool {
+        self.heading_age > MEASURED
+    }
+
     /// The same for the mission.
     pub(crate) fn fix(&self) -> mission::Fix {
         mission::Fix {
@@ -128,7 +151,9 @@ impl Estimate {
 
 #[derive(Debug, Clone, Copy)]
 struct Position {
-    /// When it was true.
+    /// When it was measured.
+    measured: MonoTime,
+    /// Where it has been reckoned to since, and when.
     at: MonoTime,
     point: LocalPoint,
     sigma_m: f64,
@@ -204,7 +229,7 @@ impl Navigation {
         }
         let number = |value: Option<f64>, most: f64| value.filter(|value| value.abs() <= most);
         if let Some(heading_rad) = number(reading.heading_rad, 100.0) {
-            self.heading = Some((now, wrap_pi(heading_rad)));
+            self.turn(now, wrap_pi(heading_rad));
         }
         if let Some(rate) = number(reading.yaw_rate_rad_s, FASTEST_TURN_RAD_S) {
             self.yaw_rate = Some((now, rate));
@@ -224,6 +249,23 @@ impl Navigation {
         self.locate(now, place, &fix)
     }
 
+    /// Takes a heading. The velocity that nothing measures any more turns with the bow.
+    fn turn(&mut self, now: MonoTime, heading_rad: f64) {
+        let before = self.heading.replace((now, heading_rad));
+        let (Some((_, before_rad)), Some((measured, north_mps, east_mps))) = (before, self.velocity) else {
+            return;
+        };
+        if now.since(measured) <= MEASURED {
+            return;
+        }
+        if let Some(position) = self.position {
+            let (point, at) = (self.reckoned(now, position), self.reckoned_until(now, position));
+            self.position = Some(Position { at, point, ..position });
+        }
+        let (sin, cos) = wrap_pi(heading_rad - before_rad).sin_cos();
+        self.velocity = Some((measured, north_mps * cos - east_mps * sin, north_mps * sin + east_mps * cos));
+    }
+
     fn locate(&mut self, now: MonoTime, place: LatLon, fix: &GnssFix) -> Result<(), Rejection> {
         let settings = self.settings;
         let sigma_m = settings.sigma_m * fix.hdop.max(0.5);
@@ -232,7 +274,7 @@ impl Navigation {
         let mut point = frame.to_local(place);
         if let Some(before) = self.position {
             let reckoned = self.reckoned(now, before);
-            let elapsed_s = now.since(before.at).as_secs_f64();
+            let elapsed_s = now.since(before.measured).as_secs_f64();
             let reach_m = settings.jump_slack_m + settings.jump_speed_mps * elapsed_s;
             if before.point.distance_m(point) > reach_m && !self.believes_jump(now, point) {
                 return Err(Rejection::Jump);
@@ -245,11 +287,12 @@ impl Navigation {
                 };
             }
         }
-        self.position = Some(Position { at: now, point, sigma_m, height_m });
+        let position = Position { measured: now, at: now, point, sigma_m, height_m };
+        self.position = Some(position);
         if frame.origin() != place && point.distance_m(LocalPoint::default()) > settings.origin_distance_m {
             let place = frame.to_place(point);
             self.frame = Some(LocalFrame::new(place));
-            self.position = Some(Position { at: now, point: LocalPoint::default(), sigma_m, height_m });
+            self.position = Some(Position { point: LocalPoint::default(), ..position });
         }
         Ok(())
     }
@@ -274,27 +317,38 @@ impl Navigation {
 
     fn reckoned(&self, now: MonoTime, position: Position) -> LocalPoint {
         let Some((_, north_mps, east_mps)) = self.velocity else { return position.point };
-        // No longer than reckoning is allowed at all, so that a stale velocity carries nothing far away.
-        let elapsed_s = now.since(position.at).as_secs_f64().min(self.settings.reckoning_s);
+        let elapsed_s = self.reckoned_until(now, position).since(position.at).as_secs_f64();
         LocalPoint {
             north_m: position.point.north_m + north_mps * elapsed_s,
             east_m: position.point.east_m + east_mps * elapsed_s,
         }
     }
 
+    /// No longer than reckoning is allowed at all, so that a stale velocity carries nothing far away.
+    fn reckoned_until(&self, now: MonoTime, position: Position) -> MonoTime {
+        now.min(position.measured + Duration::from_secs_f64(self.settings.reckoning_s)).max(position.at)
+    }
+
+    /// Standard deviation of a position on each axis (m).
+    fn sigma_m(&self, now: MonoTime, position: Position) -> f64 {
+        let speed_mps = self.velocity.map_or(0.0, |(_, north_mps, east_mps)| north_mps.hypot(east_mps));
+        let growth_mps = self.settings.drift_mps + self.settings.speed_error * speed_mps;
+        position.sigma_m + growth_mps * now.since(position.measured).as_secs_f64()
+    }
+
     /// How it is going.
     pub fn health(&self, now: MonoTime) -> NavigationHealth {
         let Some(position) = self.position else { return NavigationHealth::Waiting };
-        let age_s = now.since(position.at).as_secs_f64();
-        if age_s > self.settings.reckoning_s {
+        let longest = Duration::from_secs_f64(self.settings.reckoning_s);
+        let age = now.since(position.measured);
+        let is_known = age <= MEASURED || self.sigma_m(now, position) <= self.settings.most_sigma_m;
+        if age > longest || !is_known {
             return NavigationHealth::NoPosition;
         }
-        let heading_age_s = self.heading.map(|(at, _)| now.since(at).as_secs_f64());
-        if heading_age_s.is_none_or(|age_s| age_s > self.settings.heading_timeout_s) {
+        if self.heading.is_none_or(|(at, _)| now.since(at) > longest) {
             return NavigationHealth::NoHeading;
         }
-        // A compass gives at least one position a second.
-        if age_s > 1.5 { NavigationHealth::Reckoning } else { NavigationHealth::Good }
+        if age > MEASURED { NavigationHealth::Reckoning } else { NavigationHealth::Good }
     }
 
     /// The state at `now`; `None` while there is no basis for one.
@@ -307,12 +361,14 @@ impl Navigation {
         }
         let (frame, position, (heading_at, heading_rad)) = (self.frame?, self.position?, self.heading?);
         let fresh = |at: MonoTime| now.since(at).as_secs_f64() <= self.settings.reckoning_s;
-        let yaw_rate = self.yaw_rate.filter(|(at, _)| fresh(*at)).map(|(_, rate)| rate);
-        let turned_rad = yaw_rate.unwrap_or(0.0) * now.since(heading_at).as_secs_f64();
+        let heading_age = now.since(heading_at);
+        let yaw_rate = self.yaw_rate.filter(|(at, _)| now.since(*at) <= MEASURED).map(|(_, rate)| rate);
+        // A turn that nothing measures is not believed to go on.
+        let turned_s = heading_age.min(MEASURED).as_secs_f64();
+        let turned_rad = self.yaw_rate.map_or(0.0, |(_, rate)| rate) * turned_s;
         let (north_mps, east_mps) =
             self.velocity.filter(|(at, ..)| fresh(*at)).map_or((0.0, 0.0), |(_, n, e)| (n, e));
         let offset = self.reckoned(now, position);
-        let age = now.since(position.at);
         Some(Estimate {
             place: frame.to_place(offset),
             origin: frame.origin(),
@@ -324,126 +380,12 @@ impl Navigation {
                 north_mps,
                 east_mps,
             },
-            sigma_m: position.sigma_m + self.settings.drift_mps * age.as_secs_f64(),
-            age,
+            sigma_m: self.sigma_m(now, position),
+            age: now.since(position.measured),
+            heading_age,
         })
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn at(seconds: f64) -> MonoTime {
-        MonoTime::from_micros((seconds * 1e6) as u64)
-    }
-
-    fn reading(seconds: f64, north_m: f64) -> GnssReading {
-        let frame = LocalFrame::new(LatLon::from_deg(63.33, 10.0833).unwrap());
-        let place = frame.to_place(LocalPoint { north_m, east_m: 0.0 });
-        GnssReading {
-            utc: UtcTime::from_seconds(1_700_000_000.0 + seconds),
-            fix: Some(GnssFix {
-                lat_rad: place.lat_rad(),
-                lon_rad: place.lon_rad(),
-                height_m: 40.0,
-                differential: false,
-                hdop: 0.9,
-            }),
-            satellites: 9,
-            velocity: Some((0.0, 2.0)),
-            heading_rad: Some(-0.3),
-            yaw_rate_rad_s: Some(0.1),
-        }
-    }
-
-    fn sailing() -> Navigation {
-        let mut navigation = Navigation::new(NavigationSettings::default());
-        for second in 0..10 {
-            let seconds = f64::from(second);
-            navigation.read(at(seconds), &reading(seconds, 2.0 * seconds)).unwrap();
-        }
-        navigation
-    }
-
-    #[test]
-    fn keeps_heading_and_course_apart_with_the_right_sign_of_sway() {
-        let estimate = sailing().estimate(at(9.0)).unwrap();
-        // Bow 0.3 rad to port of a course to the north: set to starboard, v > 0.
-        assert!((estimate.motion.sway_mps() - 2.0 * 0.3_f64.sin()).abs() < 1e-9);
-        assert!((estimate.motion.surge_mps() - 2.0 * 0.3_f64.cos()).abs() < 1e-9);
-        assert!((estimate.offset.north_m - 18.0).abs() < 0.01, "{estimate:?}");
-    }
-
-    #[test]
-    fn reckons_over_a_gap_with_growing_uncertainty_and_then_gives_up() {
-        let navigation = sailing();
-        let (near, far) = (navigation.estimate(at(9.0)).unwrap(), navigation.estimate(at(11.5)).unwrap());
-        assert!((far.offset.north_m - 23.0).abs() < 0.02);
-        assert!((wrap_pi(far.motion.heading_rad + 0.3 - 0.25)).abs() < 1e-9);
-        assert!(far.sigma_m > near.sigma_m + 0.9);
-        assert_eq!(navigation.health(at(11.5)), NavigationHealth::Reckoning);
-        assert_eq!(navigation.health(at(12.5)), NavigationHealth::NoHeading);
-        assert!(navigation.estimate(at(12.5)).is_none());
-        assert_eq!(navigation.health(at(14.1)), NavigationHealth::NoPosition);
-    }
-
-    #[test]
-    fn refuses_what_is_no_number_or_too_poor() {
-        let mut navigation = sailing();
-        let before = navigation.estimate(at(10.0)).unwrap();
-        let mut nan = reading(10.0, 20.0);
-        nan.heading_rad = Some(f64::NAN);
-        nan.yaw_rate_rad_s = Some(f64::INFINITY);
-        nan.velocity = Some((f64::NAN, 2.0));
-        nan.fix = nan.fix.map(|fix| GnssFix { lat_rad: f64::NAN, ..fix });
-        assert_eq!(navigation.read(at(10.0), &nan), Err(Rejection::Invalid));
-        assert_eq!(navigation.estimate(at(10.0)), Some(before));
-        let mut poor = reading(11.0, 22.0);
-        poor.fix = poor.fix.map(|fix| GnssFix { hdop: 9.0, ..fix });
-        assert_eq!(navigation.read(at(11.0), &poor), Err(Rejection::Dilution));
-        poor.fix = poor.fix.map(|fix| GnssFix { hdop: f64::NAN, ..fix });
-        assert_eq!(navigation.read(at(12.0), &poor), Err(Rejection::Stale));
-        assert_eq!(navigation.read(at(12.0), &GnssReading::default()), Err(Rejection::Invalid));
-    }
-
-    #[test]
-    fn one_outlier_is_refused_and_three_that_agree_are_believed() {
-        let mut navigation = sailing();
-        assert_eq!(navigation.read(at(10.0), &reading(10.0, 520.0)), Err(Rejection::Jump));
-        navigation.read(at(11.0), &reading(11.0, 22.0)).unwrap();
-        assert_eq!(navigation.jumps(), 0);
-        for (seconds, north_m) in [(12.0, 524.0), (13.0, 526.0)] {
-            assert_eq!(navigation.read(at(seconds), &reading(seconds, north_m)), Err(Rejection::Jump));
-            assert!(navigation.estimate(at(seconds)).unwrap().offset.north_m < 30.0);
-        }
-        navigation.read(at(14.0), &reading(14.0, 528.0)).unwrap();
-        assert!((navigation.estimate(at(14.0)).unwrap().offset.north_m - 528.0).abs() < 0.1);
-        assert_eq!(navigation.jumps(), 1);
-    }
-
-    #[test]
-    fn takes_another_reference_far_away_without_moving_the_vessel() {
-        let mut navigation = Navigation::new(NavigationSettings::default());
-        for second in 0..600 {
-            let seconds = f64::from(second);
-            navigation.read(at(seconds), &reading(seconds, 2.0 * seconds)).unwrap();
-        }
-        let estimate = navigation.estimate(at(599.0)).unwrap();
-        assert!(estimate.offset.north_m < 250.0);
-        let frame = LocalFrame::new(LatLon::from_deg(63.33, 10.0833).unwrap());
-        assert!((frame.to_local(estimate.place).north_m - 1198.0).abs() < 1.0);
-    }
-
-    #[test]
-    fn a_repeated_epoch_is_stale() {
-        let mut navigation = sailing();
-        assert_eq!(navigation.read(at(9.5), &reading(9.0, 18.0)), Err(Rejection::Stale));
-        // Nor does a receiver that hangs keep its heading alive.
-        for tenth in 0..50 {
-            let now = at(10.0 + 0.1 * f64::from(tenth));
-            assert_eq!(navigation.read(now, &reading(9.0, 18.0)), Err(Rejection::Stale));
-        }
-        assert_eq!(navigation.health(at(13.5)), NavigationHealth::NoHeading);
-    }
-}
+mod tests;

@@ -41,6 +41,8 @@ pub enum Keep {
     Plans(Effect),
     /// Values of parameters of an entity: its label, then names and values.
     Parameters(String, Vec<(String, String)>),
+    /// What is under way, as a packet; nothing at rest. The next start finds it in [`mission::Kept`].
+    UnderWay(Option<Vec<u8>>),
 }
 
 /// How much a line matters.

@@ -8,12 +8,14 @@
 //! What keeps the vessel safe (speed limit, battery levels, gates of the navigation) is
 //! [file-only](Access::FileOnly): anybody who can send a packet can change a parameter, nobody can send a file.
 
+mod voyage;
+
 use crate::entity::Entity;
 use crate::settings::Settings;
 use charts::depth_index::ChartTrust;
 use config::schema::{
     common, control as loops, control::course_speed, control::course_speed_force, control::remote, general,
-    mission::maneuver, mission::navigation as gnss, path, path::ilos, path::vector_field, transport, watch,
+    mission::maneuver, path, path::ilos, path::vector_field, transport, watch,
 };
 use config::{ParamSpec, SectionSpec};
 use control::{CourseTracking, Drive, FeedForward, Law, PidConfig, SpeedTable};
@@ -93,7 +95,6 @@ const PATHS: Homes = &[&ilos::ILOS, &path::PURE_PURSUIT, &vector_field::VECTOR_F
 const ILOS: Homes = &[&ilos::ILOS];
 const CORRIDORS: Homes = &[&ilos::ILOS, &vector_field::VECTOR_FIELD];
 const GENERAL: Homes = &[&general::GENERAL];
-const NAVIGATION: Homes = &[&gnss::NAVIGATION];
 const FUEL: Homes = &[&watch::fuel::FUEL];
 const LIMITS: Homes = &[&watch::limits::LIMITS];
 const GROUNDING: Homes = &[&watch::grounding::GROUNDING];
@@ -107,7 +108,16 @@ const FOLLOW_REFERENCE: Homes = &[&maneuver::FOLLOW_REFERENCE];
 
 /// All parameters.
 pub fn all() -> Vec<Parameter> {
-    [control_loops(), path_control(), navigation(), watching(), grounding(), maneuvers()].concat()
+    [
+        control_loops(),
+        path_control(),
+        voyage::navigation(),
+        voyage::engine(),
+        watching(),
+        grounding(),
+        maneuvers(),
+    ]
+    .concat()
 }
 
 /// Takes what a vessel told of a part's parameters into settings that stand for it, and answers the names of those that
@@ -217,16 +227,6 @@ fn path_control() -> Vec<Parameter> {
         of(PATHS, path::ETA_MINIMUM_SPEED.spec, |s| Some(&mut s.path.eta_min_speed_mps), 1.0),
         of(PATHS, path::NEW_REFERENCE_TIMEOUT.spec, |s| Some(&mut s.path.new_path_timeout_s), 1.0),
         of(PATHS, path::JUMP_THRESHOLD.spec, |s| Some(&mut s.path.jump.threshold_m), 1.0),
-    ]
-}
-
-fn navigation() -> Vec<Parameter> {
-    let of = |spec, at| Parameter::new(Entity::Navigation, NAVIGATION, spec, Place::Number(at, 1.0));
-    vec![
-        of(gnss::MAXIMUM_HDOP.spec, |s| Some(&mut s.navigation.max_hdop)).file_only(),
-        of(gnss::DEAD_RECKONING.spec, |s| Some(&mut s.navigation.reckoning_s)).file_only(),
-        of(gnss::JUMP_SPEED.spec, |s| Some(&mut s.navigation.jump_speed_mps)).file_only(),
-        of(gnss::ORIGIN_DISTANCE.spec, |s| Some(&mut s.navigation.origin_distance_m)),
     ]
 }
 

@@ -8,10 +8,12 @@
 use crate::authority::{Authority, Owner};
 use crate::bus::Bus;
 use crate::entity::Entity;
+pub(crate) use crate::gate::Gate;
 use crate::navigation::Estimate;
 use crate::output::{Level, Output};
 use crate::path_wire::{desired_path, desired_speed, path_state};
 use crate::settings::Settings;
+use crate::stray::Stray;
 use control::{
     CourseSpeed, Fix, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStatus, PathTracker,
     Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, YawTarget,
@@ -38,53 +40,6 @@ pub(crate) enum Drive {
     Path,
     /// An operator: the system with this address, or anyone.
     Remote(Option<u16>),
-}
-
-/// What manual control may not do, by the sea chart.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Gate {
-    /// Thrust ahead is blocked.
-    pub(crate) ahead: bool,
-    /// Thrust astern is blocked.
-    pub(crate) astern: bool,
-    /// Speed over ground in the direction of the bow (m/s), to brake against.
-    pub(crate) surge_mps: f64,
-}
-
-/// Actuation that brakes for each m/s of way towards danger, and at most.
-const BRAKE_PER_MPS: f64 = 0.5;
-const MOST_BRAKE: f64 = 0.4;
-/// Slower way is not braked (m/s).
-const LEAST_BRAKED_MPS: f64 = 0.05;
-
-impl Gate {
-    /// The motors without thrust towards danger; turning is let through, and way towards danger is braked.
-    fn pass(&self, motors: MotorPair) -> MotorPair {
-        let (thrust, turn) =
-            (f64::midpoint(motors.port, motors.starboard), (motors.port - motors.starboard) / 2.0);
-        let brake = (BRAKE_PER_MPS * self.surge_mps.abs()).min(MOST_BRAKE);
-        let brakes = self.surge_mps.abs() > LEAST_BRAKED_MPS;
-        let thrust = match (self.ahead, self.astern) {
-            (true, true) => 0.0,
-            (true, false) if thrust >= 0.0 => {
-                if brakes && self.surge_mps > 0.0 {
-                    -brake
-                } else {
-                    0.0
-                }
-            }
-            (false, true) if thrust <= 0.0 => {
-                if brakes && self.surge_mps < 0.0 {
-                    brake
-                } else {
-                    0.0
-                }
-            }
-            _ => return motors,
-        };
-        let pair = |turn: f64| (thrust + turn).clamp(-1.0, 1.0);
-        MotorPair { port: pair(turn), starboard: pair(-turn) }
-    }
 }
 
 /// What happened while steering.
@@ -120,6 +75,11 @@ pub(crate) struct Pilot {
     fault: Option<PathFault>,
     gate: Gate,
     most_mps: Option<f64>,
+    /// Greatest speed while the position is only reckoned (m/s).
+    reckoning_mps: f64,
+    /// The vessel does not know where it is: the path waits.
+    waits: bool,
+    stray: Stray,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -152,12 +112,17 @@ impl Pilot {
             fault: None,
             gate: Gate::default(),
             most_mps: None,
+            reckoning_mps: settings.navigation.reckoning_mps,
+            waits: false,
+            stray: Stray::new(settings),
         })
     }
 
     /// Other parameters, from here on.
     pub(crate) fn reconfigure(&mut self, settings: &Settings) -> Result<(), control::InvalidConfig> {
         self.path_report = settings.path_report;
+        self.reckoning_mps = settings.navigation.reckoning_mps;
+        self.stray.reconfigure(settings);
         self.tracker.reconfigure(settings.path)?;
         self.guidance.reconfigure(settings.guidance)?;
         self.control.reconfigure(settings.control)?;
@@ -190,6 +155,19 @@ impl Pilot {
     /// What is wrong with the path under way.
     pub(crate) fn fault(&self) -> Option<PathFault> {
         self.fault
+    }
+
+    /// How long the vessel may still steer back to a track that it was too far from.
+    pub(crate) fn strays_until(&self) -> Option<MonoTime> {
+        self.stray.until()
+    }
+
+    /// Lets the path wait, motors stopped, or go on.
+    pub(crate) fn wait(&mut self, waits: bool) {
+        if self.waits && !waits {
+            self.tracker.watch_anew();
+        }
+        self.waits = waits;
     }
 
     /// Whether an operator's messages come.
@@ -243,6 +221,7 @@ impl Pilot {
             failed: false,
         });
         self.fault = None;
+        self.stray.forget();
         self.speed = Some(speed);
         bus.send(Entity::Maneuver, &desired_path(command, &status, speed));
         bus.send(Entity::Path, &DesiredZ { value: 0.0, z_units: ZUnits::Depth });
@@ -284,6 +263,7 @@ impl Pilot {
         self.held = None;
         self.speed = None;
         self.fault = None;
+        self.stray.forget();
         self.drive = drive;
         self.loops_off(bus);
         match drive {
@@ -364,6 +344,9 @@ impl Pilot {
     }
 
     fn steer_path(&mut self, bus: &mut Bus, estimate: &Estimate) {
+        if self.waits {
+            return;
+        }
         let now = bus.mono();
         let Some(mut following) = self.following else { return };
         let Ok(status) = self.tracker.update(now, &fix_of(estimate), false) else { return };
@@ -377,13 +360,17 @@ impl Pilot {
             following.heading_sent = Some(steering.course_rad);
             bus.send(Entity::Path, &DesiredHeading { value: steering.course_rad });
         }
-        let yaw =
-            YawTarget::Course { course_rad: steering.course_rad, turn_rate_rad_s: steering.turn_rate_rad_s };
-        let speed = self.limited(self.speed, estimate.motion.speed_over_ground_mps());
-        let setpoint = Setpoint { yaw: Some(yaw), speed };
+        let (course_rad, turn_rate_rad_s) = (steering.course_rad, steering.turn_rate_rad_s);
+        // A heading that is only believed would be steered by for ever: straight on is the better guess.
+        let yaw = (!estimate.is_heading_old()).then_some(YawTarget::Course { course_rad, turn_rate_rad_s });
+        let speed = self.limited(self.speed, estimate);
+        let setpoint = Setpoint { yaw, speed };
         self.hold(bus, estimate, &setpoint, Owner::Autopilot);
-        self.fault = status.fault;
-        if let Some(fault) = status.fault.filter(|_| !following.failed) {
+        self.fault = self.stray.judge(bus, &status);
+        if status.fault.is_some() && self.fault.is_none() {
+            self.tracker.watch_anew();
+        }
+        if let Some(fault) = self.fault.filter(|_| !following.failed) {
             following.failed = true;
             self.events
                 .push_back(PilotEvent::Failed { path_ref: following.path_ref, reason: fault.to_string() });
@@ -392,9 +379,13 @@ impl Pilot {
         self.events.push_back(PilotEvent::Path(status));
     }
 
-    /// A speed under the guard's limit. What is no speed in m/s is replaced while the vessel is faster.
-    fn limited(&self, speed: Option<SpeedTarget>, made_mps: f64) -> Option<SpeedTarget> {
-        let (Some(most_mps), Some(speed)) = (self.most_mps, speed) else { return speed };
+    /// A speed under the limits of the guard and of a position that is only reckoned. What is no speed in m/s is
+    /// replaced while the vessel is faster.
+    fn limited(&self, speed: Option<SpeedTarget>, estimate: &Estimate) -> Option<SpeedTarget> {
+        let reckoning_mps = estimate.is_reckoned().then_some(self.reckoning_mps);
+        let most_mps = [self.most_mps, reckoning_mps].into_iter().flatten().min_by(f64::total_cmp);
+        let (Some(most_mps), Some(speed)) = (most_mps, speed) else { return speed };
+        let made_mps = estimate.motion.speed_over_ground_mps();
         Some(match speed {
             SpeedTarget::MetresPerSecond(mps) => SpeedTarget::MetresPerSecond(mps.min(most_mps)),
             SpeedTarget::Rpm(_) | SpeedTarget::Percent(_) if made_mps > most_mps => {

@@ -163,17 +163,20 @@ impl Sensors {
             NavigationHealth::Good => (Condition::Normal, "active".to_owned()),
             NavigationHealth::Reckoning => {
                 let most_s = navigation.settings().reckoning_s;
-                (
-                    Condition::Normal,
-                    format!("no position; reckoning on, nobody steers after {most_s:.0} s of it"),
-                )
+                let sigma_m = navigation.settings().most_sigma_m;
+                let text = format!(
+                    "no position; reckoning on, slowly, for {most_s:.0} s or until it is uncertain by {sigma_m:.0} m"
+                );
+                (Condition::Normal, text)
             }
-            NavigationHealth::NoPosition => {
-                (Condition::Error, "waiting for GPS fix; nobody steers until then".to_owned())
-            }
-            NavigationHealth::NoHeading => {
-                (Condition::Error, "no heading; nobody steers until there is one".to_owned())
-            }
+            NavigationHealth::NoPosition => (
+                Condition::Error,
+                "no position: the motors stop and a plan waits until there is one".to_owned(),
+            ),
+            NavigationHealth::NoHeading => (
+                Condition::Error,
+                "no heading: the motors stop and a plan waits until there is one".to_owned(),
+            ),
         };
         if self.navigation.replace(health) != Some(health) && condition == Condition::Error {
             bus.entry(Entity::Navigation, Level::Error, text.clone());

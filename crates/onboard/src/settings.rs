@@ -127,6 +127,46 @@ pub struct MissionSettings {
     pub hold_radius_m: f64,
     /// Speed while holding (m/s).
     pub hold_speed_mps: f64,
+    /// How long a vessel that is too far from its track steers back before its plan fails; zero fails at once.
+    pub track_recovery: Duration,
+    /// What to do when the program starts anew after it ended under way.
+    pub restart: RestartSettings,
+    /// Whether the vessel holds its station after a plan that failed under way, rather than drift.
+    pub holds_after_failure: bool,
+}
+
+/// The program starts anew after it ended under way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RestartSettings {
+    /// What to do.
+    pub action: AfterRestart,
+    /// How long the vessel holds before a plan resumes.
+    pub countdown: Duration,
+    /// What was under way longer ago is only told.
+    pub memory: Duration,
+}
+
+/// What a vessel does that was under way when the program ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum AfterRestart {
+    /// Hold its station.
+    Hold,
+    /// Hold its station, and resume the plan after a count-down that an operator can stop.
+    Resume,
+    /// Run the plan of this name.
+    Return(String),
+    /// Drift; the supervisors watch it.
+    Drift,
+}
+
+impl Default for RestartSettings {
+    fn default() -> Self {
+        Self {
+            action: AfterRestart::Hold,
+            countdown: Duration::from_secs(30),
+            memory: Duration::from_mins(10),
+        }
+    }
 }
 
 impl Default for NodeSettings {
@@ -190,6 +230,9 @@ impl Default for MissionSettings {
             capacity_wh: 3660.0,
             hold_radius_m: 15.0,
             hold_speed_mps: 1.0,
+            track_recovery: Duration::from_mins(2),
+            restart: RestartSettings::default(),
+            holds_after_failure: true,
         }
     }
 }

@@ -5,31 +5,36 @@
 //! they ask, and remedies become plans that the engine runs. Each says in its entity's state what it does,
 //! what it will do next, and when.
 
+mod battery;
+mod desk;
 mod grounding;
+mod restart;
+
+pub(crate) use desk::Desk;
 
 use crate::arbiter::{Arbiter, Picture, Source, Standing};
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::grounding::{DEEP_WATER, Exempted, Grounding, GroundingSettings};
-use crate::navigation::Estimate;
+use crate::grounding::{Exempted, Grounding};
 use crate::output::Level;
-use crate::pilot::{Drive, Pilot};
-use crate::plans::Plans;
+use crate::pilot::Drive;
+use crate::plans::{Failed, Plans};
 use crate::sensors::Sensors;
 use crate::settings::{Settings, WatchSettings};
-use crate::states::{Condition, States};
-use imc::messages::{FuelLevel, Message, SpeedUnits, StationKeeping, ZUnits};
+use crate::states::Condition;
+use desk::Started;
 use mission::{
     Activity, BatteryOutput, BatteryReserve, BatteryStage, LastOutcome, LimitsConfig, LimitsOutput,
     LostComms, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
 };
+pub(crate) use restart::Restart;
 use std::time::Duration;
-use units::{LatLon, MonoTime};
+use units::MonoTime;
 
-/// Name of the plan that keeps the vessel where it is.
-const HOLD_PLAN: &str = "hold";
-const FUEL_REPORT: Duration = Duration::from_secs(10);
-const REASON_KEPT: Duration = Duration::from_secs(2);
+/// A console that was heard so lately is in contact: heartbeats come once a second.
+const QUIET: Duration = Duration::from_secs(10);
+/// A remedy that is not possible is told of again after this time.
+const OBSTACLE_TOLD: Duration = Duration::from_mins(1);
 
 /// The supervisors.
 #[derive(Debug)]
@@ -43,14 +48,23 @@ pub(crate) struct Supervise {
     /// An operator has set the vessel in motion and nobody has aborted since. Until then no supervisor starts
     /// the motors: the vessel may lie on its trailer or at the quay.
     under_way: bool,
-    heard: bool,
+    /// It is told that nobody is heard.
+    silence_told: bool,
     /// What stands in the way of a remedy, as told last.
     obstacle: Option<String>,
+    /// How the remedy of a run is carried out, where there is more to say than its name.
+    how: Option<(RunId, String)>,
+    /// The plan that failed, for which the vessel holds its station.
+    failure: Option<String>,
+    pub(crate) restart: Restart,
+    /// The position is not known.
+    blind: bool,
+    next_told: MonoTime,
     next_fuel: MonoTime,
 }
 
 impl Supervise {
-    pub(crate) fn new(settings: &Settings, now: MonoTime) -> Self {
+    pub(crate) fn new(settings: &Settings, now: MonoTime, restart: Restart) -> Self {
         Self {
             lost_comms: LostComms::new(now, settings.watch.lost_comms.clone()),
             battery: BatteryReserve::new(settings.watch.battery.clone()),
@@ -59,8 +73,13 @@ impl Supervise {
             arbiter: Arbiter::default(),
             config: settings.watch.clone(),
             under_way: false,
-            heard: false,
+            silence_told: false,
             obstacle: None,
+            how: None,
+            failure: None,
+            restart,
+            blind: false,
+            next_told: now,
             next_fuel: now,
         }
     }
@@ -75,14 +94,18 @@ impl Supervise {
     /// Somebody aborted: the motors stay still until an operator starts something again.
     pub(crate) fn aborted(&mut self) {
         self.under_way = false;
-        self.grounding.stepped_in();
-        self.arbiter.stepped_in();
+        self.stepped_in();
     }
 
     /// An operator started or stopped something: what was asked before is settled.
     pub(crate) fn stepped_in(&mut self) {
         self.grounding.stepped_in();
         self.arbiter.stepped_in();
+        for source in [Source::Failure, Source::Restart] {
+            self.arbiter.withdraw(source);
+        }
+        self.failure = None;
+        self.restart.forget();
     }
 
     /// Somebody else commands from ashore; whether an exemption of the one before ends by that.
@@ -92,8 +115,21 @@ impl Supervise {
 
     /// A console was heard.
     pub(crate) fn contact(&mut self, now: MonoTime) {
-        self.heard = true;
         self.lost_comms.handle_input(now, LostCommsInput::Contact);
+    }
+
+    /// Whether an operator has set the vessel in motion and nobody has aborted since.
+    pub(crate) fn is_under_way(&self) -> bool {
+        self.under_way
+    }
+
+    /// The plan of the remedy that waits for what it needs, such as a position: the vessel drifts, but not on purpose.
+    pub(crate) fn waiting_plan(&self, plans: &Plans, holds_after_failure: bool) -> Option<String> {
+        let holds = || (holds_after_failure && plans.has_failed()).then_some(Remedy::Hold);
+        match self.arbiter.wanted().or_else(holds)? {
+            Remedy::Run { plan_id } => Some(plan_id),
+            Remedy::Hold | Remedy::Stop => Some(desk::HOLD_PLAN.to_owned()),
+        }
     }
 
     /// The run of a remedy, if one runs.
@@ -109,6 +145,7 @@ impl Supervise {
     pub(crate) fn watch(&mut self, desk: &mut Desk<'_>, sensors: &Sensors) {
         let now = desk.bus.mono();
         let activity = self.activity(desk);
+        self.blind = desk.estimate.is_none();
         self.lost_comms.handle_input(now, LostCommsInput::Activity(activity));
         if let Some(percent) = sensors.charge_percent() {
             self.battery.handle_charge(now, percent / 100.0);
@@ -119,6 +156,8 @@ impl Supervise {
         if let Some(estimate) = desk.estimate {
             self.limits.handle_fix(now, &estimate.fix());
         }
+        self.look_at_restart(desk);
+        self.look_at_failures(desk);
         self.drain(desk);
         self.carry_out(desk);
         self.tell(desk);
@@ -149,8 +188,23 @@ impl Supervise {
         activity
     }
 
+    /// A plan that failed under way leaves no vessel adrift, unless that is what the files say.
+    fn look_at_failures(&mut self, desk: &mut Desk<'_>) {
+        let Some(Failed { plan_id, why }) = desk.plans.take_failed() else { return };
+        if self.under_way && desk.holds_after_failure {
+            self.failure = Some(format!("'{plan_id}' failed: {why}"));
+            self.arbiter.ask(desk.bus.mono(), Source::Failure, Remedy::Hold);
+        }
+    }
+
     fn drain(&mut self, desk: &mut Desk<'_>) {
         let now = desk.bus.mono();
+        let is_silent = self.lost_comms.is_silent(now);
+        if is_silent && !self.silence_told && !self.lost_comms.is_lost() {
+            let text = "no console is heard: carries on, as the files have it for what it does";
+            desk.bus.entry(Entity::LostComms, Level::Warning, text);
+        }
+        self.silence_told = is_silent;
         while let Some(output) = self.lost_comms.poll_output() {
             match output {
                 LostCommsOutput::Regained => {
@@ -209,20 +263,37 @@ impl Supervise {
             if remedy != wanted && self.arbiter.carries(&remedy) {
                 break;
             }
-            match desk.start(&remedy) {
-                Ok(Some(run)) => self.arbiter.began(run, source, remedy),
-                Ok(None) => {}
+            match desk.start(&remedy, source != Source::Failure) {
+                Ok(Started { run: Some(run), how }) => {
+                    if let Some(how) = &how {
+                        let level = if how.is_doubtful { Level::Error } else { Level::Warning };
+                        desk.bus.entry(entity_of(source), level, format!("{wanted}: {}", how.text));
+                    }
+                    self.how = how.map(|how| (run, how.text));
+                    self.arbiter.began(run, source, remedy);
+                }
+                Ok(Started { run: None, .. }) => {}
                 Err(reason) => {
-                    obstacle.get_or_insert(reason);
+                    obstacle = Some(match obstacle {
+                        None => reason,
+                        Some(before) => format!("{before}; nor is '{remedy}': {reason}"),
+                    });
                     continue;
                 }
             }
             break;
         }
-        if obstacle != self.obstacle
-            && let Some(reason) = &obstacle
+        let now = desk.bus.mono();
+        if let Some(reason) = &obstacle
+            && (self.obstacle.as_ref() != Some(reason) || now >= self.next_told)
         {
-            let text = format!("'{wanted}' is not possible: {reason}; it is tried again and again");
+            self.next_told = now + OBSTACLE_TOLD;
+            let instead = match desk.plans.plan_state().run {
+                Some(_) => "another plan runs meanwhile",
+                None => "the vessel drifts with its motors stopped until then",
+            };
+            let text =
+                format!("'{wanted}' is not possible: {reason}; it is tried again and again; {instead}");
             desk.bus.entry(entity_of(source), Level::Error, text);
         }
         self.obstacle = obstacle;
@@ -232,9 +303,25 @@ impl Supervise {
     fn standing(&self, bus: &Bus, source: Source) -> Option<String> {
         let (remedy, standing) = self.arbiter.standing(source)?;
         Some(match (standing, &self.obstacle) {
-            (Standing::Holds, _) => format!("{remedy}: in force"),
+            (Standing::Holds, _) if self.blind && *remedy != Remedy::Stop => {
+                format!("{remedy}: waits for a position with the motors stopped")
+            }
+            (Standing::Holds, _) => {
+                let how = self.how.as_ref().filter(|(run, _)| self.arbiter.run() == Some(*run));
+                match how {
+                    Some((_, how)) => format!("{remedy}: in force; {how}"),
+                    None => format!("{remedy}: in force"),
+                }
+            }
             (Standing::Waits(at), Some(why)) => {
-                format!("{remedy}: not possible ({why}); next try at {}", clock_text(bus, at))
+                let meanwhile = match self.arbiter.remedy() {
+                    Some(_) if self.blind => {
+                        "waits for a position with the motors stopped, meanwhile".to_owned()
+                    }
+                    Some(running) => format!("{running} meanwhile"),
+                    None => "adrift with the motors stopped meanwhile".to_owned(),
+                };
+                format!("{remedy}: not possible ({why}); {meanwhile}; next try at {}", clock_text(bus, at))
             }
             (Standing::Waits(at), None) => format!("{remedy}: next try at {}", clock_text(bus, at)),
             (Standing::AtRest, _) => {
@@ -253,12 +340,35 @@ impl Supervise {
                 self.standing(desk.bus, Source::LostComms).unwrap_or_else(|| "nothing asked".to_owned());
             let next = outlook.unwrap_or_else(|| "nothing further".to_owned());
             (Condition::Fault, format!("no console is heard; {now}; next: {next}"))
-        } else if self.heard {
-            (Condition::Normal, format!("in contact; without: {next}"))
+        } else if let Some(silence) = self.lost_comms.silence(desk.bus.mono()) {
+            let heard = self.lost_comms.has_heard();
+            let silent = || {
+                let span = span_text(silence);
+                if heard {
+                    format!("not heard for {span}")
+                } else {
+                    format!("none was heard since the start {span} ago")
+                }
+            };
+            if self.lost_comms.is_silent(desk.bus.mono()) {
+                (Condition::Fault, format!("no console is heard, {}; next: {next}", silent()))
+            } else if silence >= QUIET || !heard {
+                (Condition::Normal, format!("{}; without: {next}", silent()))
+            } else {
+                (Condition::Normal, format!("in contact; without: {next}"))
+            }
         } else {
             (Condition::Normal, "no console was ever heard; acts once one was".to_owned())
         };
         desk.states.set(desk.bus, Entity::LostComms, condition, text);
+        let (condition, text) = match (&self.failure, self.standing(desk.bus, Source::Failure)) {
+            (Some(failure), Some(standing)) => (Condition::Fault, format!("{failure}; {standing}")),
+            _ => match self.restart_text(desk.bus) {
+                Some(text) => (Condition::Fault, text),
+                None => (Condition::Normal, "active".to_owned()),
+            },
+        };
+        desk.states.set(desk.bus, Entity::PlanEngine, condition, text);
         self.tell_limits(desk);
         self.tell_grounding(desk);
     }
@@ -288,49 +398,6 @@ impl Supervise {
         };
         desk.states.set(desk.bus, Entity::Limits, condition, text);
     }
-
-    fn tell_battery(&mut self, desk: &mut Desk<'_>, sensors: &Sensors) {
-        let silent = sensors.silent_batteries();
-        let Some(percent) = sensors.charge_percent() else {
-            let (condition, text) = if silent.is_empty() {
-                (Condition::Normal, "no battery reports; nothing is watched until one does".to_owned())
-            } else {
-                let text = format!("{} no longer reports; what was last asked stays", silent.join(", "));
-                (Condition::Fault, text)
-            };
-            desk.states.set(desk.bus, Entity::Fuel, condition, text);
-            return;
-        };
-        let (power_w, used_wh) = sensors.power_w();
-        let left_wh = desk.capacity_wh * percent / 100.0;
-        let hours = (power_w > 1.0).then(|| left_wh / power_w);
-        let next = match (self.battery.outlook(), self.battery.next_warning()) {
-            (Some(outlook), _) => outlook_text(desk.bus, &outlook),
-            (None, Some((charge, at))) => {
-                let at = at.map_or_else(String::new, |at| format!(" at {}", clock_text(desk.bus, at)));
-                format!("a warning below {:.0} %{at}", 100.0 * charge)
-            }
-            (None, None) => "nothing further".to_owned(),
-        };
-        let mut parts = vec![format!("{percent:.0} %, {power_w:.0} W, {used_wh:.0} Wh used")];
-        if !silent.is_empty() {
-            parts.push(format!("{} does not report", silent.join(", ")));
-        }
-        parts.extend(self.standing(desk.bus, Source::Battery));
-        parts.push(format!("next: {next}"));
-        let condition = match self.battery.stage() {
-            BatteryStage::Normal if silent.is_empty() => Condition::Normal,
-            BatteryStage::Normal | BatteryStage::Low => Condition::Fault,
-            BatteryStage::Reserve | BatteryStage::Critical => Condition::Error,
-        };
-        desk.states.set(desk.bus, Entity::Fuel, condition, parts.join("; "));
-        if desk.bus.mono() >= self.next_fuel {
-            self.next_fuel = desk.bus.mono() + FUEL_REPORT;
-            let opmodes = hours.map_or_else(String::new, |hours| format!("Present={hours:.1}"));
-            let level = FuelLevel { value: percent as f32, confidence: 100.0, opmodes: opmodes.into() };
-            desk.bus.send(Entity::Fuel, &level);
-        }
-    }
 }
 
 /// A remedy and what stands in for it where it is not possible, in this order.
@@ -344,72 +411,11 @@ fn stand_ins(remedy: &Remedy) -> Vec<Remedy> {
 
 fn entity_of(source: Source) -> Entity {
     match source {
+        Source::Failure | Source::Restart => Entity::PlanEngine,
         Source::LostComms => Entity::LostComms,
         Source::Battery => Entity::Fuel,
         Source::Limits => Entity::Limits,
         Source::Grounding => Entity::Grounding,
-    }
-}
-
-/// What the supervisors work with.
-pub(crate) struct Desk<'a> {
-    pub(crate) bus: &'a mut Bus,
-    pub(crate) states: &'a mut States,
-    pub(crate) plans: &'a mut Plans,
-    pub(crate) pilot: &'a mut Pilot,
-    pub(crate) estimate: Option<&'a Estimate>,
-    pub(crate) hold_radius_m: f64,
-    pub(crate) hold_speed_mps: f64,
-    pub(crate) capacity_wh: f64,
-    pub(crate) grounding: &'a GroundingSettings,
-}
-
-impl Desk<'_> {
-    /// Carries a remedy out; answers its run, none where it needs none, or why it is not possible now.
-    fn start(&mut self, remedy: &Remedy) -> Result<Option<RunId>, String> {
-        let (plan_id, maneuver) = match remedy {
-            Remedy::Stop => {
-                self.plans.stop_own(self.bus, self.pilot);
-                return Ok(None);
-            }
-            Remedy::Run { plan_id } if plan_id == DEEP_WATER => (
-                DEEP_WATER,
-                Some(self.deep_water().ok_or("no deep water is known that a straight way leads to")?),
-            ),
-            Remedy::Run { plan_id } if self.plans.has(plan_id) => (plan_id.as_str(), None),
-            Remedy::Run { plan_id } => return Err(format!("there is no plan '{plan_id}'")),
-            Remedy::Hold => (HOLD_PLAN, Some(self.hold().ok_or("the position is not known")?)),
-        };
-        let before = self.plans.plan_state().run;
-        self.plans.start_own(self.bus, self.pilot, plan_id, maneuver);
-        let run = self.plans.plan_state().run.filter(|run| Some(*run) != before);
-        run.map(Some).ok_or_else(|| "the plan engine refuses".to_owned())
-    }
-
-    /// Keeping station where the vessel is.
-    fn hold(&self) -> Option<Message> {
-        let estimate = self.estimate.filter(|estimate| estimate.age < REASON_KEPT)?;
-        Some(self.station(estimate.place, self.hold_radius_m))
-    }
-
-    /// Keeping station where it is deep.
-    fn deep_water(&self) -> Option<Message> {
-        let estimate = self.estimate.filter(|estimate| estimate.age < REASON_KEPT)?;
-        let refuge = Grounding::refuge(self.grounding, estimate, self.hold_radius_m)?;
-        Some(self.station(refuge.place, refuge.radius_m))
-    }
-
-    fn station(&self, place: LatLon, radius_m: f64) -> Message {
-        let station = StationKeeping {
-            lat: place.lat_rad(),
-            lon: place.lon_rad(),
-            z_units: ZUnits::Depth,
-            radius: radius_m as f32,
-            speed: self.hold_speed_mps as f32,
-            speed_units: SpeedUnits::MetersPs,
-            ..StationKeeping::default()
-        };
-        station.into()
     }
 }
 
@@ -424,6 +430,14 @@ fn clock_text(bus: &Bus, at: MonoTime) -> String {
     // Deadlines lie within days.
     let utc = units::UtcTime::from_micros(bus.utc().micros().saturating_add(left.as_micros() as i64)).civil();
     format!("{:02}:{:02}:{:02} UTC", utc.hour, utc.minute, utc.second)
+}
+
+/// A span in seconds, or from two minutes on in minutes.
+fn span_text(span: Duration) -> String {
+    match span.as_secs() {
+        seconds @ 0..120 => format!("{seconds} s"),
+        seconds => format!("{} min", seconds / 60),
+    }
 }
 
 fn passed_text(violation: Violation) -> &'static str {

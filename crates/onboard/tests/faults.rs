@@ -22,8 +22,13 @@ fn stopped(sea: &Sea) -> bool {
     sea.motors.last().is_some_and(|(_, motors)| *motors == MotorPair::STOPPED)
 }
 
+/// The parts in error, as the vessel tells them.
+fn errors(sea: &Sea) -> String {
+    sea.last::<VehicleState>().unwrap_or_default().error_ents.to_string()
+}
+
 #[test]
-fn a_silent_compass_is_bridged_for_seconds_and_then_stops_the_vessel() {
+fn a_silent_compass_is_bridged_for_seconds_and_then_lets_the_plan_wait() {
     let mut sea = under_way();
     sea.world.vessel.faults_mut().gnss_silent = true;
     sea.run(2.0);
@@ -33,11 +38,11 @@ fn a_silent_compass_is_bridged_for_seconds_and_then_stops_the_vessel() {
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
     sea.world.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(6.5, stopped), "nobody steers without a position");
-    assert!(sea.run_until(3.0, |sea| sea.mode() == VehicleStateOpMode::Error));
-    assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Failure);
+    assert!(sea.run_until(3.0, |sea| errors(sea).contains("Navigation")), "{}", errors(&sea));
+    assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
     sea.world.vessel.faults_mut().gnss_silent = false;
-    assert!(sea.run_until(10.0, |sea| sea.mode() == VehicleStateOpMode::Service));
-    assert!(stopped(&sea), "it waits for orders");
+    assert!(sea.run_until(10.0, |sea| !stopped(sea)), "it goes on by itself");
+    assert_eq!(sea.plan_state().plan_id, "far");
 }
 
 #[test]
@@ -65,7 +70,7 @@ fn what_is_no_number_never_reaches_a_motor() {
     assert!(sea.motors.iter().all(|(_, m)| m.port.abs() <= 1.0 && m.starboard.abs() <= 1.0));
     assert!(stopped(&sea), "without a heading nobody steers");
     assert!(sea.all::<EstimatedState>().iter().all(|(_, state)| state.psi.is_finite()));
-    assert_eq!(sea.mode(), VehicleStateOpMode::Error);
+    assert!(errors(&sea).contains("Navigation"), "{}", errors(&sea));
     let nonsense = GnssReading { velocity: Some((f64::NAN, f64::INFINITY)), ..GnssReading::default() };
     sea.tell(Input::Gnss(nonsense));
 }
@@ -133,7 +138,7 @@ fn a_flood_of_packets_does_not_fill_the_log_and_commands_in_it_still_act() {
 }
 
 #[test]
-fn after_a_hang_the_motors_stop_and_the_plan_is_over() {
+fn after_a_hang_the_motors_stop_and_then_the_vessel_holds_its_station() {
     let mut sea = under_way();
     // The computer hangs for three seconds, longer than motors and compass may be silent.
     sea.world.vessel.step(std::time::Duration::from_secs(3));
@@ -141,9 +146,8 @@ fn after_a_hang_the_motors_stop_and_the_plan_is_over() {
     sea.tell(Input::Timer);
     assert_eq!(sea.motors.first().unwrap().1, MotorPair::STOPPED);
     sea.run(5.0);
-    assert!(stopped(&sea));
     assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Failure);
-    assert_eq!(sea.mode(), VehicleStateOpMode::Service, "ready for orders");
+    assert_eq!(sea.plan_state().plan_id, "hold", "it is no more adrift than before");
 }
 
 #[test]
@@ -207,9 +211,9 @@ fn a_vessel_that_listens_goes_on_drifting_when_its_positions_end() {
             "no fix" => faults.gnss_no_fix = true,
             _ => faults.heading_nan = true,
         }
-        assert!(sea.run_until(12.0, |sea| sea.mode() == VehicleStateOpMode::Error), "{fault}");
-        assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Failure, "{fault}");
+        assert!(sea.run_until(12.0, |sea| errors(sea).contains("Navigation")), "{fault}");
         sea.run(10.0);
+        assert_eq!(sea.plan_state().state, PlanControlStateState::Executing, "{fault}");
         assert!(never_moved(&sea), "{fault}");
     }
 }
@@ -219,7 +223,7 @@ fn positions_without_a_fix_stop_a_vessel_under_way() {
     let mut sea = under_way();
     sea.world.vessel.faults_mut().gnss_no_fix = true;
     assert!(sea.run_until(8.0, stopped));
-    assert!(sea.run_until(3.0, |sea| sea.mode() == VehicleStateOpMode::Error));
+    assert!(sea.run_until(3.0, |sea| errors(sea).contains("Navigation")), "{}", errors(&sea));
     assert!(sea.all::<GpsFixRejection>().iter().any(|(_, r)| r.reason == GpsFixRejectionReason::Invalid));
 }
 
@@ -291,7 +295,7 @@ fn a_clock_stepped_by_an_hour_makes_an_appointment_late_and_nothing_else() {
         sea.world.clock_error_us = step_us;
         sea.run(10.0);
         assert_eq!(sea.plan_state().last_outcome, outcome);
-        assert_eq!(sea.mode() == VehicleStateOpMode::Maneuver, step_us == 0);
+        assert_eq!(sea.plan_state().plan_id == "appointment", step_us == 0);
         assert!(stopped(&sea), "too early to start, or too late");
     }
 }

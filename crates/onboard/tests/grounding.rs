@@ -276,9 +276,9 @@ fn a_vessel_that_lies_at_its_operators_hand_does_not_creep_onto_a_shoal() {
     assert!(says(&sea, Entity::Grounding, "it lies close to danger and drifts closer: back to deep water"));
 }
 
-/// The plan is in deep water but a reference leads elsewhere: what nobody knows beforehand is watched.
+/// The plan is in deep water but a reference leads elsewhere: what nobody knows beforehand is looked at when it comes.
 #[test]
-fn a_reference_towards_land_ends_in_deep_water() {
+fn a_reference_towards_land_is_refused_before_the_vessel_sets_out() {
     let mut sea = afloat(&islet());
     let follow =
         FollowReference { control_src: 0xFFFF, control_ent: 0xFF, timeout: 60.0, ..Default::default() };
@@ -298,10 +298,14 @@ fn a_reference_towards_land_ends_in_deep_water() {
         sea.run(1.0);
         nearest_m = nearest_m.min(sea.position().distance_m(point(200.0, 0.0)));
     }
-    assert!(nearest_m > 61.2, "{nearest_m}");
-    assert!(nearest_m < 120.0, "it was sent there: {nearest_m}");
-    assert_eq!(sea.plan_state().plan_id, "deep water");
-    assert!(says(&sea, Entity::Grounding, "land (LNDARE of XX5SEA01)"));
+    assert!(nearest_m > 190.0, "it did not set out: {nearest_m}");
+    assert_eq!(sea.plan_state().plan_id, "follow", "it waits for another");
+    let told = sea.all::<LogBookEntry>();
+    let refused = told.iter().filter(|(_, entry)| {
+        let text = entry.text.to_str_lossy();
+        text.contains("a reference is refused, it waits: ") && text.contains("land")
+    });
+    assert_eq!(refused.count(), 1);
 }
 
 fn came(chart: &Chartmaker) -> Input {

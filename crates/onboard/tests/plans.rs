@@ -392,3 +392,22 @@ impl MessageListOf {
         imc::MessageList::default()
     }
 }
+
+#[test]
+fn a_start_with_a_broken_plan_leaves_the_stored_one_as_it_is() {
+    let mut sea = Sea::new().ready();
+    sea.upload(&triangle());
+    let broken = PlanSpecification { start_man_id: "nowhere".into(), ..triangle() };
+    let request = sea.ask(PlanControlOp::Start, "triangle", Some(broken.into()));
+    assert!(sea.replies(request).iter().any(|reply| reply.r#type == PlanControlType::Failure));
+    sea.ask(PlanControlOp::Start, "triangle", None);
+    sea.run(2.0);
+    assert_eq!(sea.plan_state().state, PlanControlStateState::Executing, "the stored one is whole");
+    // One that is good takes its place.
+    let other = PlanSpecification { description: "another".into(), ..triangle() };
+    sea.ask(PlanControlOp::Start, "triangle", Some(other.clone().into()));
+    let get = PlanDB { op: PlanDBOp::Get, plan_id: "triangle".into(), ..PlanDB::default() };
+    sea.send(get);
+    let stored = sea.last::<PlanDB>().unwrap().arg.of::<PlanSpecification>();
+    assert_eq!(stored, Some(other));
+}

@@ -21,7 +21,7 @@ fn lost(remedy: Remedy) -> LostCommsConfig {
         idle: ladder.clone(),
         plan: ladder.clone(),
         teleoperation: ladder,
-        before_first_contact: false,
+        ..LostCommsConfig::default()
     }
 }
 
@@ -66,14 +66,14 @@ fn a_remedy_that_a_gap_in_the_positions_prevents_is_carried_out_after_it() {
     sea.run(15.0);
     assert!(!runs(&sea, "far") && !runs(&sea, "hold"), "{:?}", sea.plan_state());
     let text = state(&sea, Entity::LostComms).1;
-    assert!(text.contains("hold station: not possible (the position is not known); next try at "), "{text}");
+    assert!(text.contains("hold station: not possible (the position is not known); adrift with the motors stopped meanwhile; next try at "), "{text}");
     sea.world.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(10.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
     sea.run(2.0);
     assert!(says(&sea, Entity::LostComms, "hold station: in force"), "{:?}", state(&sea, Entity::LostComms));
-    // The hold ends in a failure when the positions end again, and begins anew with them.
+    // The hold ends in a failure when the positions are away for too long, and begins anew with them.
     sea.world.vessel.faults_mut().gnss_silent = true;
-    assert!(sea.run_until(15.0, |sea| !runs(sea, "hold")));
+    assert!(sea.run_until(150.0, |sea| !runs(sea, "hold")));
     sea.world.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(15.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
 }
@@ -188,4 +188,23 @@ fn a_low_voltage_counts_whatever_the_charge() {
     });
     assert!(sea.run_until(15.0, |sea| runs(sea, "hold")), "{:?}", state(&sea, Entity::Fuel));
     assert_eq!(state(&sea, Entity::Fuel).0, EntityStateState::Error);
+}
+
+#[test]
+fn a_plan_that_carries_on_in_silence_does_not_call_that_contact() {
+    let mut sea = under_way(|settings| settings.watch.lost_comms.plan = Vec::new());
+    assert!(says(&sea, Entity::LostComms, "in contact; without: carry on"));
+    sea.heartbeats = false;
+    sea.run(60.0);
+    assert!(says(&sea, Entity::LostComms, "not heard for 60 s; without: carry on"));
+    sea.run(600.0);
+    let (condition, text) = state(&sea, Entity::LostComms);
+    assert_eq!(text, "no console is heard, not heard for 11 min; next: carry on");
+    assert_eq!(condition, EntityStateState::Fault);
+    assert!(runs(&sea, "far"), "it carries on all the same");
+    let told = sea.all::<LogBookEntry>();
+    assert_eq!(told.iter().filter(|(_, entry)| entry.text.to_str_lossy().contains("carries on")).count(), 1);
+    sea.heartbeats = true;
+    sea.run(3.0);
+    assert!(says(&sea, Entity::LostComms, "in contact; without: carry on"));
 }

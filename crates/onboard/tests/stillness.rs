@@ -176,7 +176,7 @@ fn after_an_abort_no_supervisor_starts_again_but_after_a_stop_it_does() {
         idle: vec![Step { after: Duration::from_secs(20), remedy: Remedy::Hold }],
         plan: Vec::new(),
         teleoperation: Vec::new(),
-        before_first_contact: false,
+        ..LostCommsConfig::default()
     };
     let later = |end: fn() -> Message| {
         let mut settings = settings();

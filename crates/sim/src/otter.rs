@@ -201,6 +201,11 @@ impl Otter {
         self.m23
     }
 
+    /// The speed through still water that both propellers keep up at a throttle (m/s), 0 to 1 ahead.
+    pub fn steady_speed_mps(&self, throttle: f64) -> f64 {
+        2.0 * thrust_n(throttle.clamp(0.0, 1.0) * shaft_max_radps()) / self.damping_surge
+    }
+
     /// Depth of the pontoons in the water (m).
     pub fn draft_m(&self) -> f64 {
         self.draft_m
@@ -383,6 +388,20 @@ mod tests {
         close(shaft_min_radps(), -101.74, 0.005);
         close(thrust_n(shaft_max_radps()), 119.7, 0.05);
         close(thrust_n(shaft_min_radps()), -66.7, 0.05);
+    }
+
+    #[test]
+    fn keeps_up_the_speed_that_it_says() {
+        let otter = Otter::new(25.0).unwrap();
+        for throttle in [0.3, 0.7, 1.0] {
+            let shaft = throttle * shaft_max_radps();
+            let mut state = OtterState::default();
+            for _ in 0..3_000 {
+                state = otter.step(&state, Pair::new(shaft, shaft), &Load::default(), STEP_S);
+            }
+            close(otter.steady_speed_mps(throttle), state.u_mps, 1e-6);
+        }
+        close(otter.steady_speed_mps(1.0), TOP_SPEED_MPS, 1e-9);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //!   counted;
 //! - detections, commands and what explains a log ([`is_record`]) may fill all of it. Beyond that they are
 //!   lost, and said to be, as errors to the consoles;
-//! - changes of plans and parameters and the opening and closing of logs are always taken: their number is
+//! - changes of plans and parameters, what is under way and the opening and closing of logs are always taken: their number is
 //!   bounded by whoever asks for them (64 changes of plans; logs as below). A change is acknowledged when it is
 //!   on the disk, never before;
 //! - a recording (`--record`) with a gap is of no use: when it cannot be taken, it ends and says so.
@@ -55,6 +55,8 @@ pub(crate) enum Work {
     Plans(Effect),
     /// Save values of an entity's parameters: its label, then names and values.
     Parameters(String, Vec<(String, String)>),
+    /// Keep what is under way, or that nothing is.
+    UnderWay(Option<Vec<u8>>),
     /// A record of the recording: its kind and bytes.
     Record(u8, Vec<u8>),
     /// Nothing more of the recording could be taken.
@@ -86,7 +88,8 @@ pub(crate) fn is_record(id: u16) -> bool {
     const EXPLAIN: [u16; 4] = [3, 5, 102, 103];
     const COMMANDS: [u16; 18] =
         [301, 305, 460, 468, 479, 500, 501, 507, 550, 551, 556, 559, 802, 803, 804, 805, 889, 478];
-    const DETECTIONS: [u16; 3] = [800, 2007, 2008];
+    // Detections without a time come as text of the device.
+    const DETECTIONS: [u16; 4] = [273, 800, 2007, 2008];
     EXPLAIN.contains(&id) || COMMANDS.contains(&id) || DETECTIONS.contains(&id)
 }
 

@@ -149,6 +149,7 @@ fn share(work: &Work) -> Share {
         | Work::Close(_)
         | Work::Plans(_)
         | Work::Parameters(..)
+        | Work::UnderWay(_)
         | Work::EndRecording
         | Work::Tick(..) => Share::Always,
     }
@@ -159,6 +160,7 @@ fn bytes(work: &Work) -> usize {
         + match work {
             Work::Packet(_, bytes) | Work::Record(_, bytes) => bytes.len(),
             Work::Line(_, text) | Work::Open(_, _, text) => text.len(),
+            Work::UnderWay(packet) => packet.as_ref().map_or(0, Vec::len),
             Work::Close(_) | Work::Plans(_) | Work::Parameters(..) | Work::EndRecording | Work::Tick(..) => 0,
         }
 }

@@ -2,7 +2,7 @@
 //!
 //! The file begins with a line naming format and version, then records: a letter, a length (u32,
 //! little-endian), the bytes. `C` configuration, `P` profile, `S` start (uid, steady time, UTC), `K` a kept
-//! plan, `I` an input, `O` an output.
+//! plan, `F` who forgot plans last, `U` what was under way, `I` an input, `O` an output.
 
 use crate::setup;
 use anyhow::{Context as _, bail};
@@ -50,6 +50,9 @@ impl Recorder {
         recorder.put(b'S', &start)?;
         for record in &beginning.kept.plans {
             recorder.put(b'K', &kept_bytes(record))?;
+        }
+        if let Some(under_way) = &beginning.kept.under_way {
+            recorder.put(b'U', under_way)?;
         }
         if let Some(change) = &beginning.kept.forgotten {
             // A plan without a name or contents.
@@ -139,6 +142,7 @@ pub(crate) fn replay(path: &Path) -> anyhow::Result<Replayed> {
             b'P' => beginning.profile = String::from_utf8(bytes)?,
             b'S' => start(&mut beginning, &bytes)?,
             b'K' => beginning.kept.plans.push(kept_record(&bytes).context("a kept plan is damaged")?),
+            b'U' => beginning.kept.under_way = Some(bytes),
             b'F' => {
                 let record = kept_record(&bytes).context("the last change of the plans is damaged")?;
                 beginning.kept.forgotten = Some(record.change);

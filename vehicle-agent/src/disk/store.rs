@@ -57,7 +57,45 @@ impl Store {
                 change
             }
         };
-        Ok((store, Kept { plans, forgotten }, unreadable))
+        let under_way = match fs::read(store.under_way()) {
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            read => {
+                if read.is_err() {
+                    unreadable.push(store.under_way().display().to_string());
+                }
+                read.ok()
+            }
+        };
+        Ok((store, Kept { plans, forgotten, under_way }, unreadable))
+    }
+
+    /// Keeps what is under way beside the plans, or that nothing is.
+    ///
+    /// # Errors
+    /// When the disk refuses. What it held before stays only if it tells of the same: the next start must not take up
+    /// what was stopped.
+    pub(crate) fn keep_under_way(&self, packet: Option<&[u8]>) -> anyhow::Result<()> {
+        let path = self.under_way();
+        match packet {
+            Some(packet) => {
+                if let Err(error) = write_bytes(&path, packet) {
+                    let is_same = fs::read(&path).is_ok_and(|held| payload(&held) == payload(packet));
+                    if !is_same {
+                        self.keep_under_way(None).with_context(|| format!("{error:#}"))?;
+                    }
+                    return Err(error);
+                }
+            }
+            None => match fs::remove_file(&path) {
+                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+                outcome => outcome.with_context(|| format!("removing {}", path.display()))?,
+            },
+        }
+        self.folder.parent().map_or(Ok(()), sync)
+    }
+
+    fn under_way(&self) -> PathBuf {
+        self.folder.with_file_name("under-way.imc")
     }
 
     /// Carries a change out; when this answers, it is on the disk.
@@ -185,10 +223,14 @@ impl Store {
 /// Writes a message beside a file and renames it: the header has the time and system of the change.
 fn write(path: &Path, change: &Change, message: PlanDB) -> anyhow::Result<()> {
     let header = Header { timestamp: change.at.seconds(), src: Address(change.system), ..Header::default() };
-    let packet = Packet::new(header, message).encode()?;
+    write_bytes(path, &Packet::new(header, message).encode()?)
+}
+
+/// Writes bytes beside a file and renames it.
+fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let part = path.with_extension("part");
     let written = File::create(&part).and_then(|mut file| {
-        file.write_all(&packet)?;
+        file.write_all(bytes)?;
         file.sync_all()
     });
     if written.is_err() {
@@ -197,6 +239,11 @@ fn write(path: &Path, change: &Change, message: PlanDB) -> anyhow::Result<()> {
     }
     written.with_context(|| format!("writing {}", part.display()))?;
     fs::rename(&part, path).with_context(|| format!("renaming {}", part.display()))
+}
+
+/// A packet without its header, which has the time.
+fn payload(packet: &[u8]) -> Option<&[u8]> {
+    packet.get(HEADER_BYTES..packet.len().checked_sub(FOOTER_BYTES)?)
 }
 
 /// Waits until the names in a folder are on the disk.
@@ -277,6 +324,24 @@ mod tests {
         assert_eq!((kept.forgotten, unreadable.len()), (None, 2));
     }
 
+    #[test]
+    fn what_is_under_way_is_the_last_that_was_kept() {
+        let data = tempfile::tempdir().unwrap();
+        let (store, ..) = Store::open(&data.path().join("plans")).unwrap();
+        let kept = || Store::open(&data.path().join("plans")).unwrap().1.under_way;
+        store.keep_under_way(None).unwrap();
+        assert_eq!(kept(), None);
+        for packet in [b"first".as_slice(), b"second"] {
+            store.keep_under_way(Some(packet)).unwrap();
+            assert_eq!(kept().as_deref(), Some(packet));
+        }
+        // A write that did not come to its rename changes nothing.
+        fs::write(data.path().join("under-way.part"), b"half").unwrap();
+        assert_eq!(kept().as_deref(), Some(b"second".as_slice()));
+        store.keep_under_way(None).unwrap();
+        assert_eq!(kept(), None);
+    }
+
     fn forget_all() -> Effect {
         Effect::RemoveAll { ticket: Ticket(3), change: example("a").change }
     }
@@ -307,7 +372,7 @@ mod tests {
         store.carry_out(&Effect::Store { ticket: Ticket(1), record: example("d") }).unwrap();
         store.carry_out(&forget_all()).unwrap();
         let (_, kept, _) = Store::open(&folder).unwrap();
-        assert_eq!(kept, Kept { plans: Vec::new(), forgotten: Some(example("a").change) });
+        assert_eq!(kept, Kept { forgotten: Some(example("a").change), ..Kept::default() });
         assert!(folder.join("notes.txt").exists() && !forgotten.exists());
     }
 }

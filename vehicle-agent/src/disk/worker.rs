@@ -42,7 +42,13 @@ pub(crate) struct Worker {
     asked: Option<String>,
     /// What came while there was no log to write it to.
     missed: Lost,
+    /// What is under way, if the disk refused it: tried again once a second until it is kept.
+    refused_under_way: Option<UnderWay>,
 }
+
+/// What is under way as the next start shall find it: a packet, or that nothing is.
+#[derive(Debug)]
+struct UnderWay(Option<Vec<u8>>);
 
 /// How many logs may be opened: some at once, and one more from time to time.
 #[derive(Debug)]
@@ -69,7 +75,14 @@ impl Rotations {
 impl Worker {
     pub(crate) fn new(tools: Tools) -> Self {
         let rotations = Rotations { left: ROTATIONS, next: MonoTime::default() };
-        Self { tools, host: Host::new(), rotations, asked: None, missed: Lost::default() }
+        Self {
+            tools,
+            host: Host::new(),
+            rotations,
+            asked: None,
+            missed: Lost::default(),
+            refused_under_way: None,
+        }
     }
 
     pub(crate) fn is_recording(&self) -> bool {
@@ -105,6 +118,16 @@ impl Worker {
             Work::Plans(effect) => {
                 let outcome = self.tools.store.carry_out(&effect).map_err(|error| format!("{error:#}"));
                 answer(Done::Stored(effect.ticket(), outcome));
+            }
+            Work::UnderWay(packet) => {
+                // A refresh that is refused as the one before was is no news.
+                let is_news = self.refused_under_way.is_none();
+                if let Err(error) = self.keep_under_way(UnderWay(packet))
+                    && is_news
+                {
+                    let text = "what is under way, for a start anew; it is tried again once a second";
+                    answer(Done::NotKept(format!("{text}: {error:#}")));
+                }
             }
             Work::Parameters(label, values) => {
                 let outcome = self.save(&label, &values).map_err(|error| format!("{error:#}"));
@@ -143,7 +166,18 @@ impl Worker {
         }
     }
 
+    fn keep_under_way(&mut self, under_way: UnderWay) -> anyhow::Result<()> {
+        let outcome = self.tools.store.keep_under_way(under_way.0.as_deref());
+        self.refused_under_way = outcome.is_err().then_some(under_way);
+        outcome
+    }
+
     fn tick(&mut self, now: MonoTime, utc: UtcTime, answer: &impl Fn(Done)) {
+        if let Some(packet) = self.refused_under_way.take()
+            && self.keep_under_way(packet).is_ok()
+        {
+            tracing::info!("what is under way is kept again");
+        }
         self.rotate(now, utc, answer);
         match self.tools.journal.as_mut().map(|log| log.tick(now, utc)) {
             None | Some(Ok(None)) => {}
@@ -186,7 +220,7 @@ impl Drop for Worker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use imc::messages::{Abort, Heartbeat, Message};
+    use imc::messages::{Abort, Heartbeat, Message, PlanControl};
     use imc::{Address, Header, Packet};
     use std::cell::RefCell;
     use std::path::Path;
@@ -221,6 +255,47 @@ mod tests {
             panic!("{told:?}")
         };
         assert!(missed.contains("1 detections") && missed.contains("2 other"), "{missed}");
+    }
+
+    /// What is under way as the brain hands it over.
+    fn under_way(seconds: f64, info: &str) -> Vec<u8> {
+        let header = Header { timestamp: seconds, ..Header::default() };
+        let control = PlanControl { info: info.into(), ..PlanControl::default() };
+        Packet::new(header, control).encode().unwrap()
+    }
+
+    #[test]
+    fn a_stop_that_the_disk_refuses_leaves_no_plan_for_the_next_start() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, part) = (folder.path().join("under-way.imc"), folder.path().join("under-way.part"));
+        let mut worker = worker(folder.path());
+        let told = RefCell::new(0);
+        let answer = |done| *told.borrow_mut() += u32::from(matches!(done, Done::NotKept(_)));
+        let tick = || Work::Tick(MonoTime::default(), UtcTime::default());
+        let (plan, drift) = (under_way(1.0, "plan go"), under_way(3.0, "drift "));
+
+        // Nothing can be written: a refresh leaves the plan as it is, a stop does not.
+        worker.carry_out(Work::UnderWay(Some(plan.clone())), &answer);
+        std::fs::create_dir(&part).unwrap();
+        worker.carry_out(Work::UnderWay(Some(under_way(2.0, "plan go"))), &answer);
+        assert_eq!((std::fs::read(&file).unwrap(), *told.borrow()), (plan.clone(), 1));
+        worker.carry_out(Work::UnderWay(Some(drift.clone())), &answer);
+        assert!(!file.exists());
+        std::fs::remove_dir(&part).unwrap();
+        worker.carry_out(tick(), &answer);
+        assert_eq!(std::fs::read(&file).unwrap(), drift);
+
+        // Nothing can be removed: an abort is tried again until the file is gone.
+        std::fs::remove_file(&file).unwrap();
+        std::fs::create_dir(&file).unwrap();
+        worker.carry_out(Work::UnderWay(None), &answer);
+        assert_eq!(*told.borrow(), 2);
+        worker.carry_out(tick(), &answer);
+        std::fs::remove_dir(&file).unwrap();
+        std::fs::write(&file, &plan).unwrap();
+        worker.carry_out(tick(), &answer);
+        assert!(!file.exists());
+        assert_eq!(*told.borrow(), 2, "told once");
     }
 
     #[test]

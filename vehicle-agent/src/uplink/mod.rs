@@ -40,9 +40,11 @@ const OPEN_EVERY: Duration = Duration::from_secs(5);
 const ANEW_AFTER: Duration = Duration::from_secs(1);
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// What the shore says.
+/// What the shore says, or what the way to it has to tell.
 #[derive(Debug)]
 pub(crate) enum FromShore<'a> {
+    /// The spool could not take what the vessel says, and why.
+    NotSpooled(String),
     /// Who commands the vessel.
     Lease(onboard::Lease),
     /// A packet for the vessel, under the lease with this epoch (0 for none).

@@ -40,6 +40,8 @@ struct SmallShore {
     gaps: Vec<link::GapReason>,
     shore: Shore,
     outcomes: Vec<(u64, Outcome)>,
+    /// What came by the live lane.
+    live: Vec<Vec<u8>>,
     started: Instant,
 }
 
@@ -47,8 +49,8 @@ fn shore() -> (TcpListener, u16, SmallShore) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let shore = Shore::new(ShoreSettings::default());
-    let (kept, gaps, outcomes) = (BTreeMap::new(), Vec::new(), Vec::new());
-    (listener, port, SmallShore { kept, gaps, shore, outcomes, started: Instant::now() })
+    let (kept, gaps, outcomes, live) = (BTreeMap::new(), Vec::new(), Vec::new(), Vec::new());
+    (listener, port, SmallShore { kept, gaps, shore, outcomes, live, started: Instant::now() })
 }
 
 impl SmallShore {
@@ -121,9 +123,11 @@ impl SmallShore {
                     self.kept.extend((gap.from..gap.to).map(|seq| (seq, Vec::new())));
                     self.gaps.push(gap.reason);
                 }
+                ShoreOutput::Live(packets) => {
+                    self.live.extend(packets.into_iter().map(|record| record.packet.to_vec()));
+                }
                 ShoreOutput::Up(_)
                 | ShoreOutput::Down
-                | ShoreOutput::Live(_)
                 | ShoreOutput::ChartPart(..)
                 | ShoreOutput::ChartReport(_) => {}
             }
@@ -134,7 +138,7 @@ impl SmallShore {
 fn commands() -> (Deliver, Receiver<Vec<u8>>) {
     let (sender, receiver): (Sender<Vec<u8>>, _) = channel();
     let deliver = move |what: FromShore<'_>| match what {
-        FromShore::Lease(_) | FromShore::Chart(_) => Ok(()),
+        FromShore::Lease(_) | FromShore::Chart(_) | FromShore::NotSpooled(_) => Ok(()),
         FromShore::Order { packet: b"refused", .. } => Err("not this one".to_owned()),
         FromShore::Order { lease: 7, packet } => {
             sender.send(packet.to_vec()).map_err(|error| error.to_string())
@@ -169,6 +173,7 @@ fn everything_arrives_once_over_connections_that_break_and_starts_that_follow() 
             id,
             ttl: Duration::from_secs(30),
             lease: 7,
+            overtakes: false,
             packet: bytes::Bytes::from_static(packet),
         };
         small.shore.handle(small.now(), command(connection, b"go"));
@@ -209,6 +214,7 @@ fn after_a_fault_of_its_own_it_begins_anew_and_declares_what_that_took() {
         id: 1,
         ttl: Duration::from_secs(50),
         lease: 0,
+        overtakes: false,
         packet: bytes::Bytes::from_static(b"go"),
     };
     small.shore.handle(small.now(), command());
@@ -343,4 +349,86 @@ fn a_disk_that_refuses_the_spool_does_not_stop_the_vessel() {
     assert!(
         matches!(&spool.read(0, 1000)[..], [link::Entry::Record(record)] if record.packet[..] == packet(1))
     );
+}
+
+/// A disk of a MiB in memory; gone when dropped. `None`, and says so, where none may be mounted.
+struct SmallDisk(tempfile::TempDir);
+
+impl SmallDisk {
+    fn mount() -> Option<Self> {
+        let disk = Self(tempfile::tempdir().unwrap());
+        let mut mount = std::process::Command::new("mount");
+        let output =
+            mount.args(["-t", "tmpfs", "-o", "size=1m", "lutra"]).arg(disk.0.path()).output().unwrap();
+        if output.status.success() {
+            return Some(disk);
+        }
+        println!("skipped: no disk can be mounted ({})", String::from_utf8_lossy(&output.stderr).trim());
+        None
+    }
+
+    /// Takes all room there is.
+    fn fill(&self) {
+        let path = self.0.path().join("filler");
+        let mut file = std::fs::File::options().create(true).append(true).open(path).unwrap();
+        while std::io::Write::write_all(&mut file, &[0; 512]).is_ok() {}
+    }
+
+    fn make_room(&self) {
+        std::fs::remove_file(self.0.path().join("filler")).unwrap();
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        std::process::Command::new("umount").arg("--lazy").arg(self.0.path()).status().ok();
+    }
+}
+
+#[test]
+fn a_full_disk_ends_the_record_but_not_what_is_live_and_says_so() {
+    let Some(disk) = SmallDisk::mount() else { return };
+    let (listener, port, mut shore) = shore();
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let words = Arc::clone(&told);
+    let deliver: Deliver = Box::new(move |what| {
+        if let FromShore::NotSpooled(text) = what {
+            words.lock().unwrap().push(text);
+        }
+        Ok(())
+    });
+    let uplink = Uplink::start(settings(disk.0.path(), port), ChartAboard::default(), deliver).unwrap();
+    let queue = Arc::clone(&uplink.queue);
+    uplink.record(&packet(1));
+    uplink.flush();
+    let (stream, _) = listener.accept().unwrap();
+    let mut number = 1;
+    let clock = Clock::system();
+    let say = |number: u64| {
+        queue.put(clock.utc(), &packet(number));
+        queue.flush();
+    };
+    let until = Instant::now() + DEADLINE;
+    let (mut filled, mut back) = (false, false);
+    // Served until what was said long after the disk was full has come by the live lane, and until records come again.
+    let said = std::cell::RefCell::new(|shore: &SmallShore| {
+        assert!(Instant::now() < until, "live: {}, kept: {}", shore.live.len(), shore.kept.len());
+        if !filled && !shore.kept.is_empty() {
+            disk.fill();
+            filled = true;
+        }
+        number += 1;
+        say(number);
+        let live = shore.live.iter().filter(|live| **live != packet(1)).count();
+        if filled && !back && live >= 5 && !told.lock().unwrap().is_empty() {
+            disk.make_room();
+            back = true;
+        }
+        back && !shore.gaps.is_empty() && shore.kept.values().last().is_some_and(|last| !last.is_empty())
+    });
+    shore.serve(1, stream, |shore| (said.borrow_mut())(shore));
+    assert_eq!(shore.gaps, [link::GapReason::NotRecorded]);
+    let text = told.lock().unwrap()[0].clone();
+    assert!(text.contains("the disk does not take the spool"), "{text}");
+    drop(uplink);
 }

@@ -148,12 +148,19 @@ impl Worker {
             self.spool.missed(missed.count, missed.since, missed.until);
         }
         let thinned = self.spool.thinned();
-        if let Err(error) = self.spool.write() {
-            self.trouble(&format!("the disk does not take the spool: {error}"));
+        let written = self.spool.write();
+        if let Err(error) = &written {
+            let text =
+                format!("the disk does not take the spool: {error}; the shore gets the latest values only");
+            if self.trouble(&text) {
+                // Ashore it is heard by the live lane, like all else.
+                (self.deliver)(FromShore::NotSpooled(text)).ok();
+            }
         }
         if self.spool.thinned() > thinned {
             self.trouble("the spool is full: the oldest telemetry gives way");
         }
+        self.vessel.handle(now(&self.clock), VesselInput::SpoolRefused(written.is_err()));
         // The disk first, then the map.
         for packet in live {
             self.vessel.handle(now(&self.clock), VesselInput::Live(packet));
@@ -162,12 +169,15 @@ impl Worker {
         waiting.ending
     }
 
-    fn trouble(&mut self, text: &str) {
+    /// Tells of trouble with the disk, but not all the time; answers whether it did.
+    fn trouble(&mut self, text: &str) -> bool {
         let now = now(&self.clock).mono;
-        if now >= self.next_trouble {
+        let due = now >= self.next_trouble;
+        if due {
             self.next_trouble = now + TROUBLE_TOLD;
             tracing::error!("uplink: {text}");
         }
+        due
     }
 
     fn take_attempts(&mut self) {
@@ -375,7 +385,9 @@ impl Worker {
         let Some(syncer) = &mut self.syncer else { return };
         match syncer.outcome() {
             Some(Ok(next)) => self.spool.synced(next),
-            Some(Err(error)) => self.trouble(&format!("the spool cannot be synced: {error}")),
+            Some(Err(error)) => {
+                self.trouble(&format!("the spool cannot be synced: {error}"));
+            }
             None => {}
         }
         let Some(syncer) = self.syncer.as_mut().filter(|syncer| !syncer.is_busy()) else { return };

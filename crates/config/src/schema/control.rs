@@ -53,10 +53,10 @@ pub mod course_speed {
         .within(0.0, 10.0)
         .doc("Actuation for each wanted rpm, added to that PID; the thesis uses 0.46e-3.");
     pub const SPEED_GAINS: Param<Vec<f64>> =
-        floats("MPS PID Gains", &[450.0, 25.0, 0.0], Unit::RpmPerMetrePerSecond)
+        floats("MPS PID Gains", &[180.0, 100.0, 0.0], Unit::RpmPerMetrePerSecond)
             .of_length(3)
             .within(0.0, 1e5)
-            .doc("Gains P, I, D from speed to propeller speed. DUNE has no default; these are the Otters'.");
+            .doc("Gains P, I, D from speed to propeller speed. DUNE has no default; these are tuned on the hull's model.");
     pub const SPEED_INTEGRAL_LIMIT: Param<f64> = float("MPS Integral Limit", -1.0, Unit::Rpm)
         .within(-1.0, 10_000.0)
         .doc("Greatest integral part of the speed PID; -1 does not limit it.");
@@ -72,13 +72,17 @@ pub mod course_speed {
         float("Maximum RPM Acceleration", 70.0, Unit::RpmPerSecond)
             .within(0.0, 100_000.0)
             .doc("How fast the propeller speed may change.");
-    pub const YAW_GAINS: Param<Vec<f64>> =
-        floats("Yaw PID Gains", &[3.0, 0.0, 0.0], Unit::ActuationPerRadian)
-            .of_length(3)
-            .within(0.0, 1e5)
-            .doc(
-                "Gains P, I, D from heading error to actuation. DUNE has no default; these are the Otters'.",
-            );
+    pub const YAW_GAINS: Param<Vec<f64>> = floats(
+        "Yaw PID Gains",
+        &[1.0, 0.04, 0.7],
+        Unit::ActuationPerRadian,
+    )
+    .of_length(3)
+    .within(0.0, 1e5)
+    .doc(
+        "Gains P, I, D from heading error to actuation. DUNE has no default; these are tuned on the hull's \
+                 model. `lutra-agent check` tells of ones that oscillate there.",
+    );
     pub const YAW_INTEGRAL_LIMIT: Param<f64> = float("Yaw Integral Limit", -1.0, Unit::Actuation)
         .within(-1.0, 2.0)
         .doc("Greatest integral part of the yaw PID; -1 does not limit it.");
@@ -118,10 +122,10 @@ pub mod course_speed_force {
     use super::{OF_EVERY_SPEED, OF_EVERY_TASK, Param, SectionSpec, Unit, float, floats};
 
     pub const SPEED_GAINS: Param<Vec<f64>> =
-        floats("MPS Force PID Gains", &[57.0, 2.83, 50.0], Unit::NewtonPerMetrePerSecond)
+        floats("MPS Force PID Gains", &[80.0, 40.0, 0.0], Unit::NewtonPerMetrePerSecond)
             .of_length(3)
             .within(0.0, 1e5)
-            .doc("Gains P, I, D from speed to the common force of both motors.");
+            .doc("Gains P, I, D from speed to the common force of both motors, tuned on the hull's model.");
     pub const SPEED_INTEGRAL_LIMIT: Param<f64> = float("MPS Force Integral Limit", 240.0, Unit::Newton)
         .within(-1.0, 10_000.0)
         .doc("Greatest integral part of the speed PID; -1 does not limit it.");
@@ -129,10 +133,17 @@ pub mod course_speed_force {
         float("MPS Force Feedforward Gain", 0.0, Unit::NewtonPerMetrePerSecond)
             .within(0.0, 10_000.0)
             .doc("Force for each wanted m/s, added to the speed PID.");
-    pub const YAW_GAINS: Param<Vec<f64>> = floats("Yaw PID Gains", &[60.0, 0.0, 0.0], Unit::NewtonPerRadian)
-        .of_length(3)
-        .within(0.0, 1e5)
-        .doc("Gains P, I, D from heading error to the force difference.");
+    pub const YAW_GAINS: Param<Vec<f64>> = floats(
+        "Yaw PID Gains",
+        &[225.0, 10.0, 180.0],
+        Unit::NewtonPerRadian,
+    )
+    .of_length(3)
+    .within(0.0, 1e5)
+    .doc(
+        "Gains P, I, D from heading error to the force difference, tuned on the hull's model. `lutra-agent \
+                 check` tells of ones that oscillate there.",
+    );
     pub const MINIMUM_FORCE: Param<f64> = float("Minimum Force Limit", -135.0, Unit::Newton)
         .within(-1000.0, 0.0)
         .doc("Least force of a motor, astern being negative; the Otters use -30.");

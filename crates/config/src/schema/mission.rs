@@ -30,7 +30,25 @@ pub mod navigation {
         .doc("Lutra: two positions that would need a higher speed are a jump.");
     pub const DEAD_RECKONING: Param<f64> = float("Dead Reckoning Time", 5.0, Unit::Second)
         .within(1.0, 60.0)
-        .doc("Lutra: gaps in the positions up to this long are bridged by speed and heading.");
+        .doc(
+            "Lutra: gaps in positions and heading up to this long are bridged; then the motors stop and a plan waits.",
+        );
+    pub const RECKONING_UNCERTAINTY: Param<f64> =
+        float("Dead Reckoning Uncertainty", 15.0, Unit::Metre).within(1.0, 1000.0).doc(
+            "Lutra: a gap ends earlier when the position is more uncertain than this, as standard deviation.",
+        );
+    pub const RECKONING_SPEED: Param<f64> = float("Dead Reckoning Speed", 0.8, Unit::MetrePerSecond)
+        .within(0.1, 20.0)
+        .doc("Lutra: greatest speed on a path while positions are missing.");
+    pub const RECKONING_DRIFT: Param<f64> = float("Dead Reckoning Drift", 0.4, Unit::MetrePerSecond)
+        .within(0.05, 5.0)
+        .doc("Lutra: so fast the position becomes uncertain without positions, by wind and current.");
+    pub const RECKONING_ERROR: Param<f64> = float("Dead Reckoning Speed Error", 50.0, Unit::Percent)
+        .within(0.0, 100.0)
+        .doc("Lutra: and by this share of the speed, which nothing measures then.");
+    pub const RECOVERY_TIME: Param<f64> = float("Position Recovery Time", 3.0, Unit::Second)
+        .within(0.0, 60.0)
+        .doc("Lutra: positions must have been good for so long before a plan that waited goes on.");
 
     pub static NAVIGATION: SectionSpec = SectionSpec::task(
         &["Navigation.General.GPSNavigation", "Navigation.General.GPSNavigationOtter"],
@@ -51,12 +69,17 @@ pub mod navigation {
             ORIGIN_DISTANCE.spec,
             JUMP_SPEED.spec,
             DEAD_RECKONING.spec,
+            RECKONING_UNCERTAINTY.spec,
+            RECKONING_SPEED.spec,
+            RECKONING_DRIFT.spec,
+            RECKONING_ERROR.spec,
+            RECOVERY_TIME.spec,
         ],
     ]);
 }
 
 pub mod plan {
-    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, flag, float, int, text, unused};
+    use super::{OF_EVERY_TASK, Param, SectionSpec, Unit, choice, flag, float, int, text, unused};
 
     pub const COMPUTE_PROGRESS: Param<bool> =
         flag("Compute Progress", false).doc("Whether the share of the plan that is done is reported.");
@@ -76,6 +99,26 @@ pub mod plan {
         .within(0.5, 60.0)
         .doc("Lutra: the vehicle supervisor must answer within this time; fixed in DUNE.");
 
+    pub const POSITION_GAP: Param<f64> = float("Position Gap Limit", 120.0, Unit::Second)
+        .within(0.0, 3600.0)
+        .doc("Lutra: a plan without a position waits for so long, motors stopped, before it fails; 0 fails at once.");
+    pub const TRACK_RECOVERY: Param<f64> = float("Track Recovery Time", 120.0, Unit::Second)
+        .within(0.0, 3600.0)
+        .doc("Lutra: a vessel too far from its track steers back for so long before the plan fails; 0 fails at once.");
+    pub const AFTER_FAILURE: Param<&str> = choice("Action After Failure", "hold", &["hold", "drift"])
+        .doc("Lutra: what to do after a plan that failed under way.");
+    pub const AFTER_RESTART: Param<&str> =
+        choice("Action After Restart", "hold", &["hold", "resume", "return", "drift"]).doc(
+            "Lutra: what to do when the program starts anew after it ended under way; resume holds until the count-down.",
+        );
+    pub const COUNTDOWN: Param<f64> = float("Resume Countdown", 30.0, Unit::Second)
+        .within(0.0, 600.0)
+        .doc("Lutra: the plan resumes so long after the hold began, unless an operator stops it or starts another.");
+    pub const RESTART_MEMORY: Param<f64> =
+        float("Restart Memory", 600.0, Unit::Second).within(0.0, 86_400.0).doc(
+            "Lutra: what was under way longer ago is told, and nothing is done: the vessel may lie on land.",
+        );
+
     pub static ENGINE: SectionSpec =
         SectionSpec::task(&["Plan.Engine"], "Plan Engine", "Always").doc("Runs plans.").groups(&[
             OF_EVERY_TASK,
@@ -87,6 +130,12 @@ pub mod plan {
                 CALIBRATE.spec,
                 ABORT_ON_FAILED_ACTIVATION.spec,
                 VEHICLE_TIMEOUT.spec,
+                POSITION_GAP.spec,
+                TRACK_RECOVERY.spec,
+                AFTER_FAILURE.spec,
+                AFTER_RESTART.spec,
+                COUNTDOWN.spec,
+                RESTART_MEMORY.spec,
                 unused("StationKeeping While Calibrating", "the Otter has nothing to calibrate under way"),
                 unused("StationKeeping Speed in RPM", "the Otter has nothing to calibrate under way"),
                 unused("StationKeeping Radius", "the Otter has nothing to calibrate under way"),

@@ -94,6 +94,13 @@ pub static NOT_HONOURED: &[NotHonoured] = &[
     entry(Note, RPM, "Log PID Parcels", Some("false"), "the parts of the controllers are not sent"),
     entry(Warning, FORCE, "Minimum Force Limit", Some("-30"), TUNED),
     entry(Warning, FORCE, "Maximum Force Limit", Some("239.364"), TUNED),
+    entry(
+        Note,
+        FORCE,
+        "Share Saturation",
+        Some("true"),
+        "the turn comes first, and the common force gives way",
+    ),
     entry(Note, FORCE, "Log PID Parcels", Some("false"), "the parts of the controllers are not sent"),
     entry(Note, ENGINE, "Compute Progress", Some("true"), "progress is always reported"),
     entry(Note, ENGINE, "Fuel Prediction", Some("true"), "the energy is always predicted"),

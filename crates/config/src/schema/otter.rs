@@ -1,10 +1,13 @@
 //! The values that Lutra's own configuration of an Otter has in place of the defaults.
 //!
 //! Sources: facts/onboard.md 1.4 and 3 (columns of the boats' public files and of the thesis) and the
-//! minimum radii of DUNE's own otter.ini.
+//! minimum radii of DUNE's own otter.ini. What belongs to the gains of course and speed control is tuned with them
+//! on the model of the hull (`control::CourseSpeedConfig`).
 
 /// Section, key and value, each a key of the schema.
 pub static OTTER_VALUES: &[(&str, &str, &str)] = &[
+    ("Control.ASV.HeadingAndSpeed", "Share Saturation", "true"),
+    ("Control.ASV.HeadingAndSpeed", "Yaw Integral Limit", "0.1"),
     ("Control.ASV.HeadingAndSpeed", "Maximum Thrust Differential Actuation", "1"),
     ("Control.ASV.HeadingAndSpeed", "RPMs at Maximum Thrust", "1100"),
     ("Control.ASV.HeadingAndSpeed", "RPMs Feedforward Gain", "0.00046"),
@@ -12,7 +15,10 @@ pub static OTTER_VALUES: &[(&str, &str, &str)] = &[
     ("Control.ASV.HeadingAndSpeed", "Minimum RPM Limit", "0"),
     ("Control.ASV.HeadingAndSpeed", "Maximum RPM Limit", "1100"),
     ("Control.ASV.HeadingAndSpeed", "Maximum RPM Acceleration", "62"),
+    ("Control.ASV.HeadingAndSpeedForce", "MPS Force Integral Limit", "100"),
+    ("Control.ASV.HeadingAndSpeedForce", "MPS Force Feedforward Gain", "77.55"),
     ("Control.ASV.HeadingAndSpeedForce", "Minimum Force Limit", "-30"),
+    ("Control.ASV.HeadingAndSpeedForce", "Minimum speed to use course", "0.4"),
     ("Control.Path.ILOS", "Along-track -- Check Period", "20"),
     ("Control.Path.ILOS", "Along-track -- Minimum Speed", "0.05"),
     ("Control.Path.ILOS", "Along-track -- Minimum Yaw", "2"),

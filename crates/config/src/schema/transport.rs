@@ -254,6 +254,7 @@ pub mod lutra {
         &[
             "TBRFishTag",
             "TBRSensor",
+            "DevDataText",
             "LogBookEntry",
             "PlanControl",
             "PlanDB",

@@ -120,9 +120,14 @@ impl Shore {
                     connected.kept(seq.saturating_add(1));
                 }
             }
-            ShoreInput::Command { id, ttl, lease, packet } => {
+            ShoreInput::Command { id, ttl, lease, overtakes, packet } => {
+                for off in if overtakes { self.commands.call_off() } else { Vec::new() } {
+                    let text = "a stop was ordered before it could be sent".to_owned();
+                    self.outputs.push_back(ShoreOutput::Outcome(off, Outcome::Refused(text)));
+                }
                 let expires = now.mono + ttl.min(GREATEST_TTL);
-                if !self.commands.put(id, Waiting { lease, packet, expires, sent: false }) {
+                if !self.commands.put(id, Waiting { lease, packet, expires, sent: false, called_off: false })
+                {
                     let text = "too many commands wait for this vessel, or its identity is taken";
                     self.outputs.push_back(ShoreOutput::Outcome(id, Outcome::Refused(text.to_owned())));
                 }

@@ -56,6 +56,9 @@ pub enum ShoreInput {
         ttl: Duration,
         /// Epoch of the lease under which it is given; 0 for none.
         lease: u64,
+        /// Whether it is a stop: what was given before it and has no answer yet is not sent any more, as it would be
+        /// carried out after the stop that was meant to end it.
+        overtakes: bool,
         /// The packet.
         packet: Bytes,
     },

@@ -116,6 +116,7 @@ impl Vessel {
                     self.end(now, End { code: Some(ByeCode::Ending), reason, refused: false });
                 }
             }
+            VesselInput::SpoolRefused(refused) => self.growth.refuse(refused),
             VesselInput::Entries(from, entries) => self.entries(now, from, entries),
             VesselInput::Live(packet) => {
                 self.live.put(now, packet);

@@ -92,6 +92,8 @@ pub enum VesselInput {
     Timer,
     /// The spool grew, lost or forgot something.
     Spool(SpoolState),
+    /// Whether the disk refuses what is to be spooled: the live lane goes on without records.
+    SpoolRefused(bool),
     /// What the spool has from this number on, as asked for. Empty when it cannot be read: it is asked again
     /// after a second.
     Entries(u64, Vec<Entry>),

@@ -15,11 +15,13 @@ const MARK_EVERY: Duration = Duration::from_millis(125);
 pub(crate) struct Growth {
     /// Times and the number that was next then, oldest first; the front is older than the bound, or the first.
     marks: VecDeque<(MonoTime, u64)>,
+    /// The disk does not take the spool: there are no records to wait for.
+    refused: bool,
 }
 
 impl Growth {
     pub(crate) fn new(now: Now, spool: SpoolState) -> Self {
-        Self { marks: VecDeque::from([(now.mono, spool.next)]) }
+        Self { marks: VecDeque::from([(now.mono, spool.next)]), refused: false }
     }
 
     pub(crate) fn mark(&mut self, now: MonoTime, next: u64) {
@@ -31,9 +33,20 @@ impl Growth {
         }
     }
 
-    /// Whether what is to be sent next was there a second ago already.
+    /// Whether the disk takes the spool.
+    pub(crate) fn refuse(&mut self, refused: bool) {
+        self.refused = refused;
+    }
+
+    /// Whether the disk does not take the spool.
+    pub(crate) fn is_refused(&self) -> bool {
+        self.refused
+    }
+
+    /// Whether what is to be sent next was there a second ago already, or never comes as a record.
     pub(crate) fn lags(&self, now: MonoTime, cursor: u64) -> bool {
-        self.marks.front().is_some_and(|(at, next)| now.since(*at) >= LAGS_AFTER && cursor < *next)
+        self.refused
+            || self.marks.front().is_some_and(|(at, next)| now.since(*at) >= LAGS_AFTER && cursor < *next)
     }
 }
 

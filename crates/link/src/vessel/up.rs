@@ -170,7 +170,7 @@ impl Up {
         }
         if self.live_is_first {
             due = step.now.mono;
-        } else if self.cursor < step.spool.next && step.live.is_fresh() {
+        } else if (self.cursor < step.spool.next || step.growth.is_refused()) && step.live.is_fresh() {
             // Whether the lane lags by then is not known now.
             due = due.min(self.next_live.max(step.now.mono + LIVE_LOOK_EVERY));
         }

@@ -144,7 +144,7 @@ impl World {
         let ttl = Duration::from_millis(self.chance.between(100, 20_000));
         self.shore.asked.insert(id, (self.now_us, ttl, None));
         let packet = Bytes::from(id.to_le_bytes().to_vec());
-        self.shore_handle(ShoreInput::Command { id, ttl, lease: 0, packet });
+        self.shore_handle(ShoreInput::Command { id, ttl, lease: 0, overtakes: false, packet });
     }
 
     /// No command came late or twice, and each outcome is true.

@@ -139,7 +139,7 @@ fn starts_with_what_was_stored() {
     ask(&mut database, set("a", 1), Ok(()));
     ask(&mut database, set("b", 2), Ok(()));
     let stored: Vec<Record> = database.records().cloned().collect();
-    let again = PlanDatabase::new(DatabaseLimits::default(), Kept { plans: stored, forgotten: None });
+    let again = PlanDatabase::new(DatabaseLimits::default(), Kept { plans: stored, ..Kept::default() });
     assert_eq!(again.state(), database.state());
     // What was changed last may be gone.
     let stored: Vec<Record> = database.records().cloned().collect();
@@ -150,7 +150,7 @@ fn starts_with_what_was_stored() {
         ..Change::default()
     };
     for (after_s, counts) in [(1.0, true), (-1.0, false)] {
-        let kept = Kept { plans: stored.clone(), forgotten: Some(change(after_s)) };
+        let kept = Kept { plans: stored.clone(), forgotten: Some(change(after_s)), under_way: None };
         let state = PlanDatabase::new(DatabaseLimits::default(), kept).state();
         assert_eq!(state.last_change == Some(change(after_s)), counts);
     }

@@ -183,6 +183,9 @@ pub enum EndReason {
     /// An entity is in error.
     #[error("entity error: {0}")]
     Entities(String),
+    /// The vessel did not know where it was for too long.
+    #[error("the position was lost for too long")]
+    PositionLost,
     /// Somebody aborted.
     #[error("aborted by {0:#06x}")]
     Aborted(u16),
@@ -200,8 +203,17 @@ impl EndReason {
             | Self::Replaced
             | Self::Maneuver { .. }
             | Self::Entities(_)
+            | Self::PositionLost
             | Self::Aborted(_)
             | Self::EmptyCycle => LastOutcome::Failure,
+        }
+    }
+
+    /// Whether it ended without anybody having wanted that.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            Self::Completed | Self::Stopped | Self::Replaced | Self::Aborted(_) => false,
+            Self::Maneuver { .. } | Self::Entities(_) | Self::PositionLost | Self::EmptyCycle => true,
         }
     }
 }

@@ -264,9 +264,11 @@ impl Engine {
         self.leave_maneuver(match &reason {
             EndReason::Completed | EndReason::EmptyCycle => ManeuverEnd::Done,
             EndReason::Maneuver { reason, .. } => ManeuverEnd::Failed(reason.to_string()),
-            EndReason::Stopped | EndReason::Replaced | EndReason::Entities(_) | EndReason::Aborted(_) => {
-                ManeuverEnd::Stopped
-            }
+            EndReason::Stopped
+            | EndReason::Replaced
+            | EndReason::Entities(_)
+            | EndReason::PositionLost
+            | EndReason::Aborted(_) => ManeuverEnd::Stopped,
         });
         let Some(run) = self.run.take() else { return };
         if reason != EndReason::Replaced {

@@ -4,7 +4,6 @@
 
 use super::{EndReason, Engine, Mode, NoteLevel, Output};
 use crate::event::Now;
-use crate::maneuver::ManeuverKind;
 use std::collections::{BTreeMap, BTreeSet};
 use units::UtcTime;
 
@@ -110,10 +109,9 @@ impl Engine {
     /// Ends the plan when an entity error matters to it. An operator who steers is not to be interrupted.
     fn check_errors(&mut self, now: Now) {
         let Some(run) = &self.run else { return };
-        let kind = run.maneuver().map(|node| node.maneuver().kind());
-        let errors = self.vehicle.errors(run.options.ignore_errors);
-        let protected = kind == Some(ManeuverKind::Teleoperation);
-        if !errors.is_empty() && !protected {
+        let mut errors = self.vehicle.errors(run.options.ignore_errors);
+        errors.retain(|label| !self.config.bridged.contains(label));
+        if !errors.is_empty() && !self.is_steered() {
             self.end_run(now, EndReason::Entities(errors.join(", ")));
         }
     }

@@ -64,6 +64,27 @@ pub fn check_plan(plan: &Plan, from: Option<LatLon>, index: &DepthIndex, limits:
     Verdict { legs, warnings, too_much: spent.is_over() }
 }
 
+/// Whether the straight way between two places keeps to deep water, wherever the vessel strays from it.
+///
+/// # Errors
+/// Why not, with the place.
+pub fn check_way(from: LatLon, to: LatLon, index: &DepthIndex, limits: &GuardLimits) -> Result<(), String> {
+    let demand = limits.demand(limits.autonomous_m);
+    let answer = index.shallowest_along(Leg { from, to }, limits.half_width_m(), &demand);
+    let Some(reason) = reason(&answer, limits) else { return Ok(()) };
+    let leg = LegCheck {
+        maneuver: "the way".to_owned(),
+        part: Part::Transit,
+        number: 0,
+        from,
+        to,
+        half_width_m: answer.half_width_m,
+        reason: Some(reason),
+        spot: Spot::of(&answer, index),
+    };
+    Err(leg.to_string())
+}
+
 /// What checking may take.
 struct Budget {
     corridors: usize,

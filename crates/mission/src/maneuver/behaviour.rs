@@ -6,6 +6,7 @@ use super::{
 };
 use crate::command::{Command, Path};
 use crate::event::{Event, Fix, Medium, Now};
+use crate::waters::Waters;
 use std::time::Duration;
 use thiserror::Error;
 use units::MonoTime;
@@ -51,6 +52,8 @@ pub(crate) enum Outcome {
 pub(crate) enum Signal {
     Command(Command),
     Reference(ReferenceState),
+    /// For the log book.
+    Warning(String),
 }
 
 /// What a behaviour sees and answers through.
@@ -61,6 +64,8 @@ pub(crate) struct Context<'a> {
     /// The last fix, if it is young enough.
     pub(crate) fix: Option<Fix>,
     pub(crate) medium: Medium,
+    /// Where the vessel may go.
+    pub(crate) waters: &'a Waters,
     pub(crate) signals: &'a mut Vec<Signal>,
     /// Number of the latest path.
     pub(crate) path_ref: &'a mut u32,
@@ -76,6 +81,10 @@ impl Context<'_> {
     pub(crate) fn follow(&mut self, path: Path) {
         *self.path_ref = self.path_ref.wrapping_add(1);
         self.command(Command::Follow(Path { path_ref: *self.path_ref, ..path }));
+    }
+
+    pub(crate) fn warn(&mut self, text: String) {
+        self.signals.push(Signal::Warning(text));
     }
 
     pub(crate) fn drift(&mut self) {

@@ -3,8 +3,10 @@
 //! Waits for a first reference, goes where it says, hovers (motors off) when near and goes again when the
 //! place is farther than its radius plus a tolerance. What a reference leaves out stays as before, or starts
 //! as: stay here, the default speed, the default radius. A speed of 0 stops. Sending the same reference again
-//! keeps the timeout from passing and changes nothing else. While another vessel is announced close by, it
-//! hovers, and goes on when the other is gone or silent.
+//! keeps the timeout from passing and changes nothing else. A place outside the area, or one that no safe way leads to,
+//! is refused: what was followed before goes on. While another vessel is announced close by, it
+//! hovers, and goes on when the other is gone or silent. A reference that only stops, or that only changes the speed
+//! on the way to the place before, is never refused. Without a position it waits for one and looks at the way then.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
 use super::goto::{distance_m, path_to};
@@ -18,6 +20,8 @@ use units::{LatLon, MonoTime};
 
 /// A vessel announced longer ago is no longer where it was.
 const SIGHTING_MAX_AGE: Duration = Duration::from_secs(30);
+/// A way that is refused while it hovers is looked at again after this time: the vessel drifts.
+const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// Vessels kept in mind; of more the one heard longest ago is forgotten.
 const MOST_OTHERS: usize = 64;
 
@@ -101,8 +105,12 @@ pub(crate) struct Machine {
     near: bool,
     /// Other vessels: when and where.
     others: BTreeMap<u16, (MonoTime, LatLon)>,
-    /// It hovers because of them.
+    /// It hovers because of them, or until its own position is known.
     held_off: bool,
+    /// The place that was refused last.
+    refused: Option<LatLon>,
+    /// When a way that is refused while it hovers is looked at again.
+    next_look: MonoTime,
 }
 
 impl Machine {
@@ -115,6 +123,8 @@ impl Machine {
             near: false,
             others: BTreeMap::new(),
             held_off: false,
+            refused: None,
+            next_look: MonoTime::default(),
         }
     }
 
@@ -170,20 +180,54 @@ impl Machine {
         }
     }
 
+    /// Whether a reference leads where the vessel may go; one that does not is told of once. Without a position only
+    /// its place can be judged.
+    fn may_go(&mut self, cx: &mut Context<'_>, next: &Reference) -> bool {
+        let Some(goal) = next.location else { return true };
+        let allowed = match cx.fix {
+            Some(fix) => {
+                let start = next.start_point.unwrap_or(fix.place);
+                let mut ways = [(fix.place, goal), (start, goal)].into_iter();
+                ways.try_for_each(|(from, to)| cx.waters.way(from, to))
+            }
+            None => cx.waters.place(goal),
+        };
+        let Err(why) = allowed else {
+            self.refused = None;
+            return true;
+        };
+        if self.refused.replace(goal) != Some(goal) {
+            let before = match self.phase {
+                ReferencePhase::Goto => "the one before goes on",
+                ReferencePhase::Wait | ReferencePhase::Hover | ReferencePhase::Timeout => "it waits",
+            };
+            cx.warn(format!("a reference is refused, {before}: {why}"));
+        }
+        false
+    }
+
+    /// Whether a reference asks for no way that the vessel is not on already: to refuse it would only keep it from
+    /// stopping or from slowing down.
+    fn asks_no_new_way(&self, next: &Reference) -> bool {
+        let on_its_way = self.phase == ReferencePhase::Goto
+            && self.reference.is_some_and(|before| same_way(&before, next));
+        on_its_way || next.speed.is_some_and(stands)
+    }
+
     fn reference(&mut self, cx: &mut Context<'_>, new: &Reference) {
         self.wind(cx);
         let next = self.filled(cx, new);
+        if !new.done && !self.asks_no_new_way(&next) && !self.may_go(cx, &next) {
+            self.report(cx);
+            return;
+        }
         let before = self.reference.replace(next);
         if new.done {
             self.report(cx);
             cx.done();
             return;
         }
-        let same_way = before.is_some_and(|before| {
-            before.location == next.location
-                && before.start_point == next.start_point
-                && before.direct == next.direct
-        });
+        let same_way = before.is_some_and(|before| same_way(&before, &next));
         let speed_before = before.and_then(|before| before.speed);
         self.locate(cx, cx.fix.as_ref());
         match (next.location, next.speed) {
@@ -204,7 +248,7 @@ impl Machine {
     }
 
     fn go(&mut self, cx: &mut Context<'_>) {
-        self.held_off = cx.fix.is_some_and(|fix| self.is_crowded(cx, &fix));
+        self.held_off = cx.fix.is_none_or(|fix| self.is_crowded(cx, &fix));
         if self.held_off {
             self.hover(cx);
             return;
@@ -241,14 +285,25 @@ impl Machine {
                 self.hover(cx);
                 self.report(cx);
             }
-            ReferencePhase::Hover if !crowded && !stopped && (self.held_off || !self.near) => {
-                self.go(cx);
-                self.report(cx);
+            ReferencePhase::Hover
+                if !crowded && !stopped && (self.held_off || !self.near) && cx.now.mono >= self.next_look =>
+            {
+                if self.reference.is_none_or(|reference| self.may_go(cx, &reference)) {
+                    self.go(cx);
+                    self.report(cx);
+                } else {
+                    self.next_look = cx.now.mono + LOOK_AGAIN;
+                }
             }
             ReferencePhase::Wait | ReferencePhase::Goto | ReferencePhase::Hover | ReferencePhase::Timeout => {
             }
         }
     }
+}
+
+/// Whether two references lead along the same way.
+fn same_way(before: &Reference, next: &Reference) -> bool {
+    before.location == next.location && before.start_point == next.start_point && before.direct == next.direct
 }
 
 /// Whether a speed means to stop.

@@ -2,7 +2,8 @@
 //!
 //! The other's course is the direction between announcements far enough apart; before it is known, the
 //! direction from the vessel to the other stands in. Announcements come every ten seconds or so: following is
-//! coarse, so the vessel drifts while it is close to its place or to the other, and drives otherwise.
+//! coarse, so the vessel drifts while it is close to its place or to the other, and drives otherwise. While its place
+//! lies outside the area, or no safe way leads there, it keeps near where it was.
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
 use super::goto::{distance_m, path_to};
@@ -66,6 +67,8 @@ pub(crate) struct Machine {
     course_rad: Option<f64>,
     /// Where the vessel drives, if it does.
     driving_to: Option<LatLon>,
+    /// Where it waits while it may not go to its place.
+    waits_at: Option<LatLon>,
 }
 
 impl Machine {
@@ -79,6 +82,7 @@ impl Machine {
             anchor: None,
             course_rad: None,
             driving_to: None,
+            waits_at: None,
         }
     }
 
@@ -113,6 +117,10 @@ impl Machine {
         let Some(other) = self.other else { return };
         let config = &cx.config.system;
         let slot = self.slot(other, fix);
+        if news {
+            self.look_at_way(cx, slot, fix);
+        }
+        let slot = self.waits_at.unwrap_or(slot);
         let too_close = distance_m(fix.place, other) < config.safety_m;
         let far = distance_m(fix.place, slot) > config.slack_m;
         if too_close {
@@ -120,6 +128,23 @@ impl Machine {
         } else if far && (news || self.driving_to.is_none()) {
             self.driving_to = Some(slot);
             cx.follow(Path { start: PathStart::Here, ..path_to(slot, self.follow.speed) });
+        }
+    }
+
+    /// Whether the vessel may go to its place, by the latest news of the other.
+    fn look_at_way(&mut self, cx: &mut Context<'_>, slot: LatLon, fix: &Fix) {
+        match cx.waters.way(fix.place, slot) {
+            Ok(()) => self.waits_at = None,
+            Err(why) => {
+                if self.waits_at.is_none() {
+                    cx.warn(format!(
+                        "it waits where it is and does not follow {:#06x}: {why}",
+                        self.follow.system
+                    ));
+                    self.waits_at = Some(fix.place);
+                    self.rest(cx);
+                }
+            }
         }
     }
 

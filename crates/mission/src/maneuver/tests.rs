@@ -8,11 +8,13 @@ use super::{Context, Left, Maneuver, ManeuverConfig, Outcome, RawPlace, Running,
 use crate::command::{Command, Path};
 use crate::event::{Event, Fix, Medium, PathProgress};
 use crate::testing::{at, plan};
+use crate::waters::Waters;
 
 /// A maneuver, its clock and the commands it gives.
 struct Bench {
     running: Running,
     config: ManeuverConfig,
+    waters: Waters,
     now_s: f64,
     fix: Option<Fix>,
     path_ref: u32,
@@ -26,6 +28,7 @@ impl Bench {
         Self {
             running: Running::new(plan.nodes()[0].maneuver()),
             config: ManeuverConfig::default(),
+            waters: Waters::default(),
             now_s: 0.0,
             fix: None,
             path_ref: 0,
@@ -41,6 +44,7 @@ impl Bench {
             config: &self.config,
             fix: self.fix,
             medium: Medium::Unknown,
+            waters: &self.waters,
             signals: &mut signals,
             path_ref: &mut self.path_ref,
             outcome: None,

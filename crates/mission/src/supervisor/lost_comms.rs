@@ -31,6 +31,8 @@ pub struct LostCommsConfig {
     /// Whether to act even if nobody has ever been heard, the time then counting from the start: right for a
     /// vessel that may restart at sea, wrong on the quay.
     pub before_first_contact: bool,
+    /// Silence after which communications count as lost, also where nothing is to be done about it.
+    pub lost_after: Duration,
 }
 
 impl Default for LostCommsConfig {
@@ -40,7 +42,13 @@ impl Default for LostCommsConfig {
             Step { after: Duration::from_secs(30), remedy: Remedy::Hold },
             Step { after: Duration::from_mins(5), remedy: Remedy::Run { plan_id: "lost_comms".to_owned() } },
         ];
-        Self { idle: ladder.clone(), plan: Vec::new(), teleoperation: ladder, before_first_contact: false }
+        Self {
+            idle: ladder.clone(),
+            plan: Vec::new(),
+            teleoperation: ladder,
+            before_first_contact: false,
+            lost_after: Duration::from_mins(5),
+        }
     }
 }
 
@@ -85,6 +93,8 @@ pub struct LostComms {
     /// Last contact, or the start.
     since: MonoTime,
     heard: bool,
+    /// It acts although nobody has been heard.
+    armed: bool,
     /// Steps up to this are taken.
     taken: Option<Duration>,
     outputs: VecDeque<LostCommsOutput>,
@@ -98,6 +108,7 @@ impl LostComms {
             activity: Activity::Idle,
             since: now,
             heard: false,
+            armed: false,
             taken: None,
             outputs: VecDeque::new(),
         }
@@ -106,6 +117,11 @@ impl LostComms {
     /// New parameters.
     pub fn reconfigure(&mut self, config: LostCommsConfig) {
         self.config = config;
+    }
+
+    /// Acts from here on even if nobody has ever been heard, the time counting from the start: the vessel is at sea.
+    pub fn arm(&mut self) {
+        self.armed = true;
     }
 
     /// Takes an input.
@@ -148,10 +164,29 @@ impl LostComms {
         self.taken.is_some()
     }
 
+    /// How long ago somebody was heard; where it acts although nobody ever was, how long ago it started.
+    pub fn silence(&self, now: MonoTime) -> Option<Duration> {
+        self.acts().then(|| now.since(self.since))
+    }
+
+    /// Whether anybody was heard since the start.
+    pub fn has_heard(&self) -> bool {
+        self.heard
+    }
+
+    /// Whether nobody has been heard for too long, whatever is done about it.
+    pub fn is_silent(&self, now: MonoTime) -> bool {
+        self.silence(now).is_some_and(|silence| silence >= self.config.lost_after)
+    }
+
     /// What it will do next if nobody is heard.
     pub fn outlook(&self) -> Option<Outlook> {
         let step = self.next()?;
         Some(Outlook { remedy: step.remedy.clone(), at: Some(self.since + step.after) })
+    }
+
+    fn acts(&self) -> bool {
+        self.heard || self.armed || self.config.before_first_contact
     }
 
     fn next(&self) -> Option<&Step> {
@@ -164,8 +199,8 @@ impl LostComms {
             Activity::Teleoperation => &self.config.teleoperation,
             Activity::Idle | Activity::Remedy => &self.config.idle,
         };
-        let armed = self.heard || self.config.before_first_contact;
-        ladder.iter().filter(move |step| armed && self.taken.is_none_or(|taken| step.after > taken))
+        let acts = self.acts();
+        ladder.iter().filter(move |step| acts && self.taken.is_none_or(|taken| step.after > taken))
     }
 }
 
@@ -201,6 +236,18 @@ mod tests {
         machine.handle_timeout(at(400));
         assert_eq!(machine.poll_output(), Some(LostCommsOutput::Act(home())));
         assert_eq!((machine.poll_timeout(), machine.is_lost()), (None, true));
+    }
+
+    #[test]
+    fn a_long_silence_is_one_although_nothing_is_done_about_it() {
+        let mut machine = heard_at_100(Activity::Plan);
+        machine.handle_timeout(at(399));
+        assert!(!machine.is_silent(at(399)) && machine.is_silent(at(400)) && !machine.is_lost());
+        machine.handle_input(at(401), LostCommsInput::Contact);
+        assert_eq!(
+            (machine.silence(at(403)), machine.is_silent(at(403))),
+            (Some(Duration::from_secs(2)), false)
+        );
     }
 
     #[test]

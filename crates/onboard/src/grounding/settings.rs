@@ -146,6 +146,11 @@ impl ChartFile {
         Self { name, digest, index: Arc::new(index) }
     }
 
+    /// Its index, for who keeps it.
+    pub(crate) fn shared_index(&self) -> Arc<DepthIndex> {
+        Arc::clone(&self.index)
+    }
+
     /// What it is called.
     pub(crate) fn name(&self) -> &str {
         &self.name

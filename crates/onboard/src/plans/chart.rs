@@ -5,12 +5,41 @@ use crate::entity::Entity;
 use crate::grounding::Chart;
 use crate::output::Level;
 use crate::settings::Settings;
-use mission::guard::{Warning, check_plan};
-use mission::{ManeuverKind, Plan};
+use mission::guard::{GuardLimits, Warning, check_plan};
+use mission::{ManeuverKind, Plan, WaterChart};
 use units::LatLon;
 
 /// Warnings of a verdict that are told one by one; of more their number.
 const MOST_TOLD: usize = 5;
+
+/// What maneuvers hold the goals against that others name under way.
+pub(super) fn of_waters(settings: &Settings) -> WaterChart {
+    match &settings.grounding.chart {
+        Chart::Loaded(file) => WaterChart::Loaded(file.shared_index(), Box::new(settings.guard_limits())),
+        Chart::Unreadable { .. } if settings.grounding.refuses_without => WaterChart::Unreadable,
+        Chart::Off | Chart::Unreadable { .. } => WaterChart::Off,
+    }
+}
+
+/// Whether the chart has water for a plan by these limits, without a word to anybody.
+///
+/// # Errors
+/// Why not.
+pub(super) fn refusal(
+    settings: &Settings,
+    plan: &Plan,
+    from: Option<LatLon>,
+    limits: &GuardLimits,
+) -> Result<(), String> {
+    match of_waters(settings) {
+        WaterChart::Off => Ok(()),
+        WaterChart::Unreadable => Err("the chart that is configured cannot be read".to_owned()),
+        WaterChart::Loaded(index, _) => {
+            let verdict = check_plan(plan, from, &index, limits);
+            if verdict.is_refused() { Err(verdict.summary()) } else { Ok(()) }
+        }
+    }
+}
 
 /// Whether a plan that starts at `from`, if that is known, keeps to deep water; doubts go to the log book.
 ///

@@ -27,7 +27,8 @@ use imc::messages::{
 use imc::{Address, Nested};
 use mission::{
     ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, Operator,
-    PathProgress, PathStart, Plan, PlanDraft, PlanProblems, PlanState, Reply, RunId, Success, Ticket, Turn,
+    PathProgress, PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success,
+    Ticket, Turn, Waters,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -41,15 +42,31 @@ const RUNS_KEPT: usize = 4;
 /// # Errors
 /// All that keeps it from being sailed.
 pub fn checked(plan: &PlanSpecification, settings: &Settings) -> Result<Plan, PlanProblems> {
+    built(plan, settings, &settings.mission.limits)
+}
+
+/// A plan of the vessel's own: out of need it may lead anywhere, also from outside the area back into it.
+fn checked_own(plan: &PlanSpecification, settings: &Settings) -> Result<Plan, PlanProblems> {
+    built(plan, settings, &PlanLimits { area: None, ..settings.mission.limits.clone() })
+}
+
+fn built(plan: &PlanSpecification, settings: &Settings, limits: &PlanLimits) -> Result<Plan, PlanProblems> {
     let notes = notes::notes(plan, settings);
     let draft = PlanDraft { notes, ..translate::draft(plan) };
-    Plan::build(&draft, &settings.mission.limits)
+    Plan::build(&draft, limits)
 }
 
 /// A plan under way that the chart would refuse.
 #[derive(Debug)]
 pub(crate) struct RefusedPlan {
     pub(crate) run: RunId,
+    pub(crate) plan_id: String,
+    pub(crate) why: String,
+}
+
+/// A plan that failed.
+#[derive(Debug)]
+pub(crate) struct Failed {
     pub(crate) plan_id: String,
     pub(crate) why: String,
 }
@@ -63,6 +80,15 @@ pub(crate) struct Plans {
     settings: Box<Settings>,
     /// The plan of the start in hand, until the engine gives it a number.
     starting: Option<PlanSpecification>,
+    /// The plan that ended last, if it failed and nobody has asked.
+    failed: Option<Failed>,
+    /// The last run on the vessel's own account, and whether one is being started.
+    own_run: Option<RunId>,
+    starts_own: bool,
+    /// A plan is being resumed.
+    resumes: bool,
+    /// Why the last start on the vessel's own account came to nothing.
+    own_refusal: Option<String>,
     runs: BTreeMap<RunId, PlanSpecification>,
     plan_state: PlanState,
     vehicle_state: mission::VehicleState,
@@ -92,6 +118,11 @@ impl Plans {
             database,
             settings: Box::new(settings.clone()),
             starting: None,
+            failed: None,
+            own_run: None,
+            starts_own: false,
+            resumes: false,
+            own_refusal: None,
             runs: BTreeMap::new(),
             plan_state: PlanState::default(),
             vehicle_state: mission::VehicleState::default(),
@@ -127,6 +158,26 @@ impl Plans {
         let from = if begins { place } else { None };
         let why = chart::check(&self.settings, bus, &plan, from).err()?;
         Some(RefusedPlan { run, plan_id: plan.id().to_owned(), why })
+    }
+
+    /// The plan of a run.
+    pub(crate) fn plan_of(&self, run: RunId) -> Option<&PlanSpecification> {
+        self.runs.get(&run)
+    }
+
+    /// The plan that ended last, if it failed and nobody has asked.
+    pub(crate) fn take_failed(&mut self) -> Option<Failed> {
+        self.failed.take()
+    }
+
+    /// That failure is still to be asked for, unless another came since.
+    pub(crate) fn failed_before(&mut self, failed: Failed) {
+        self.failed.get_or_insert(failed);
+    }
+
+    /// Whether the plan that ended last failed and nobody has asked.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.failed.is_some()
     }
 
     /// Whether a plan of this name is kept.
@@ -223,7 +274,12 @@ impl Plans {
             mission::Output::Command(command) => self.command(bus, pilot, &command),
             mission::Output::Reply(reply) => self.reply(bus, &reply),
             mission::Output::PlanBegins { run, plan_id } => self.begin(bus, run, &plan_id),
-            mission::Output::PlanEnded { .. } => open_log(bus, ""),
+            mission::Output::PlanEnded { run, plan_id, reason } => {
+                open_log(bus, "");
+                // A remedy that failed is its supervisor's business.
+                let failed = reason.is_failure() && self.own_run != Some(run);
+                self.failed = failed.then(|| Failed { plan_id, why: reason.to_string() });
+            }
             mission::Output::Actions { run, point } => self.act(run, &point),
             mission::Output::Calibrate(span) => {
                 let text = format!("calibrating for {} s", span.as_secs());
@@ -298,6 +354,9 @@ impl Plans {
 
     fn begin(&mut self, bus: &mut Bus, run: RunId, plan_id: &str) {
         open_log(bus, plan_id);
+        if self.starts_own {
+            self.own_run = Some(run);
+        }
         if let Some(plan) = self.starting.take() {
             bus.send(Entity::PlanEngine, &plan);
             self.runs.insert(run, plan);
@@ -356,7 +415,12 @@ impl Plans {
                 };
                 (PlanControlType::Success, success.to_string(), arg)
             }
-            Err(failure) => (PlanControlType::Failure, failure.to_string(), None),
+            Err(failure) => {
+                if *operation == Operation::Start && origin.system == bus.address().0 {
+                    self.own_refusal = Some(failure.to_string());
+                }
+                (PlanControlType::Failure, failure.to_string(), None)
+            }
         };
         let message = PlanControl {
             r#type: kind,
@@ -381,7 +445,10 @@ impl Plans {
 /// The engine's parameters, with the labels of vital entities.
 fn engine_config(settings: &Settings) -> EngineConfig {
     let vital = settings.watch.vital.iter().map(|entity| settings.labels.of(*entity).to_owned()).collect();
-    EngineConfig { vital, ..settings.mission.engine.clone() }
+    let bridged = [Entity::Gps, Entity::Navigation, Entity::Path];
+    let bridged = bridged.map(|entity| settings.labels.of(entity).to_owned()).into();
+    let waters = Waters { area: settings.mission.limits.area.clone(), chart: chart::of_waters(settings) };
+    EngineConfig { vital, bridged, waters, ..settings.mission.engine.clone() }
 }
 
 /// Asks for a new log as DUNE's engine does, and has it opened.

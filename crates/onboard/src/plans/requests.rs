@@ -10,7 +10,8 @@ use imc::messages::{
     Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
     PlanSpecification, Reference,
 };
-use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, StartOptions};
+use mission::guard::GuardLimits;
+use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, RunId, StartOptions};
 use units::LatLon;
 
 /// Where a plan would begin.
@@ -18,7 +19,7 @@ use units::LatLon;
 enum Way {
     /// Here, if the vessel knows where it is.
     From(Option<LatLon>),
-    /// A maneuver of the vessel's own leads out of need: it is not held against the chart.
+    /// A maneuver of the vessel's own leads out of need: it is held neither against chart nor area.
     Own,
 }
 
@@ -67,7 +68,8 @@ impl Plans {
         let plan_id = request.plan_id.to_str_lossy().into_owned();
         let (verb, ask) = match request.op {
             PlanControlOp::Start => {
-                let own_maneuver = asker.system == bus.address() && request.arg.get().is_some();
+                let own = asker.system == bus.address();
+                let own_maneuver = own && request.arg.get().is_some_and(|arg| translate::is_maneuver(&arg));
                 let way = if own_maneuver { Way::Own } else { Way::From(pilot.place()) };
                 let plan = self.plan(bus, name, &plan_id, request.arg.get(), way);
                 let options = StartOptions {
@@ -91,24 +93,79 @@ impl Plans {
         self.starting = None;
     }
 
-    /// Starts a plan of the database on the vessel's own account.
+    /// Starts a plan of the database, or a maneuver, on the vessel's own account; in need, in spite of errors of parts.
+    ///
+    /// # Errors
+    /// Why it came to nothing.
     pub(crate) fn start_own(
         &mut self,
         bus: &mut Bus,
         pilot: &mut Pilot,
         plan_id: &str,
         message: Option<Message>,
-    ) {
+        in_need: bool,
+    ) -> Result<RunId, String> {
+        let before = self.plan_state.run;
+        self.own_refusal = None;
         let request = PlanControl {
             r#type: PlanControlType::Request,
             op: PlanControlOp::Start,
             plan_id: plan_id.into(),
-            flags: PlanControlFlags::IGNORE_ERRORS,
+            flags: if in_need { PlanControlFlags::IGNORE_ERRORS } else { PlanControlFlags::empty() },
             arg: message.into(),
             ..PlanControl::default()
         };
         let own = Asker { system: bus.address(), entity: Entity::Supervisor.number() };
+        self.starts_own = true;
         self.control(bus, pilot, own, "the vessel itself", &request);
+        self.starts_own = false;
+        self.begun_since(before)
+    }
+
+    /// Goes on with a plan that was under way when the program ended.
+    ///
+    /// # Errors
+    /// Why it came to nothing.
+    pub(crate) fn resume(
+        &mut self,
+        bus: &mut Bus,
+        pilot: &mut Pilot,
+        plan: PlanSpecification,
+    ) -> Result<RunId, String> {
+        let before = self.plan_state.run;
+        self.own_refusal = None;
+        let request = PlanControl {
+            r#type: PlanControlType::Request,
+            op: PlanControlOp::Start,
+            plan_id: plan.plan_id.clone(),
+            arg: Message::from(plan).into(),
+            ..PlanControl::default()
+        };
+        let own = Asker { system: bus.address(), entity: Entity::Supervisor.number() };
+        self.resumes = true;
+        self.control(bus, pilot, own, "the vessel itself", &request);
+        self.resumes = false;
+        self.begun_since(before)
+    }
+
+    fn begun_since(&mut self, before: Option<RunId>) -> Result<RunId, String> {
+        let run = self.plan_state.run.filter(|run| Some(*run) != before);
+        run.ok_or_else(|| self.own_refusal.take().unwrap_or_else(|| "the plan engine refuses".to_owned()))
+    }
+
+    /// Whether the chart has water for a maneuver of the vessel's own, from a place on, by these limits.
+    ///
+    /// # Errors
+    /// Why not.
+    pub(crate) fn may_lead(
+        &self,
+        maneuver: Message,
+        from: LatLon,
+        limits: &GuardLimits,
+    ) -> Result<(), String> {
+        let specification = translate::quick_plan("way", maneuver);
+        let plan = super::checked_own(&specification, &self.settings).map_err(|error| error.to_string())?;
+        chart::refusal(&self.settings, &plan, Some(from), limits)
     }
 
     /// Stops whatever runs, on the vessel's own account.
@@ -143,12 +200,12 @@ impl Plans {
         arg: Option<Message>,
         way: Way,
     ) -> Result<Box<Plan>, NoPlan> {
+        let mut came = false;
         let specification: PlanSpecification = match arg {
             None => self.database.plan(plan_id).ok_or(NoPlan::Undefined)?,
             Some(Message::PlanSpecification(plan)) => {
-                if plan.plan_id == *plan_id {
-                    self.database.keep_started(bus, name, &plan);
-                }
+                // One that resumes is the rest of a plan only.
+                came = plan.plan_id == *plan_id && !self.resumes;
                 *plan
             }
             Some(message) if translate::is_maneuver(&message) => translate::quick_plan(plan_id, message),
@@ -157,9 +214,16 @@ impl Plans {
                 return Err(NoPlan::Unreadable(what));
             }
         };
-        let plan = super::checked(&specification, &self.settings)?;
+        let plan = match way {
+            Way::From(_) => super::checked(&specification, &self.settings)?,
+            Way::Own => super::checked_own(&specification, &self.settings)?,
+        };
         if let Way::From(from) = way {
             chart::check(&self.settings, bus, &plan, from).map_err(NoPlan::Grounding)?;
+        }
+        // A broken plan does not take the place of a good one that is stored.
+        if came {
+            self.database.keep_started(bus, name, &specification);
         }
         self.starting = Some(specification);
         Ok(Box::new(plan))

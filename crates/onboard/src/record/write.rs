@@ -303,6 +303,10 @@ fn keep(put: &mut Put<'_>, keep: &Keep) {
                 put.bytes(value.as_bytes());
             }
         }
+        Keep::UnderWay(packet) => {
+            put.u8(4);
+            put.bytes(packet.as_deref().unwrap_or_default());
+        }
     }
 }
 

@@ -7,7 +7,8 @@ pub(crate) mod world;
 
 use imc::messages::*;
 use imc::{Address, Header, Packet, Payload};
-use onboard::{Brain, Input, Now, Output, Peer, Settings};
+use mission::{Effect, Kept};
+use onboard::{Brain, Input, Keep, Now, Output, Peer, Settings};
 use sim::{GnssConfig, OutputForm, Vessel, VesselConfig};
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime};
@@ -31,6 +32,8 @@ pub(crate) struct Sea {
     pub(crate) said: Vec<(Now, Packet)>,
     pub(crate) outputs: Vec<(Now, Output)>,
     pub(crate) motors: Vec<(Now, control::MotorPair)>,
+    /// What the disk holds.
+    pub(crate) disk: Kept,
     /// Whether the console sends heartbeats.
     pub(crate) heartbeats: bool,
     next_heartbeat: MonoTime,
@@ -60,6 +63,7 @@ impl Sea {
             said: Vec::new(),
             outputs: Vec::new(),
             motors: Vec::new(),
+            disk: Kept::default(),
             heartbeats: true,
             next_heartbeat: MonoTime::default(),
             request: 0,
@@ -69,8 +73,19 @@ impl Sea {
     }
 
     pub(crate) fn tell(&mut self, input: Input) {
-        let (said, outputs, motors) = (&mut self.said, &mut self.outputs, &mut self.motors);
-        self.world.tell(input, &mut |now, happening| note(said, outputs, motors, now, happening));
+        let mut notes = Notes::of(&mut self.said, &mut self.outputs, &mut self.motors, &mut self.disk);
+        self.world.tell(input, &mut |now, happening| notes.take(now, happening));
+    }
+
+    /// The program is killed; so much later another begins with what the disk holds. The motors stop meanwhile.
+    pub(crate) fn kill(&mut self, settings: Settings, away_s: f64) {
+        self.world.vessel.command(0.0, 0.0).unwrap();
+        self.world.vessel.step(Duration::from_secs_f64(away_s));
+        while self.world.vessel.poll_output().is_some() {}
+        let now = self.world.now();
+        self.world.brain = Brain::new(settings, now, self.disk.clone()).unwrap();
+        self.forget();
+        self.tell(Input::Connected(PEER));
     }
 
     /// Sends a message as the console.
@@ -109,8 +124,8 @@ impl Sea {
             self.next_heartbeat = self.world.vessel.now() + Duration::from_secs(1);
             self.send(Heartbeat);
         }
-        let (said, outputs, motors) = (&mut self.said, &mut self.outputs, &mut self.motors);
-        self.world.advance(until, &mut |now, happening| note(said, outputs, motors, now, happening));
+        let mut notes = Notes::of(&mut self.said, &mut self.outputs, &mut self.motors, &mut self.disk);
+        self.world.advance(until, &mut |now, happening| notes.take(now, happening));
     }
 
     /// All messages of a type that the vessel sent.
@@ -188,20 +203,38 @@ impl Sea {
     }
 }
 
-fn note(
-    said: &mut Vec<(Now, Packet)>,
-    outputs: &mut Vec<(Now, Output)>,
-    motors: &mut Vec<(Now, control::MotorPair)>,
-    now: Now,
-    happening: Happening,
-) {
-    let Happening::Wanted(output) = happening else { return };
-    match &output {
-        Output::Packet { bytes, .. } => said.push((now, Packet::decode(bytes).unwrap())),
-        Output::Motors(pair) => motors.push((now, *pair)),
-        _ => {}
+/// Where is noted what the brain wants.
+struct Notes<'a> {
+    said: &'a mut Vec<(Now, Packet)>,
+    outputs: &'a mut Vec<(Now, Output)>,
+    motors: &'a mut Vec<(Now, control::MotorPair)>,
+    disk: &'a mut Kept,
+}
+
+impl<'a> Notes<'a> {
+    fn of(
+        said: &'a mut Vec<(Now, Packet)>,
+        outputs: &'a mut Vec<(Now, Output)>,
+        motors: &'a mut Vec<(Now, control::MotorPair)>,
+        disk: &'a mut Kept,
+    ) -> Self {
+        Self { said, outputs, motors, disk }
     }
-    outputs.push((now, output));
+
+    fn take(&mut self, now: Now, happening: Happening) {
+        let Happening::Wanted(output) = happening else { return };
+        match &output {
+            Output::Packet { bytes, .. } => self.said.push((now, Packet::decode(bytes).unwrap())),
+            Output::Motors(pair) => self.motors.push((now, *pair)),
+            Output::Keep(Keep::UnderWay(packet)) => self.disk.under_way.clone_from(packet),
+            Output::Keep(Keep::Plans(Effect::Store { record, .. })) => {
+                self.disk.plans.retain(|kept| kept.plan_id != record.plan_id);
+                self.disk.plans.push(record.clone());
+            }
+            _ => {}
+        }
+        self.outputs.push((now, output));
+    }
 }
 
 /// A place north and east of the start.

@@ -8,7 +8,9 @@ use crate::maneuver::{
     Signal, distance_m,
 };
 use crate::speed::Speed;
+use crate::supervisor::Area;
 use crate::testing::{SPEED, at, fix, frame, place};
+use crate::waters::Waters;
 use std::time::Duration;
 
 fn scheduled(arrival_s: f64, late: Late) -> Bench {
@@ -84,7 +86,7 @@ fn following() -> Bench {
 fn phase(bench: &Bench) -> Option<ReferencePhase> {
     bench.signals.iter().rev().find_map(|signal| match signal {
         Signal::Reference(state) => Some(state.phase),
-        Signal::Command(_) => None,
+        Signal::Command(_) | Signal::Warning(_) => None,
     })
 }
 
@@ -225,4 +227,101 @@ fn follow_reference_hovers_while_another_vessel_is_close() {
     bench.config.reference.separation_m = 0.0;
     bench.event(&sighting(16.0, 0.0));
     assert_eq!(bench.fix(fix(16.0, 0.0)), []);
+}
+
+/// 100 m to all sides of the middle.
+fn square() -> Waters {
+    let corners = [(-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0)];
+    let area = Some(Area::new(&corners.map(|(n, e)| place(n, e))).unwrap());
+    Waters { area, ..Waters::default() }
+}
+
+fn warnings(bench: &Bench) -> usize {
+    bench.signals.iter().filter(|signal| matches!(signal, Signal::Warning(_))).count()
+}
+
+#[test]
+fn a_reference_outside_the_area_is_refused_and_the_one_before_goes_on() {
+    let mut bench = following();
+    bench.waters = square();
+    assert_eq!(path(&bench.event(&Event::Reference(reference(80.0)))).end, place(80.0, 0.0));
+    assert_eq!(bench.event(&Event::Reference(reference(130.0))), [], "it keeps its way");
+    assert_eq!((phase(&bench), warnings(&bench)), (Some(ReferencePhase::Goto), 1));
+    assert_eq!(bench.event(&Event::Reference(reference(130.0))), []);
+    assert_eq!(warnings(&bench), 0, "the same is told once");
+    // Its commander is alive all the same.
+    bench.pass(9.0);
+    bench.event(&Event::Reference(reference(130.0)));
+    bench.pass(18.0);
+    assert_eq!(bench.outcome, None);
+    assert_eq!(path(&bench.event(&Event::Reference(reference(90.0)))).end, place(90.0, 0.0));
+}
+
+/// A bay reaches from the east into the square, between 20 m and 60 m north.
+fn bay() -> Waters {
+    let corners = [
+        (-100.0, -100.0),
+        (-100.0, 100.0),
+        (20.0, 100.0),
+        (40.0, 10.0),
+        (60.0, 100.0),
+        (100.0, 100.0),
+        (100.0, -100.0),
+    ];
+    let area = Some(Area::new(&corners.map(|(n, e)| place(n, e))).unwrap());
+    Waters { area, ..Waters::default() }
+}
+
+#[test]
+fn a_reference_that_stops_or_slows_down_is_obeyed_where_the_way_would_be_refused() {
+    let mut bench = following();
+    bench.waters = bay();
+    path(&bench.event(&Event::Reference(reference(80.0))));
+    // A stream sets the vessel east: the straight way now leads over the bay.
+    bench.fix(fix(0.0, 30.0));
+    let only =
+        |speed| Reference { location: None, speed: Some(Speed::MetresPerSecond(speed)), ..reference(0.0) };
+    let slower = bench.event(&Event::Reference(only(0.5)));
+    assert_eq!(slower, [Command::ChangeSpeed(Speed::MetresPerSecond(0.5))]);
+    assert_eq!(bench.event(&Event::Reference(only(0.0))), [Command::Drift]);
+    assert_eq!(phase(&bench), Some(ReferencePhase::Hover));
+    // To go on from here is another matter.
+    assert_eq!(bench.event(&Event::Reference(only(1.0))), []);
+    assert_eq!((phase(&bench), warnings(&bench)), (Some(ReferencePhase::Hover), 1));
+}
+
+#[test]
+fn a_reference_without_a_position_is_judged_once_there_is_one() {
+    let mut bench = following();
+    bench.waters = bay();
+    bench.fix = None;
+    assert_eq!(bench.event(&Event::Reference(reference(130.0))), []);
+    assert_eq!(warnings(&bench), 1, "outside is outside from wherever it comes");
+    bench.event(&Event::Reference(reference(80.0)));
+    assert_eq!(phase(&bench), Some(ReferencePhase::Hover), "it waits for a position");
+    assert_eq!(bench.fix(fix(0.0, 60.0)), []);
+    assert_eq!(warnings(&bench), 1, "the way from here leads over the bay");
+    bench.now_s = 5.0;
+    assert_eq!(path(&bench.fix(fix(0.0, -20.0))).end, place(80.0, 0.0));
+}
+
+#[test]
+fn a_system_that_leaves_the_area_is_waited_for_inside() {
+    let follow = FollowSystem { system: 0x2811, speed: SPEED, ahead_m: 0.0, port_m: 0.0, duration: None };
+    let mut bench = Bench::new(Maneuver::FollowSystem(follow));
+    bench.waters = square();
+    bench.fix = Some(fix(0.0, 0.0));
+    bench.start();
+    let seen = |bench: &mut Bench, north_m: f64| {
+        bench.event(&Event::Sighting(Sighting { system: 0x2811, place: place(north_m, 0.0), afloat: true }))
+    };
+    assert_eq!(path(&seen(&mut bench, 60.0)).end, place(60.0, 0.0));
+    bench.fix = Some(fix(40.0, 0.0));
+    assert_eq!(seen(&mut bench, 140.0), [Command::Drift], "it does not go there");
+    assert_eq!(warnings(&bench), 1);
+    // Carried away it comes back to where it waits, and not to the other.
+    bench.fix = Some(fix(40.0, 30.0));
+    let commands = bench.event(&Event::Fix(fix(40.0, 30.0)));
+    assert_eq!(path(&commands).end, place(40.0, 0.0));
+    assert_eq!(path(&seen(&mut bench, 90.0)).end, place(90.0, 0.0), "the other is back");
 }

@@ -1,0 +1,28 @@
+//! Whether the vessel knows where it is, for those who steer by that: lost at once, found after a while.
+
+use crate::navigation::Estimate;
+use std::time::Duration;
+use units::MonoTime;
+
+/// Whether the position is known.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sight {
+    lost: bool,
+    good_since: Option<MonoTime>,
+}
+
+impl Sight {
+    /// Takes an estimate, or that there is none, once there was one; answers whether the position is known. After a loss
+    /// it is when positions have been measured for so long.
+    pub(crate) fn see(&mut self, now: MonoTime, estimate: Option<&Estimate>, recovery: Duration) -> bool {
+        let is_good = estimate.is_some_and(|estimate| !estimate.is_reckoned() && !estimate.is_heading_old());
+        if estimate.is_none() {
+            self.lost = true;
+        }
+        self.good_since = if is_good { self.good_since.or(Some(now)) } else { None };
+        if self.good_since.is_some_and(|since| now.since(since) >= recovery) {
+            self.lost = false;
+        }
+        !self.lost
+    }
+}

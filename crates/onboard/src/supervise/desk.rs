@@ -1,0 +1,160 @@
+//! What the supervisors work with, and how a remedy becomes a plan that the engine runs.
+
+use crate::bus::Bus;
+use crate::grounding::{Chart, DEEP_WATER, Grounding, GroundingSettings};
+use crate::navigation::Estimate;
+use crate::pilot::Pilot;
+use crate::plans::Plans;
+use crate::settings::RestartSettings;
+use crate::states::States;
+use imc::messages::{Message, SpeedUnits, StationKeeping, ZUnits};
+use mission::guard::GuardLimits;
+use mission::{Area, Remedy, RunId};
+use std::time::Duration;
+use units::{LatLon, UtcTime};
+
+/// Name of the plan that keeps the vessel where it is.
+pub(super) const HOLD_PLAN: &str = "hold";
+/// A position that was last measured longer ago is no place to keep.
+const POSITION_KEPT: Duration = Duration::from_secs(2);
+/// A station back inside the area keeps this much more than its radius from the border (m).
+const BORDER_M: f64 = 5.0;
+/// Where no way back inside is wide enough for plans, one with this share of their room will do.
+const NARROW: f64 = 0.3;
+
+/// What the supervisors work with.
+pub(crate) struct Desk<'a> {
+    pub(crate) bus: &'a mut Bus,
+    pub(crate) states: &'a mut States,
+    pub(crate) plans: &'a mut Plans,
+    pub(crate) pilot: &'a mut Pilot,
+    pub(crate) estimate: Option<&'a Estimate>,
+    pub(crate) hold_radius_m: f64,
+    pub(crate) hold_speed_mps: f64,
+    pub(crate) capacity_wh: f64,
+    pub(crate) grounding: &'a GroundingSettings,
+    pub(crate) area: Option<&'a Area>,
+    pub(crate) guard: GuardLimits,
+    pub(crate) holds_after_failure: bool,
+    pub(crate) restart: &'a RestartSettings,
+    /// The time of the satellites, once they told it.
+    pub(crate) satellite_utc: Option<UtcTime>,
+}
+
+/// A remedy that is carried out.
+pub(super) struct Started {
+    /// Its run; none where it needs none.
+    pub(super) run: Option<RunId>,
+    /// What more there is to say.
+    pub(super) how: Option<How>,
+}
+
+/// How a remedy is carried out.
+#[derive(Debug, PartialEq)]
+pub(super) struct How {
+    pub(super) text: String,
+    /// It is not what it should be.
+    pub(super) is_doubtful: bool,
+}
+
+impl Desk<'_> {
+    /// Carries a remedy out, or answers why it is not possible now; `in_need` in spite of errors of parts.
+    pub(super) fn start(&mut self, remedy: &Remedy, in_need: bool) -> Result<Started, String> {
+        let (plan_id, maneuver, how) = match remedy {
+            Remedy::Stop => {
+                self.plans.stop_own(self.bus, self.pilot);
+                return Ok(Started { run: None, how: None });
+            }
+            Remedy::Run { plan_id } if plan_id == DEEP_WATER => (
+                DEEP_WATER,
+                Some(self.deep_water().ok_or("no deep water is known that a straight way leads to")?),
+                None,
+            ),
+            Remedy::Run { plan_id } if self.plans.has(plan_id) => (plan_id.as_str(), None, None),
+            Remedy::Run { plan_id } => return Err(format!("there is no plan '{plan_id}'")),
+            Remedy::Hold => {
+                let (station, how) = self.hold()?;
+                (HOLD_PLAN, Some(station), how)
+            }
+        };
+        let run = self.plans.start_own(self.bus, self.pilot, plan_id, maneuver, in_need)?;
+        Ok(Started { run: Some(run), how })
+    }
+
+    fn position(&self) -> Result<&Estimate, String> {
+        let known = self.estimate.filter(|estimate| estimate.age < POSITION_KEPT);
+        known.ok_or_else(|| "the position is not known".to_owned())
+    }
+
+    /// Keeping station where the vessel is, or inside the area if it is outside or close to the border.
+    fn hold(&self) -> Result<(Message, Option<How>), String> {
+        let (place, radius_m) = (self.position()?.place, self.hold_radius_m);
+        let here = self.station(place, radius_m);
+        let Some((area, depth_m)) =
+            self.area.map(|area| (area, area.depth_m(place))).filter(|(_, depth_m)| *depth_m < radius_m)
+        else {
+            return Ok((here, None));
+        };
+        match self.way_in(area, place) {
+            Ok((inside, station)) => {
+                let is_doubtful = self.grounding.chart == Chart::Off;
+                let way = if is_doubtful {
+                    ", straight in, as there is no chart to hold the way against"
+                } else {
+                    ""
+                };
+                let text =
+                    format!("back inside the area to {:.5}, {:.5}{way}", inside.lat_deg(), inside.lon_deg());
+                Ok((station, (depth_m < 0.0).then_some(How { text, is_doubtful })))
+            }
+            Err(_) if depth_m >= 0.0 => Ok((here, None)),
+            Err(why) => {
+                let text = format!("no safe way back inside is known ({why}): it holds where it is, outside");
+                Ok((here, Some(How { text, is_doubtful: true })))
+            }
+        }
+    }
+
+    /// A place inside the area that a safe way leads to, and keeping station there.
+    fn way_in(&self, area: &Area, from: LatLon) -> Result<(LatLon, Message), String> {
+        let places = area.ways_in(from, self.hold_radius_m + BORDER_M);
+        let mut refusal = None;
+        for limits in self.looser_and_looser() {
+            for place in &places {
+                let station = self.station(*place, self.hold_radius_m.min(area.depth_m(*place)));
+                match self.plans.may_lead(station.clone(), from, &limits) {
+                    Ok(()) => return Ok((*place, station)),
+                    Err(why) => refusal.get_or_insert(why),
+                };
+            }
+        }
+        Err(refusal.unwrap_or_else(|| "the area has no room".to_owned()))
+    }
+
+    /// What a way is held against: as for plans, then in water that anybody may drive in, at last in a narrow one too:
+    /// the vessel may have been steered where plans do not lead.
+    fn looser_and_looser(&self) -> [GuardLimits; 3] {
+        let guard = self.guard;
+        let anybody = GuardLimits { autonomous_m: guard.navigable_m, ..guard };
+        [guard, anybody, GuardLimits { cross_track_m: NARROW * guard.cross_track_m, ..anybody }]
+    }
+
+    /// Keeping station where it is deep.
+    fn deep_water(&self) -> Option<Message> {
+        let refuge = Grounding::refuge(self.grounding, self.position().ok()?, self.hold_radius_m)?;
+        Some(self.station(refuge.place, refuge.radius_m))
+    }
+
+    fn station(&self, place: LatLon, radius_m: f64) -> Message {
+        let station = StationKeeping {
+            lat: place.lat_rad(),
+            lon: place.lon_rad(),
+            z_units: ZUnits::Depth,
+            radius: radius_m as f32,
+            speed: self.hold_speed_mps as f32,
+            speed_units: SpeedUnits::MetersPs,
+            ..StationKeeping::default()
+        };
+        station.into()
+    }
+}

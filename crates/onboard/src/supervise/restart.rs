@@ -1,0 +1,180 @@
+//! The program ended under way and begins anew, such as after the computer's watchdog: what was under way is told, and
+//! the vessel does not drift unasked.
+
+use super::{Desk, Supervise, clock_text};
+use crate::arbiter::Source;
+use crate::bus::Bus;
+use crate::entity::Entity;
+use crate::output::Level;
+use crate::settings::AfterRestart;
+use crate::under_way::{Doing, UnderWay};
+use imc::messages::PlanSpecification;
+use mission::Remedy;
+use std::time::Duration;
+use units::{MonoTime, UtcTime};
+
+/// The motors do not start before this time is over, so that people at the quay can step back or stop it.
+const WARNING: Duration = Duration::from_secs(5);
+
+/// What becomes of what was under way.
+#[derive(Debug, Default)]
+pub(crate) struct Restart {
+    /// What the disk held, and its time, until it is known how long ago that was.
+    found: Option<(UtcTime, UnderWay)>,
+    /// What is done about it, and from when on.
+    begins: Option<(MonoTime, Remedy)>,
+    /// The plan that is to resume, and when.
+    resume: Option<(UnderWay, Option<MonoTime>)>,
+    /// What was under way, while something is done about it.
+    text: Option<String>,
+}
+
+impl Restart {
+    /// With what the disk held.
+    pub(crate) fn new(found: Option<(UtcTime, UnderWay)>) -> Self {
+        Self { found, ..Self::default() }
+    }
+
+    /// Whether nothing has become yet of what the disk holds: it is to stay there as it is, with its time.
+    pub(crate) fn is_open(&self) -> bool {
+        self.found.is_some() || self.begins.is_some()
+    }
+
+    /// The plan that is to resume, whatever runs meanwhile.
+    pub(crate) fn pending(&self) -> Option<&UnderWay> {
+        self.resume.as_ref().map(|(plan, _)| plan)
+    }
+
+    /// An operator decides from here on.
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+impl Supervise {
+    /// Decides what to do as soon as the satellites have told the time, and resumes what is due.
+    pub(super) fn look_at_restart(&mut self, desk: &mut Desk<'_>) {
+        if let Some(utc) = desk.satellite_utc
+            && let Some((at, under_way)) = self.restart.found.take()
+        {
+            self.restarted(desk, utc, at, under_way);
+        }
+        if let Some((_, under_way)) = self.restart.found.as_ref().filter(|_| self.restart.text.is_none()) {
+            let what = under_way.text();
+            let text = format!(
+                "{what} when the program ended: it waits for the time of the satellites to know how long ago"
+            );
+            desk.bus.entry(Entity::PlanEngine, Level::Warning, text.clone());
+            self.restart.text = Some(text);
+        }
+        let now = desk.bus.mono();
+        if let Some((_, remedy)) = self.restart.begins.take_if(|(at, _)| *at <= now) {
+            self.arbiter.ask(now, Source::Restart, remedy);
+        }
+        if self.arbiter.asks_besides(Source::Restart) {
+            // It would replace the plan at once, or already leads the vessel.
+            self.end_resumption(desk, "another supervisor asks for something");
+        }
+        let Some((under_way, due)) = &mut self.restart.resume else { return };
+        if self.arbiter.source() != Some(Source::Restart) {
+            // Not before the vessel holds.
+            if due.is_some() {
+                self.end_resumption(desk, "the vessel does not hold any more");
+            }
+            return;
+        }
+        let Some(due) = *due else {
+            let at = now + desk.restart.countdown;
+            let text = format!(
+                "'{}' resumes at {}, unless it is stopped or another plan is started",
+                under_way.plan_id,
+                clock_text(desk.bus, at)
+            );
+            *due = Some(at);
+            desk.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            return;
+        };
+        if now >= due
+            && let Some(plan) = under_way.rest_of_plan()
+        {
+            self.resume(desk, plan);
+        }
+    }
+
+    fn restarted(&mut self, desk: &mut Desk<'_>, utc: UtcTime, at: UtcTime, under_way: UnderWay) {
+        self.restart.text = None;
+        let away_s = (utc - at) as f64 / 1e6;
+        let what = under_way.text();
+        let memory_s = desk.restart.memory.as_secs_f64();
+        if away_s.abs() > memory_s {
+            let text =
+                format!("{what} when the program ended, too long ago to act upon: the vessel is at rest");
+            desk.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            return;
+        }
+        self.under_way = true;
+        if under_way.doing != Doing::Drift {
+            // One that was stopped may lie on its trailer by now, with nobody to be heard.
+            self.lost_comms.arm();
+        }
+        let remedy = match &desk.restart.action {
+            _ if under_way.doing == Doing::Drift => None,
+            AfterRestart::Drift => None,
+            AfterRestart::Hold | AfterRestart::Resume => Some(Remedy::Hold),
+            AfterRestart::Return(plan_id) => Some(Remedy::Run { plan_id: plan_id.clone() }),
+        };
+        let at = desk.bus.mono() + WARNING;
+        let then = remedy.as_ref().map_or_else(
+            || "drift".to_owned(),
+            |remedy| format!("{remedy} from {} on, unless it is stopped", clock_text(desk.bus, at)),
+        );
+        let text = format!("{what} when the program ended {:.0} s ago: {then}", away_s.max(0.0));
+        desk.bus.entry(Entity::PlanEngine, Level::Warning, text);
+        let Some(remedy) = remedy else { return };
+        self.restart.text = Some(format!("{what} when the program ended"));
+        self.restart.begins = Some((at, remedy));
+        if desk.restart.action == AfterRestart::Resume && under_way.doing == Doing::Plan {
+            let whole = under_way.plan.is_some();
+            self.restart.resume = Some((under_way, None));
+            if !whole {
+                self.end_resumption(desk, "it is too large to be kept with what is under way");
+            }
+        }
+    }
+
+    fn resume(&mut self, desk: &mut Desk<'_>, plan: PlanSpecification) {
+        match desk.plans.resume(desk.bus, desk.pilot, plan) {
+            Ok(_) => {
+                self.arbiter.withdraw(Source::Restart);
+                self.restart.forget();
+            }
+            Err(why) => self.end_resumption(desk, &why),
+        }
+    }
+
+    fn end_resumption(&mut self, desk: &mut Desk<'_>, why: &str) {
+        if let Some((under_way, _)) = self.restart.resume.take() {
+            let text = format!("'{}' is not resumed: {why}", under_way.plan_id);
+            desk.bus.entry(Entity::PlanEngine, Level::Error, text);
+        }
+    }
+
+    /// What was under way and what is done about it, while that lasts.
+    pub(super) fn restart_text(&self, bus: &Bus) -> Option<String> {
+        let text = self.restart.text.as_ref()?;
+        if let Some((at, remedy)) = &self.restart.begins {
+            return Some(format!("{text}; {remedy} from {} on, unless it is stopped", clock_text(bus, *at)));
+        }
+        if self.restart.is_open() {
+            return Some(text.clone());
+        }
+        let standing = self.standing(bus, Source::Restart)?;
+        let resumes = self.restart.resume.as_ref().and_then(|(under_way, due)| Some((under_way, (*due)?)));
+        Some(match resumes {
+            Some((under_way, due)) => {
+                format!("{text}; {standing}; '{}' resumes at {}", under_way.plan_id, clock_text(bus, due))
+            }
+            None => format!("{text}; {standing}"),
+        })
+    }
+}
