@@ -27,11 +27,23 @@ pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
         check("pages", pages()),
     ];
     if config.data.exists() {
+        checks.push(rights(config));
         checks.extend(recordings(config, thorough));
     } else {
         checks.push(check("data folder", Ok(no_folder(config))));
     }
     checks
+}
+
+/// Who may reach the data.
+fn rights(config: &Config) -> Check {
+    let told = crate::private::look(&config.data).map(|found| found.told(false));
+    let (health, found) = match told {
+        Ok(told) if told.is_empty() => (Health::Good, "only this user can reach the data".to_owned()),
+        Ok(told) => (Health::Warning, told.join("; ")),
+        Err(error) => (Health::Problem, error.to_string()),
+    };
+    Check { name: "rights", health, found, remedy: String::new() }
 }
 
 /// The archive and the history.

@@ -3,6 +3,7 @@
 //! A thin asynchronous shell. What a packet means is decided in the cores below (`hub`, `store`, `link`); here
 //! are sockets, pages, people and configuration. `main.rs` only starts it, so that tests can start it too.
 
+mod backup;
 mod charts;
 pub mod cli;
 mod clock;
@@ -11,9 +12,11 @@ mod doctor;
 mod doors;
 mod http;
 mod log;
+mod owners;
 mod pages;
 mod people;
 mod plans;
+mod private;
 mod relay;
 mod shore;
 mod sinks;

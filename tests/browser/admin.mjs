@@ -99,13 +99,13 @@ await inBrowser(async (open) => {
   // The doors: the link is open, the others say what opens them; whoever comes without a token is counted.
   await page.getByRole("link", { name: "Doors" }).click();
   const doors = page.getByRole("region", { name: "Doors" });
-  await doors.getByRole("row", { name: /Vessel link ws:\/\/127\.0\.0\.1:\d+\/link 0 0 0 none none/ }).waitFor();
+  await doors.getByRole("row", { name: /Vessel link ws:\/\/127\.0\.0\.1:\d+\/link 0 0 0 0 none none/ }).waitFor();
   await doors.getByRole("row", { name: /IMCProxy closed set doors\.imcproxy\.listen/ }).waitFor();
   await page.getByText("No vessel has come in by its link").waitFor();
   const stranger = await page.request.get(`${url}/link`, { headers: { authorization: "Bearer lutra_link_guess" } });
   check(stranger.status() === 401, `a guessed token: ${stranger.status()}`);
   await page.getByRole("link", { name: "Look again" }).click();
-  await doors.getByRole("row", { name: /\/link 0 0 1 20.*Z: 127\.0\.0\.1: no token of a vessel's link/ }).waitFor();
+  await doors.getByRole("row", { name: /\/link 0 0 1 0 20.*Z: 127\.0\.0\.1: no token of a vessel's link/ }).waitFor();
   await look(page, "admin-doors");
 
   // Storage: an empty one says what to do; what would go is told by dates, with the command.

@@ -65,7 +65,7 @@ export function table(text) {
   const rows = [[]];
   for (const [, quoted, plain, end] of text.matchAll(/(?:"((?:[^"]|"")*)"|([^,\n"]*))(,|\n|$)/g)) {
     const cell = quoted === undefined ? plain : quoted.replaceAll('""', '"');
-    rows.at(-1).push(/^'[=+\-@\t\r']/.test(cell) ? cell.slice(1) : cell);
+    rows.at(-1).push(/^'[=+\-@＝＋－＠\t\r\n']/.test(cell) ? cell.slice(1) : cell);
     if (end === "\n") rows.push([]);
     if (end === "") break;
   }
@@ -128,7 +128,7 @@ export async function judge(page, name) {
 }
 
 /** Nobody scrolls sideways: what sticks out of the window is named. */
-async function fits(page, where) {
+export async function fits(page, where) {
   const out = await page.evaluate(() => {
     const wide = document.documentElement.scrollWidth;
     if (wide <= innerWidth) return [];

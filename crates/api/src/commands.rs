@@ -1,20 +1,35 @@
 //! What people order vessels to do.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 
 /// An order that the server has written into the audit log and handed on. Whether the vessel obeys is told by the
 /// vessel alone: by what it says afterwards.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Ordered {
+    /// The command's number. What was sent several times with one key has one number.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub id: u64,
     /// When it was handed on, by the server's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
     /// Whether a door leads to the vessel at present, so that the order is on its way; else nobody heard it.
     pub reached: bool,
-    /// Whether the audit log holds it. A stop goes out all the same.
-    pub audited: bool,
+    /// Whether it waits for a way: it is sent as soon as the vessel is heard, within ten minutes.
+    pub waits: bool,
+}
+
+/// What comes with a stop.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(default, deny_unknown_fields)]
+pub struct StopQuery {
+    /// Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+    pub window: String,
+    /// Names this stop, so that it can be sent again, and by the live socket too, and is carried out once: what comes
+    /// with the same key from the same person for the same vessel within 10 minutes gets the same answer. Empty for a
+    /// stop of its own. 64 bytes at most.
+    pub key: String,
 }
 
 /// What somebody wants of the control of a vessel.

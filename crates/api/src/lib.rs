@@ -28,14 +28,17 @@ pub use charts::{
 };
 pub use commands::{
     Command, CommandStep, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, Order,
-    OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard,
+    OrderAsk, Ordered, Parameter, PlanAboard, PlanGiven, PlansAboard, StopQuery,
 };
 pub use doors::{DoorPeer, LinkStatus, Recording, VesselChart};
 pub use events::{
     Detection, Detections, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook, LogBookEntry,
 };
 pub use history::{At, AtQuery, Recorded, TrackPoint, TrackQuery};
-pub use live::{Field, Fix, LiveFrame, LiveRequest, Liveness, Subscription, System, Update};
+pub use live::{
+    Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Liveness, Subscription, System,
+    Update,
+};
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{
     ImportedPlan, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanExportQuery, PlanImportQuery, PlanLeg,

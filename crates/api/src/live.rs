@@ -2,9 +2,9 @@
 //!
 //! A client sends `{"subscribe": {…}}` and gets frames: first everything that matches, then what changed. Of a
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
-//! come one by one and in order.
+//! come one by one and in order. A stop goes by the same socket: `{"stop": {…}}`, answered by `{"stop": {…}}`.
 
-use crate::{Alarm, Command, Lease};
+use crate::{Alarm, Command, Lease, Ordered};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -16,6 +16,46 @@ use utoipa::ToSchema;
 pub enum LiveRequest {
     /// What it wants from now on. Replaces what it wanted before; the next frame holds all of it.
     Subscribe(Subscription),
+    /// Stops a vessel, as `POST /api/v1/vessels/{vessel}/abort` does. Who sends both with one key stops it once, by
+    /// whichever comes first. It needs no subscription.
+    Stop(LiveStop),
+}
+
+/// A stop on the live socket.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LiveStop {
+    /// IMC address of the vessel.
+    pub vessel: u16,
+    /// Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+    #[serde(default)]
+    pub window: String,
+    /// Names this stop; 1 to 64 bytes.
+    pub key: String,
+}
+
+/// What the server answers on the live socket, beside its frames.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum LiveAnswer {
+    /// What became of a stop.
+    Stop(LiveStopped),
+}
+
+/// What became of a stop on the live socket.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LiveStopped {
+    /// IMC address of the vessel.
+    pub vessel: u16,
+    /// As it was sent.
+    pub key: String,
+    /// The order; null where it was refused.
+    pub ordered: Option<Ordered>,
+    /// Why it was refused; null where it was not.
+    pub refused: Option<String>,
 }
 
 /// What a client wants.

@@ -66,7 +66,7 @@ pub struct ImportQuery {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Import {
-    /// Its number, growing while the server runs.
+    /// Its number, growing.
     pub id: u32,
     /// The file's name.
     pub name: String,
@@ -107,4 +107,6 @@ pub enum ImportState {
     Done,
     /// It ended before; what was read stays, and uploading it again adds only the rest.
     Failed,
+    /// Somebody ended it; what was read stays, and uploading it again adds only the rest.
+    Cancelled,
 }

@@ -4,15 +4,31 @@
 //! destination (and so in checksum), and a system that is reached by two doors is heard twice. The window is
 //! bounded in number: two halves, each a set of 64-bit digests; when the younger half is full, the older one is
 //! forgotten.
+//!
+//! A command that is said again is a command again, and never a copy, unless the vessel echoes it. [`Repeats`] tells
+//! the one from the other.
 
 #![expect(clippy::disallowed_types, reason = "the sets are asked, never gone through")]
 
+use crate::peer::PeerId;
 use imc::PacketView;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::hash::{DefaultHasher, Hasher as _};
+use std::time::Duration;
+use units::MonoTime;
 
 /// Packets of each half.
 const HALF: usize = 1 << 15;
+
+/// A copy by another way comes within this; the same bytes later are said anew.
+const COPY_WITHIN: Duration = Duration::from_secs(2);
+/// The same bytes may be said so often without a pause of [`COPY_WITHIN`]. What goes on goes round between relays.
+const IN_A_ROW: u32 = 20;
+/// An Abort goes on for as long as it is said, but not faster than this once it was said five times.
+const ABORT_EVERY: Duration = Duration::from_millis(200);
+const ABORTS_AT_ONCE: u32 = 5;
+/// Commands that are remembered. Beyond that the one said longest ago is forgotten, and passes if a copy comes.
+const COMMANDS: usize = 1_024;
 
 /// Remembers the last 32 768 to 65 536 packets.
 #[derive(Debug, Default)]
@@ -22,9 +38,14 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// Whether a digest is remembered.
+    pub(crate) fn contains(&self, digest: u64) -> bool {
+        self.young.contains(&digest) || self.old.contains(&digest)
+    }
+
     /// Remembers a digest; whether it was there before.
     pub(crate) fn seen(&mut self, digest: u64) -> bool {
-        if self.young.contains(&digest) || self.old.contains(&digest) {
+        if self.contains(digest) {
             return true;
         }
         if self.young.len() >= HALF {
@@ -33,6 +54,62 @@ impl Window {
         }
         self.young.insert(digest);
         false
+    }
+}
+
+/// The commands of the last seconds, by their digests.
+#[derive(Debug, Default)]
+pub(crate) struct Repeats(BTreeMap<u64, Said>);
+
+/// A command that was said.
+#[derive(Debug)]
+struct Said {
+    by: PeerId,
+    last: MonoTime,
+    passed: u32,
+    passed_at: MonoTime,
+}
+
+impl Repeats {
+    /// Who said this command within the last seconds.
+    pub(crate) fn speaker(&self, digest: u64) -> Option<PeerId> {
+        self.0.get(&digest).map(|said| said.by)
+    }
+
+    /// Whether a command goes on: it is said for the first time, or again by the one who said it. `by_another` says
+    /// that it is the copy of one that another peer, which is still there, said.
+    pub(crate) fn passes(
+        &mut self,
+        now: MonoTime,
+        digest: u64,
+        by: PeerId,
+        by_another: bool,
+        is_abort: bool,
+    ) -> bool {
+        if let Some(said) = self.0.get_mut(&digest).filter(|said| now.since(said.last) < COPY_WITHIN) {
+            if by_another {
+                return false;
+            }
+            (said.by, said.last) = (by, now);
+            let passes = if is_abort {
+                said.passed < ABORTS_AT_ONCE || now.since(said.passed_at) >= ABORT_EVERY
+            } else {
+                said.passed < IN_A_ROW
+            };
+            if passes {
+                (said.passed, said.passed_at) = (said.passed.saturating_add(1), now);
+            }
+            return passes;
+        }
+        if self.0.len() >= COMMANDS {
+            self.0.retain(|_, said| now.since(said.last) < COPY_WITHIN);
+        }
+        if self.0.len() >= COMMANDS {
+            let oldest = self.0.iter().min_by_key(|(_, said)| said.last).map(|(digest, _)| *digest);
+            oldest.map(|digest| self.0.remove(&digest));
+        }
+        self.0.insert(digest, Said { by, last: now, passed: 1, passed_at: now });
+        true
     }
 }
 
@@ -80,6 +157,20 @@ mod tests {
         assert_ne!(first, digests(1.5, 0x4001, 12.0).0);
         assert_ne!(first, digests(1.0, 0x4001, 12.5).0);
         assert_eq!(digests(0.0, 0x4001, 12.0).0, None);
+    }
+
+    #[test]
+    fn commands_are_remembered_within_bounds_and_an_abort_is_held_to_a_pace_only() {
+        let mut repeats = Repeats::default();
+        let at = |ms: u64| MonoTime::from_micros(ms * 1_000);
+        for digest in 0..5 * COMMANDS as u64 {
+            assert!(repeats.passes(at(0), digest, PeerId(1), false, false));
+            assert!(repeats.0.len() <= COMMANDS);
+        }
+        let mut repeats = Repeats::default();
+        let every_50_ms =
+            (0..1_200).filter(|n| repeats.passes(at(n * 50), 7, PeerId(1), false, true)).count();
+        assert!((300..310).contains(&every_50_ms), "five a second for a minute: {every_50_ms}");
     }
 
     #[test]

@@ -1,38 +1,25 @@
-//! Who hears what.
+//! The machine that owns routing, the fleet's state and what goes to the archive.
 //!
-//! | packet | goes to |
-//! |---|---|
-//! | from an IMCProxy client | every other IMCProxy client, whatever its destination, as that protocol has it |
-//! | for one system | the peers behind which that system was heard last |
-//! | for everyone, from a vessel | every console |
-//! | for everyone, from a console | every console and every vessel |
-//! | for this server | nobody: the fleet's state and the record take it |
-//!
-//! Never back to where it came from, never towards a peer behind which its own source lives, and a packet that was
-//! here before by another door goes nowhere: so two relays, or a vessel that is reached twice, make no loop.
-//! Every packet that is new is recorded, whether somebody hears it or not.
+//! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what was here before;
+//! `route` says who hears it. Every packet that is new is recorded, whether somebody hears it or not.
 
 use crate::Now;
 use crate::alarm::{Alarms, Outside};
 use crate::command::Commands;
-use crate::duplicates::{self, Window};
+use crate::downlink::{Delivery, Waiting};
+use crate::duplicates::{self, Repeats, Window};
+use crate::exchange::is_command;
 use crate::fleet::Fleet;
 use crate::lease::Leases;
+use crate::linked::Linked;
 use crate::node::Node;
-use crate::peer::{Door, Peer, PeerId, PeerState, Role};
+use crate::peer::{Door, Peer, PeerId, PeerState, Sources};
+use crate::slot::Slot;
 use bytes::Bytes;
-use imc::messages::{self as m, Payload as _};
+use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
-use std::collections::BTreeMap;
-use std::time::Duration;
+use std::collections::{BTreeMap, BTreeSet};
 use units::{MonoTime, UtcTime};
-
-/// A system lives behind a peer for this long after it was heard there.
-const HOME_LASTS: Duration = Duration::from_mins(2);
-/// How often at most a home's time is written anew.
-const HOME_REFRESH: Duration = Duration::from_secs(1);
-/// Systems that may live behind one peer; further ones are relayed but cannot be addressed there.
-const HOMES_PER_PEER: usize = 256;
 
 /// What the hub is told once.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,53 +100,24 @@ pub struct Counters {
     pub unroutable: u64,
 }
 
-#[derive(Debug)]
-struct Slot {
-    peer: Peer,
-    since: UtcTime,
-    homes: BTreeMap<Address, MonoTime>,
-    /// The source that spoke last, and until when its home needs no look.
-    speaker: Option<(Address, MonoTime)>,
-    out: Vec<Bytes>,
-    received: u64,
-    refused: u64,
-    delivered: u64,
-}
-
-impl Slot {
-    fn is_home_of(&self, address: Address, now: MonoTime) -> bool {
-        self.homes.get(&address).is_some_and(|heard| now.since(*heard) < HOME_LASTS)
-    }
-
-    fn heard(&mut self, source: Address, now: MonoTime) {
-        if self.speaker.is_some_and(|(speaker, until)| speaker == source && now < until) {
-            return;
-        }
-        self.speaker = Some((source, now + HOME_REFRESH));
-        if self.homes.len() >= HOMES_PER_PEER && !self.homes.contains_key(&source) {
-            self.homes.retain(|_, heard| now.since(*heard) < HOME_LASTS);
-            if self.homes.len() >= HOMES_PER_PEER {
-                return;
-            }
-        }
-        self.homes.insert(source, now);
-    }
-}
-
 /// Routing, the fleet's state and what goes to the archive.
 #[derive(Debug)]
 pub struct Hub {
     settings: Settings,
     node: Node,
     fleet: Fleet,
-    peers: BTreeMap<PeerId, Slot>,
+    pub(crate) peers: BTreeMap<PeerId, Slot>,
     next_peer: u32,
+    linked: Linked,
     samples: Window,
     deliveries: Window,
+    repeats: Repeats,
     records: Vec<Record>,
-    counters: Counters,
+    pub(crate) counters: Counters,
     leases: Leases,
     commands: Commands,
+    /// Orders for which there is no way yet.
+    pub(crate) waiting: Waiting,
     alarms: Alarms,
 }
 
@@ -170,13 +128,16 @@ impl Hub {
             node: Node::new(&settings),
             commands: Commands::new(settings.address),
             leases: Leases::default(),
+            waiting: Waiting::default(),
             alarms: Alarms::default(),
             settings,
             fleet: Fleet::default(),
             peers: BTreeMap::new(),
             next_peer: 1,
+            linked: Linked::default(),
             samples: Window::default(),
             deliveries: Window::default(),
+            repeats: Repeats::default(),
             records: Vec::new(),
             counters: Counters::default(),
         }
@@ -219,7 +180,24 @@ impl Hub {
 
     /// Looks for what is wrong in the fleet and in what the server says of itself. To be called once a second.
     pub fn watch(&mut self, now: Now, outside: &Outside) {
-        self.alarms.watch(now, &self.fleet, outside);
+        let contradictions = self.linked.contradictions(now.mono);
+        self.alarms.watch(now, &self.fleet, &Outside { contradictions, ..outside.clone() });
+    }
+
+    /// The doors besides the link by which vessels that have a link are believed too.
+    pub fn trust_doors(&mut self, doors: impl IntoIterator<Item = Door>) {
+        self.linked.trust(doors);
+    }
+
+    /// The vessels that have a link with a token, all of them. They are believed there and at trusted doors only, and
+    /// get their commands there. One whose link joins is one of them from then on.
+    pub fn set_linked(&mut self, vessels: BTreeSet<Address>) {
+        for slot in self.peers.values_mut().filter(|slot| !self.linked.is_trusted(slot.peer.door)) {
+            for vessel in &vessels {
+                slot.disown(*vessel);
+            }
+        }
+        self.linked.set(vessels);
     }
 
     /// What happened so far.
@@ -236,17 +214,11 @@ impl Hub {
     pub fn join(&mut self, now: Now, peer: Peer) -> PeerId {
         let id = PeerId(self.next_peer);
         self.next_peer += 1;
-        let slot = Slot {
-            peer,
-            since: now.utc,
-            homes: BTreeMap::new(),
-            speaker: None,
-            out: Vec::new(),
-            received: 0,
-            refused: 0,
-            delivered: 0,
-        };
-        self.peers.insert(id, slot);
+        if let (Door::Link, Sources::Only(vessels)) = (peer.door, &peer.sources) {
+            let all = self.linked.vessels().chain(vessels.iter().copied()).collect();
+            self.set_linked(all);
+        }
+        self.peers.insert(id, Slot::new(peer, now.utc));
         if let Some(announce) = self.node.announce_to_newcomer(now) {
             self.deliver(id, announce);
         }
@@ -260,20 +232,7 @@ impl Hub {
 
     /// All peers.
     pub fn peers(&self) -> Vec<PeerState> {
-        let state = |(id, slot): (&PeerId, &Slot)| {
-            let mut homes: Vec<(MonoTime, Address)> = slot.homes.iter().map(|(a, at)| (*at, *a)).collect();
-            homes.sort_unstable();
-            PeerState {
-                id: *id,
-                peer: slot.peer.clone(),
-                since: slot.since,
-                systems: homes.into_iter().map(|(_, address)| address).collect(),
-                received: slot.received,
-                refused: slot.refused,
-                delivered: slot.delivered,
-            }
-        };
-        self.peers.iter().map(state).collect()
+        self.peers.iter().map(|(id, slot)| slot.state(*id)).collect()
     }
 
     /// Whether a system can be reached now.
@@ -308,42 +267,77 @@ impl Hub {
         };
         // What follows the packet in its message is none of anybody's business.
         let packet = packet.slice(..view.bytes().len());
-        let source = view.src();
-        if !slot.peer.sources.allow(source) {
-            if link.is_some() {
-                // What the vessel recorded of what others told it, a console in its own radio's reach above all.
-                // That is kept, but the vessel speaks for nobody else.
-                self.records.push(Record { packet, received: now.utc, door, link });
-            } else {
-                slot.refused += 1;
-                self.counters.refused += 1;
-            }
+        if link.is_some() && !slot.peer.sources.allow(view.src()) {
+            // What the vessel recorded of what others told it, a console in its own radio's reach above all.
+            // That is kept, but the vessel speaks for nobody else.
+            self.records.push(Record { packet, received: now.utc, door, link });
             return;
         }
-        if source == self.settings.address {
-            // Our own words come back from vehicles that echo them.
-            self.counters.duplicates += 1;
-            return;
-        }
-        slot.heard(source, now.mono);
         let sample = duplicates::sample(&view);
-        if lane != Lane::Backlog {
-            let delivery = sample.map(|sample| duplicates::delivery(sample, &view));
-            let again = delivery.is_some_and(|digest| self.deliveries.seen(digest));
-            if !again {
-                self.route(now.mono, from, door, &view, &packet);
-                self.fleet.update(now, &view, door);
-                self.commands.heard(now, &view);
-            }
+        let delivery = sample.map(|sample| duplicates::delivery(sample, &view));
+        if !self.is_believed(now.mono, from, &view, delivery) {
+            return;
+        }
+        let present = lane != Lane::Backlog;
+        let copy = present && delivery.is_some_and(|digest| self.deliveries.seen(digest));
+        if let Some(slot) = self.peers.get_mut(&from) {
+            slot.heard(view.src(), now.mono, copy);
         }
         // The link numbers its records: they are told apart by number, and a record that was seen live is still
         // a record.
-        let again = link.is_none() && sample.is_some_and(|sample| self.samples.seen(sample));
-        if again {
+        let mut recorded = link.is_none() && sample.is_some_and(|sample| self.samples.seen(sample));
+        let mut again = copy;
+        if present && is_command(&view) && !self.is_echo(now.mono, from, view.dst()) {
+            again = delivery.is_some_and(|digest| !self.is_said(now.mono, from, &view, digest));
+            recorded = link.is_none() && again;
+        }
+        if present && !again {
+            self.route(now.mono, from, door, &view, &packet);
+            self.fleet.update(now, &view, door);
+            self.commands.heard(now, &view);
+            self.way_back(now, &view);
+        }
+        if recorded {
             self.counters.duplicates += 1;
         } else if lane != Lane::Live {
             self.records.push(Record { packet, received: now.utc, door, link });
         }
+    }
+
+    /// Whether a peer may speak for the source of a packet; what it may not say is counted.
+    fn is_believed(
+        &mut self,
+        now: MonoTime,
+        from: PeerId,
+        view: &PacketView<'_>,
+        delivery: Option<u64>,
+    ) -> bool {
+        let Some(slot) = self.peers.get_mut(&from) else { return false };
+        let (source, door) = (view.src(), slot.peer.door);
+        let denied = self.linked.denies(source, door);
+        let comes_back = denied && delivery.is_some_and(|digest| self.deliveries.contains(digest));
+        if source == self.settings.address || comes_back {
+            // Our own words come back from vessels that echo them, and what a vessel said by its link from whom it was
+            // passed on to.
+            self.counters.duplicates += 1;
+            return false;
+        }
+        if denied {
+            self.linked.claimed(now, source, door, &slot.peer.name);
+        }
+        if denied || !slot.peer.sources.allow(source) {
+            slot.refused += 1;
+            self.counters.refused += 1;
+            return false;
+        }
+        true
+    }
+
+    /// Whether a command is said, for the first time or again, and is no copy.
+    fn is_said(&mut self, now: MonoTime, from: PeerId, view: &PacketView<'_>, digest: u64) -> bool {
+        let by = self.repeats.speaker(digest);
+        let by_another = by.is_some_and(|by| by != from && self.peers.contains_key(&by));
+        self.repeats.passes(now, digest, from, by_another, view.id() == Abort::ID)
     }
 
     /// A packet of this server's own: from people, programs, or the server as a console. It is recorded before it
@@ -368,41 +362,10 @@ impl Hub {
         self.fleet.update(now, &view, Door::Shore);
     }
 
-    fn route(&mut self, now: MonoTime, from: PeerId, door: Door, view: &PacketView<'_>, packet: &Bytes) {
-        let (source, to) = (view.src(), view.dst());
-        let for_us = to == self.settings.address;
-        let for_all = to.is_everyone();
-        let from_console = source.is_ccu();
-        let mut homes = 0;
-        for (id, slot) in &mut self.peers {
-            if *id == from {
-                continue;
-            }
-            let wanted = if door == Door::Proxy && slot.peer.door == Door::Proxy {
-                true
-            } else if for_us || slot.is_home_of(source, now) {
-                false
-            } else if for_all {
-                slot.peer.role == Role::Console || from_console
-            } else {
-                slot.is_home_of(to, now)
-            };
-            if wanted {
-                homes += 1;
-                slot.delivered += 1;
-                slot.out.push(packet.clone());
-            }
-        }
-        self.counters.delivered += homes;
-        if homes == 0 && !for_all && !for_us {
-            self.counters.unroutable += 1;
-        }
-    }
-
     fn deliver(&mut self, to: PeerId, packet: Bytes) {
         if let Some(slot) = self.peers.get_mut(&to) {
             slot.delivered += 1;
-            slot.out.push(packet);
+            slot.out.push(packet.into());
             self.counters.delivered += 1;
         }
     }
@@ -410,6 +373,7 @@ impl Hub {
     /// Time passes: the server's own announcements, heartbeats and questions. To be called once a second.
     pub fn tick(&mut self, now: Now) {
         self.leases.tick(now);
+        self.expire_waiting(now);
         self.commands.tick(now);
         if !self.settings.active {
             return;
@@ -431,7 +395,7 @@ impl Hub {
     }
 
     /// Hands over what waits for each peer.
-    pub fn drain_deliveries(&mut self, mut take: impl FnMut(PeerId, Vec<Bytes>)) {
+    pub fn drain_deliveries(&mut self, mut take: impl FnMut(PeerId, Vec<Delivery>)) {
         for (id, slot) in &mut self.peers {
             if !slot.out.is_empty() {
                 take(*id, std::mem::take(&mut slot.out));
@@ -443,22 +407,4 @@ impl Hub {
     pub fn drain_records(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.records)
     }
-}
-
-/// Whether a message belongs to an exchange between two systems: a request or an answer that nobody repeats.
-pub(crate) fn is_exchange(id: u16) -> bool {
-    matches!(
-        id,
-        m::EntityInfo::ID
-            | m::EntityList::ID
-            | m::LoggingControl::ID
-            | m::PlanSpecification::ID
-            | m::PopEntityParameters::ID
-            | m::PowerChannelControl::ID
-            | m::PushEntityParameters::ID
-            | m::QueryEntityParameters::ID
-            | m::RemoteActionsRequest::ID
-            | m::SaveEntityParameters::ID
-            | m::SetEntityParameters::ID
-    ) || id == m::PlanDB::ID
 }

@@ -15,20 +15,26 @@
 
 pub mod alarm;
 mod command;
+mod downlink;
 mod duplicates;
+mod exchange;
 mod fleet;
 mod hub;
 mod lease;
+mod linked;
 mod node;
 mod peer;
 mod queue;
+mod route;
+mod slot;
 mod teleop;
 
 pub use command::{
-    Answer, Command, CommandId, Commands, EntityTold, GOTO_PLAN, Order, Outgoing, ParameterTold, PlanAboard,
-    PlanTold, PlansAboard, Question, Receipt, Stage, Step, TELEOPERATION_PLAN, TIME_TO_LIVE, Told,
-    is_same_value,
+    Answer, Asked, Command, CommandEvent, CommandId, Commands, EntityTold, GOTO_PLAN, Order, ParameterTold,
+    PlanAboard, PlanTold, PlansAboard, Question, Receipt, Stage, Step, TELEOPERATION_PLAN, TIME_TO_LIVE,
+    Told, is_same_value,
 };
+pub use downlink::{Delivery, Dispatched, STOP_LIFE, Tag, Telecommand, Urgency};
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
 pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};
 pub use lease::{
@@ -36,7 +42,7 @@ pub use lease::{
     REASON_CHARS, Waiting,
 };
 pub use peer::{Door, Peer, PeerId, PeerState, Role, Sources};
-pub use queue::{PeerQueue, Pushed};
+pub use queue::{PeerQueue, Pushed, is_stop};
 pub use teleop::{
     BUDGET, CAP_OVER, CAPPED, LIFE, MOST_AGE, NEUTRAL, REFUSE_OVER, Sample, State as TeleopState, Sticks,
     Teleop, WARN_OVER, Why,

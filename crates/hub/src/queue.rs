@@ -4,12 +4,14 @@
 //! peer that reads again gets what is newest; commands, answers, detections and other events stay. When these
 //! alone fill the queue, the peer is beyond help and the caller is told to let it go.
 
-use bytes::Bytes;
+use crate::command::CommandId;
+use crate::downlink::{Delivery, Urgency};
 use imc::PacketView;
+use imc::messages::{Abort, Payload as _};
 use std::collections::VecDeque;
 
 /// Bytes that a waiting packet costs beside its own.
-const OVERHEAD_BYTES: usize = size_of::<Bytes>();
+const OVERHEAD_BYTES: usize = size_of::<Delivery>();
 
 /// How a push went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +27,7 @@ pub enum Pushed {
 /// The queue of one peer.
 #[derive(Debug)]
 pub struct PeerQueue {
-    packets: VecDeque<Bytes>,
+    packets: VecDeque<Delivery>,
     bytes: usize,
     bound_bytes: usize,
 }
@@ -36,12 +38,38 @@ impl PeerQueue {
         Self { packets: VecDeque::new(), bytes: 0, bound_bytes }
     }
 
-    /// Appends packets.
-    pub fn push(&mut self, packets: impl IntoIterator<Item = Bytes>) -> Pushed {
+    /// Takes out the orders that a stop calls off: what waits for the same vessel and would make it do something after the
+    /// stop. The commands among them are given back.
+    pub fn call_off(&mut self, stop: &Delivery) -> Vec<CommandId> {
+        let Ok(view) = PacketView::unchecked(&stop.packet) else { return Vec::new() };
+        let (vessel, mut off) = (view.dst(), Vec::new());
+        self.packets.retain(|waits| {
+            let moves = PacketView::unchecked(&waits.packet).is_ok_and(|view| {
+                view.dst() == vessel && (waits.tag.is_some() || crate::exchange::is_command(&view))
+            });
+            let keep = is_stop(waits)
+                || !moves
+                || PacketView::unchecked(&waits.packet).is_ok_and(|view| view.id() == Abort::ID);
+            if !keep {
+                self.bytes -= waits.packet.len() + OVERHEAD_BYTES;
+                off.extend(waits.tag.and_then(|tag| tag.id));
+            }
+            keep
+        });
+        off
+    }
+
+    /// Appends packets. A stop goes ahead of all that is no stop.
+    pub fn push(&mut self, packets: impl IntoIterator<Item = Delivery>) -> Pushed {
         let mut dropped = 0;
         for packet in packets {
-            self.bytes += packet.len() + OVERHEAD_BYTES;
-            self.packets.push_back(packet);
+            self.bytes += packet.packet.len() + OVERHEAD_BYTES;
+            if is_stop(&packet) {
+                let place = self.packets.iter().take_while(|waits| is_stop(waits)).count();
+                self.packets.insert(place, packet);
+            } else {
+                self.packets.push_back(packet);
+            }
             if self.bytes > self.bound_bytes {
                 dropped += self.shed();
                 if self.bytes > self.bound_bytes {
@@ -53,16 +81,16 @@ impl PeerQueue {
     }
 
     /// Takes everything that waits.
-    pub fn take(&mut self) -> VecDeque<Bytes> {
+    pub fn take(&mut self) -> VecDeque<Delivery> {
         self.bytes = 0;
         std::mem::take(&mut self.packets)
     }
 
     /// Takes the oldest that wait, not more than so many bytes but one packet at least.
-    pub fn take_some(&mut self, most_bytes: usize) -> VecDeque<Bytes> {
+    pub fn take_some(&mut self, most_bytes: usize) -> VecDeque<Delivery> {
         let (mut count, mut bytes) = (0, 0);
         for packet in &self.packets {
-            let more = bytes + packet.len() + OVERHEAD_BYTES;
+            let more = bytes + packet.packet.len() + OVERHEAD_BYTES;
             if count > 0 && more > most_bytes {
                 break;
             }
@@ -94,7 +122,7 @@ impl PeerQueue {
         self.packets.retain(|packet| {
             let keep = bytes <= goal || !is_telemetry(packet);
             if !keep {
-                bytes -= packet.len() + OVERHEAD_BYTES;
+                bytes -= packet.packet.len() + OVERHEAD_BYTES;
             }
             keep
         });
@@ -103,27 +131,36 @@ impl PeerQueue {
     }
 }
 
+/// Whether it is a stop of this server's own.
+pub fn is_stop(delivery: &Delivery) -> bool {
+    delivery.tag.is_some_and(|tag| tag.urgency == Urgency::Stop)
+}
+
 /// Whether a newer packet of the kind makes this one worthless. What is addressed to one system and every event
 /// is no telemetry.
-fn is_telemetry(packet: &[u8]) -> bool {
-    PacketView::unchecked(packet)
-        .is_ok_and(|view| !crate::is_event(view.id()) && !crate::hub::is_exchange(view.id()))
+fn is_telemetry(delivery: &Delivery) -> bool {
+    delivery.tag.is_none()
+        && PacketView::unchecked(&delivery.packet)
+            .is_ok_and(|view| !crate::is_event(view.id()) && !crate::exchange::is_exchange(view.id()))
 }
 
 #[cfg(test)]
 mod tests {
 
     use super::*;
+    use crate::downlink::Tag;
+    use bytes::Bytes;
     use imc::{Header, Packet, messages};
 
-    fn state() -> Bytes {
-        Packet::new(Header::default(), messages::EstimatedState::default()).encode().unwrap().into()
+    fn state() -> Delivery {
+        let packet = Packet::new(Header::default(), messages::EstimatedState::default()).encode().unwrap();
+        Bytes::from(packet).into()
     }
 
     #[test]
     fn what_is_taken_in_parts_is_whole_and_in_order() {
         let mut queue = PeerQueue::new(100_000);
-        let all: Vec<Bytes> = (0..100_u8).map(|n| Bytes::from(vec![n; 100])).collect();
+        let all: Vec<Delivery> = (0..100_u8).map(|n| Bytes::from(vec![n; 100]).into()).collect();
         queue.push(all.clone());
         let mut taken = Vec::new();
         while !queue.is_empty() {
@@ -132,12 +169,58 @@ mod tests {
             taken.extend(some);
         }
         assert_eq!((taken, queue.bytes()), (all, 0));
-        queue.push([Bytes::from(vec![0; 5_000])]);
+        queue.push([Bytes::from(vec![0; 5_000]).into()]);
         assert_eq!(queue.take_some(1_000).len(), 1, "a long packet comes alone");
     }
 
-    fn abort() -> Bytes {
-        Packet::new(Header::default(), messages::Abort).encode().unwrap().into()
+    fn abort() -> Delivery {
+        Bytes::from(Packet::new(Header::default(), messages::Abort).encode().unwrap()).into()
+    }
+
+    #[test]
+    fn a_stop_goes_ahead_of_all_that_waits() {
+        let mut queue = PeerQueue::new(100_000);
+        let tagged = |urgency| {
+            let tag = Tag { id: None, epoch: 0, expires: units::MonoTime::default(), urgency };
+            Delivery { tag: Some(tag), ..abort() }
+        };
+        queue.push([
+            state(),
+            tagged(Urgency::Command),
+            tagged(Urgency::Stop),
+            state(),
+            tagged(Urgency::Stop),
+        ]);
+        let urgencies: Vec<Option<Urgency>> =
+            queue.take().into_iter().map(|one| one.tag.map(|tag| tag.urgency)).collect();
+        let stop = Some(Urgency::Stop);
+        assert_eq!(urgencies, [stop, stop, None, Some(Urgency::Command), None]);
+    }
+
+    #[test]
+    fn a_stop_calls_off_what_waits_for_its_vessel_and_nothing_else() {
+        let mut queue = PeerQueue::new(100_000);
+        let order = |vessel, urgency, number| {
+            let header = Header { dst: imc::Address(vessel), ..Header::default() };
+            let packet = Packet::new(header, messages::PlanControl::default()).encode().unwrap();
+            let id = Some(CommandId(number));
+            let tag = Tag { id, epoch: 0, expires: units::MonoTime::default(), urgency };
+            Delivery { packet: Bytes::from(packet), tag: Some(tag) }
+        };
+        let console = Delivery { tag: None, ..order(7, Urgency::Command, 0) };
+        let stop = order(7, Urgency::Stop, 9);
+        queue.push([
+            order(7, Urgency::Command, 1),
+            state(),
+            console,
+            order(8, Urgency::Command, 2),
+            stop.clone(),
+        ]);
+        assert_eq!(queue.call_off(&stop), [CommandId(1)]);
+        let left: Vec<Option<CommandId>> =
+            queue.take().into_iter().map(|one| one.tag.and_then(|tag| tag.id)).collect();
+        assert_eq!(left, [Some(CommandId(9)), None, Some(CommandId(2))]);
+        assert_eq!(queue.bytes(), 0);
     }
 
     #[test]

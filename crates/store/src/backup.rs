@@ -57,6 +57,10 @@ pub fn backup(data: &Path, to: &Path, progress: &mut dyn FnMut(&str) -> bool) ->
     if gaps.exists() {
         fs::copy(&gaps, target.join("gaps.jsonl")).named(&gaps)?;
     }
+    let shortened = from.join(archive::shortened::SHORTENED);
+    if shortened.exists() {
+        fs::copy(&shortened, target.join(archive::shortened::SHORTENED)).named(&shortened)?;
+    }
     if archive::is_trimmed(&from) {
         archive::mark_trimmed(&target)?;
     }
@@ -102,8 +106,14 @@ fn copy_database(from: &Path, to: &Path, name: &str, progress: &mut dyn FnMut(&s
 fn copy_day(from: &Path, to: &Path, key: DayKey, growing: bool, done: &mut BackedUp) -> Result<()> {
     let (source, target) = (key.folder(from), key.folder(to));
     fs::create_dir_all(&target).named(&target)?;
+    let mut paths = Vec::new();
     for entry in fs::read_dir(&source).named(&source)? {
-        let path = entry.named(&source)?.path();
+        paths.push(entry.named(&source)?.path());
+    }
+    // Packets before their records: a record without its packet is cut off when the copy is opened, while a packet
+    // without its record would have lost its number.
+    paths.sort_by_key(|path| path.file_name().is_none_or(|name| name != DATA));
+    for path in paths {
         let Some(name) = path.file_name().filter(|_| path.is_file()) else { continue };
         let copy = target.join(name);
         let length = fs::metadata(&path).named(&path)?.len();

@@ -1,8 +1,10 @@
 //! Is the store well, and if not, what is to be done?
 
-use crate::archive::{self, ARRIVALS, DATA, DayReader};
+use crate::archive::{self, ARRIVALS, DATA, DayReader, shortened};
+use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
-use crate::history::{self, CATALOGUE, MonthKey, load_progress};
+use crate::history::look::{self, Sound};
+use crate::history::{CATALOGUE, MonthKey, load_months, load_progress};
 use crate::lock::FolderLock;
 use crate::packet::Door;
 use crate::range::TimeRange;
@@ -140,6 +142,15 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
             ));
         }
     }
+    for told in shortened::told(&root)? {
+        checks.push(Check::new(
+            "archive",
+            Health::Problem,
+            told,
+            "check the disk; copy the day from a backup, or import the vessel's own log of that day; then remove \
+             archive/shortened.jsonl, so that it is not told any more",
+        ));
+    }
     checks.push(Check::good("archive", format!("{} days of systems, {} MiB", days.len(), bytes >> 20)));
     Ok(checks)
 }
@@ -173,38 +184,65 @@ fn day(data: &Path, key: archive::DayKey) -> Option<Check> {
     }
 }
 
+/// What mends a damaged file of the history.
+const MAKE_AGAIN: &str = "restart the server: it keeps the file in history.aside and makes it again from the archive \
+                          while it records; or stop it and run `lutra-server reindex`, which does so at once";
+/// What to do about one of a later version.
+const USE_LATER: &str = "run the later version, which reads what is missing; or stop the server and run `lutra-server \
+                         reindex`: the history is made again from the archive, and the file kept in history.aside";
+
 fn databases(data: &Path, thorough: bool, next: &mut impl FnMut(&str) -> Result<()>) -> Result<Vec<Check>> {
     let folder = data.join("history");
-    let mut names: Vec<String> = history::months(&folder)?.into_iter().map(MonthKey::file_name).collect();
-    names.insert(0, CATALOGUE.to_owned());
     let mut checks = Vec::new();
     let mut well = 0;
-    for name in names {
-        let path = folder.join(&name);
-        if !path.exists() {
-            continue;
-        }
+    for (name, sound) in look::look(&folder)? {
         next(&name)?;
-        let sql = if thorough { "PRAGMA quick_check(1)" } else { "SELECT 'ok' FROM sqlite_master LIMIT 1" };
-        let verdict: rusqlite::Result<String> = open(&path, Memory::EXPORT)
-            .and_then(|connection| connection.query_row(sql, (), |row| row.get(0)));
-        let problem = match verdict {
-            Ok(verdict) if verdict == "ok" => {
-                well += 1;
+        let problem = match sound {
+            Sound::Newer => {
+                let found =
+                    format!("history/{name} was written by a later version of Lutra, nothing is added to it");
+                checks.push(Check::new("history", Health::Problem, found, USE_LATER));
                 continue;
             }
-            Ok(verdict) => verdict,
-            Err(error) => error.to_string(),
+            Sound::No(problem) => Some(problem),
+            Sound::Yes | Sound::Empty => unreadable(&folder.join(&name), thorough),
         };
-        checks.push(Check::new(
-            "history",
-            Health::Problem,
-            format!("history/{name}: {problem}"),
-            "stop the server and run `lutra-server reindex`: the history is made again from the archive",
-        ));
+        match problem {
+            None => well += 1,
+            Some(problem) => checks.push(Check::new(
+                "history",
+                Health::Problem,
+                format!("history/{name}: {problem}"),
+                MAKE_AGAIN,
+            )),
+        }
     }
+    checks.extend(missing(&folder));
     checks.push(Check::good("history", format!("{well} databases are readable")));
     Ok(checks)
+}
+
+/// Why a database cannot be read, if so.
+fn unreadable(path: &Path, thorough: bool) -> Option<String> {
+    let sql = if thorough { "PRAGMA quick_check(1)" } else { "SELECT 'ok'" };
+    let verdict: rusqlite::Result<String> =
+        open(path, Memory::EXPORT).and_then(|connection| connection.query_row(sql, (), |row| row.get(0)));
+    verdict.map_or_else(|error| Some(error.to_string()), |verdict| (verdict != "ok").then_some(verdict))
+}
+
+/// Months that must be there and are not, or hold nothing any more.
+fn missing(folder: &Path) -> Vec<Check> {
+    let listed = open(&folder.join(CATALOGUE), Memory::EXPORT).and_then(|catalogue| load_months(&catalogue));
+    let gone = |key: &MonthKey| fs::metadata(folder.join(key.file_name())).map_or(0, |file| file.len()) == 0;
+    let check = |key: MonthKey| {
+        Check::new(
+            "history",
+            Health::Problem,
+            format!("history/{} is gone or empty", key.file_name()),
+            MAKE_AGAIN,
+        )
+    };
+    listed.unwrap_or_default().into_iter().filter(gone).map(check).collect()
 }
 
 /// Whether the history has read all of the archive.
@@ -221,7 +259,12 @@ fn history_follows(data: &Path) -> Result<Check> {
     Ok(if unread <= 64 << 20 {
         Check::good("progress", found)
     } else {
-        Check::new("progress", Health::Warning, found, "restart the server: it reads the rest when it starts")
+        Check::new(
+            "progress",
+            Health::Warning,
+            found,
+            "let the server run: it reads the rest between commits, and /api/v1/recording says how far it is",
+        )
     })
 }
 
@@ -255,14 +298,31 @@ fn clocks(data: &Path, now: UtcTime) -> Vec<Check> {
     checks
 }
 
-fn left_over(data: &Path) -> Option<Check> {
+fn left_over(data: &Path) -> Vec<Check> {
+    let mut checks = Vec::new();
     let names: Vec<&str> = [GROWING, REPLACED].into_iter().filter(|name| data.join(name).exists()).collect();
-    (!names.is_empty()).then(|| {
-        Check::new(
+    if !names.is_empty() {
+        checks.push(Check::new(
             "reindex",
             Health::Warning,
             format!("{} is left of a rebuild that was broken off", names.join(" and ")),
             "run `lutra-server reindex` again, which goes on there, or remove it",
-        )
-    })
+        ));
+    }
+    let aside = aside::all(data).unwrap_or_default();
+    if !aside.is_empty() {
+        let bytes: u64 = aside.iter().filter_map(|path| Some(fs::metadata(path).ok()?.len())).sum();
+        checks.push(Check::new(
+            "history",
+            Health::Warning,
+            format!(
+                "{} files that could not be used lie in {}, {} MiB",
+                aside.len(),
+                aside::ASIDE,
+                bytes >> 20
+            ),
+            "check the disk that damaged them; remove them once the history is whole without them",
+        ));
+    }
+    checks
 }

@@ -1,5 +1,6 @@
 //! What can go wrong with a store, by what its caller can do about it.
 
+use crate::history::look;
 use imc::FrameError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -29,6 +30,9 @@ pub enum StoreError {
         /// The database's file.
         path: PathBuf,
     },
+    /// The history does not hold all of the archive yet, and what was asked for needs that.
+    #[error("{0}; it can be done when that is over")]
+    Behind(String),
     /// Another process writes to the folder.
     #[error("{} is in use by another process{}; stop it first, or choose another folder", path.display(), holder(.pid))]
     Locked {
@@ -74,6 +78,14 @@ fn holder(pid: &str) -> String {
 }
 
 impl StoreError {
+    /// The database of the history that is damaged, if that is what went wrong.
+    pub(crate) fn damaged_database(&self) -> Option<&Path> {
+        match self {
+            Self::Sqlite { path, source } if look::is_damage(source) => Some(path),
+            _ => None,
+        }
+    }
+
     /// Whether the disk is full or a limit on a file's size was reached: what was accepted still waits, and a
     /// later commit can succeed.
     pub fn is_disk_full(&self) -> bool {

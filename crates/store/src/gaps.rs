@@ -1,14 +1,26 @@
 //! What vessels say is missing: `archive/gaps.jsonl`, a line of JSON for each declaration.
 //!
-//! It lies with the archive because it is as much the truth as the packets are.
+//! It lies with the archive because it is as much the truth as the packets are. But it is a statement, and whoever
+//! has a vessel's token can make it. So it is bounded: neighbours are one, of a system and a day no more than
+//! [`MOST_A_DAY`] are kept, no time is later than a day from now. And it is revoked, as far as that goes, by the
+//! first record that comes for one of its numbers.
 
 use crate::error::{Named as _, Result, StoreError};
+use crate::history::MonthKey;
+use crate::packet::LinkSeq;
 use imc::Address;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
+
+/// Declarations of one system and one UTC day that are kept apart. One more becomes part of the nearest of them.
+const MOST_A_DAY: usize = 100;
+const DAY_US: i64 = 86_400_000_000;
+/// What stands for declarations that were too many.
+const TOO_MANY: &str = "several declarations of one day, more than are kept apart";
 
 /// Why something is not there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,6 +47,17 @@ impl GapKind {
     }
 }
 
+/// Numbers of a record lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Numbers {
+    /// The run of numbers.
+    pub stream: u64,
+    /// The first.
+    pub from: u64,
+    /// The one after the last.
+    pub to: u64,
+}
+
 /// A stretch of a system's time from which something is missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Gap {
@@ -48,11 +71,23 @@ pub struct Gap {
     pub kind: GapKind,
     /// Why, in words.
     pub reason: String,
+    /// How many packets are missing, where that is known.
+    pub packets: Option<u64>,
+    /// Which numbers of the record lane, when it was declared there.
+    pub numbers: Option<Numbers>,
     /// When it was declared, by the shore's clock.
     pub declared: UtcTime,
 }
 
 impl Gap {
+    /// How many packets are missing, and why, in words.
+    pub fn told(&self) -> String {
+        match self.packets {
+            Some(packets) => format!("{packets} packets: {}", self.reason),
+            None => self.reason.clone(),
+        }
+    }
+
     fn line(&self) -> String {
         let mut line = json!({
             "system": self.system.0,
@@ -61,24 +96,184 @@ impl Gap {
             "kind": self.kind.name(),
             "reason": self.reason,
             "declared_us": self.declared.micros(),
-        })
-        .to_string();
-        line.push('\n');
-        line
+        });
+        if let Some(packets) = self.packets {
+            line["packets"] = json!(packets);
+        }
+        if let Some(Numbers { stream, from, to }) = self.numbers {
+            line["numbers"] = json!([stream, from, to]);
+        }
+        format!("{line}\n")
     }
 
     fn read(line: &str) -> Option<Self> {
         let value: Value = serde_json::from_str(line).ok()?;
         let time = |name: &str| value[name].as_i64().map(UtcTime::from_micros);
         let kind = value["kind"].as_str()?;
+        let number = |at: usize| value["numbers"][at].as_u64();
         Some(Self {
             system: Address(value["system"].as_u64()?.try_into().ok()?),
             from: time("from_us")?,
             to: time("to_us")?,
             kind: GapKind::ALL.into_iter().find(|one| one.name() == kind)?,
             reason: value["reason"].as_str()?.to_owned(),
+            packets: value["packets"].as_u64(),
+            numbers: number(0).zip(number(1)).zip(number(2)).map(|((stream, from), to)| Numbers {
+                stream,
+                from,
+                to,
+            }),
             declared: time("declared_us")?,
         })
+    }
+
+    /// The same with times that can be: neither before 2000 nor later than a day after it was declared. Where both
+    /// are impossible, the vessel did not know, and it stands at its declaration.
+    fn believable(mut self) -> Self {
+        let first = UtcTime::from_micros(MonthKey::DATED.from_us);
+        let last = UtcTime::from_micros(self.declared.micros().saturating_add(DAY_US));
+        if self.to < first || self.from > last {
+            (self.from, self.to) = (self.declared, self.declared);
+        }
+        self.from = self.from.max(first).min(last);
+        self.to = self.to.max(first).min(last);
+        self
+    }
+
+    /// Whether both say the same of what lies side by side.
+    fn is_neighbour(&self, other: &Self) -> bool {
+        let touch = match (self.numbers, other.numbers) {
+            (Some(a), Some(b)) => a.stream == b.stream && a.from <= b.to && b.from <= a.to,
+            (None, None) => self.from <= other.to && other.from <= self.to,
+            _ => false,
+        };
+        touch && (self.system, self.kind, &self.reason) == (other.system, other.kind, &other.reason)
+    }
+
+    /// Becomes both.
+    fn join(&mut self, other: &Self) {
+        (self.from, self.to) = (self.from.min(other.from), self.to.max(other.to));
+        let both = self.packets.zip(other.packets);
+        match (&mut self.numbers, other.numbers) {
+            (Some(a), Some(b)) if a.stream == b.stream => {
+                (a.from, a.to) = (a.from.min(b.from), a.to.max(b.to));
+                self.packets = both.map(|_| a.to - a.from);
+            }
+            _ => self.packets = both.map(|(a, b)| a.saturating_add(b)),
+        }
+        self.declared = self.declared.max(other.declared);
+    }
+
+    fn day(&self) -> (Address, i64) {
+        (self.system, self.declared.micros().div_euclid(DAY_US))
+    }
+
+    /// How far two stretches are from each other (µs).
+    fn distance_us(&self, other: &Self) -> i64 {
+        (other.from - self.to).max(self.from - other.to).max(0)
+    }
+}
+
+/// What is declared missing.
+#[derive(Debug)]
+pub(crate) struct Gaps {
+    archive: PathBuf,
+    kept: Vec<Gap>,
+    /// Of each stream the number after the last that is declared missing.
+    ends: BTreeMap<u64, u64>,
+    /// Whether something was revoked since the file was written.
+    is_changed: bool,
+}
+
+impl Gaps {
+    /// Reads what was declared.
+    pub(crate) fn open(archive: &Path) -> Result<Self> {
+        let kept = all(archive)?;
+        let mut gaps = Self { archive: archive.to_owned(), kept, ends: BTreeMap::new(), is_changed: false };
+        gaps.find_ends();
+        Ok(gaps)
+    }
+
+    fn find_ends(&mut self) {
+        self.ends.clear();
+        for Numbers { stream, to, .. } in self.kept.iter().filter_map(|gap| gap.numbers) {
+            let end = self.ends.entry(stream).or_default();
+            *end = to.max(*end);
+        }
+    }
+
+    /// Keeps a declaration; it is on the disk when this returns.
+    pub(crate) fn declare(&mut self, gap: Gap) -> Result<()> {
+        if gap.to < gap.from {
+            return Err(StoreError::Query("a gap ends before it begins".to_owned()));
+        }
+        let gap = gap.believable();
+        let before = self.kept.clone();
+        // Said again, it is the later statement that holds.
+        self.kept.retain(|one| (one.system, one.from, one.to) != (gap.system, gap.from, gap.to));
+        let neighbour = self.kept.iter_mut().find(|one| one.is_neighbour(&gap));
+        let is_new = neighbour.is_none();
+        if let Some(one) = neighbour {
+            one.join(&gap);
+        } else if self.kept.iter().filter(|one| one.day() == gap.day()).count() >= MOST_A_DAY {
+            let same = self.kept.iter_mut().filter(|one| one.day() == gap.day());
+            if let Some(nearest) = same.min_by_key(|one| one.distance_us(&gap)) {
+                nearest.join(&gap);
+                TOO_MANY.clone_into(&mut nearest.reason);
+                nearest.kind = nearest.kind.max(gap.kind);
+            }
+        } else {
+            self.kept.push(gap.clone());
+        }
+        let is_added = is_new && self.kept.len() == before.len() + 1;
+        let written = if is_added { append(&self.archive, &gap) } else { self.write() };
+        if written.is_err() {
+            self.kept = before;
+        }
+        self.find_ends();
+        written
+    }
+
+    /// A record came. Where its number is declared missing, the declaration ends before it: for what follows, the
+    /// vessel sends a record or declares it anew.
+    pub(crate) fn revoke(&mut self, LinkSeq { stream, seq }: LinkSeq, time: Option<UtcTime>) {
+        if self.ends.get(&stream).is_none_or(|end| seq >= *end) {
+            return;
+        }
+        for gap in &mut self.kept {
+            let Some(numbers) = gap.numbers.as_mut().filter(|numbers| numbers.stream == stream) else {
+                continue;
+            };
+            if (numbers.from..numbers.to).contains(&seq) {
+                numbers.to = seq;
+                gap.packets = gap.packets.map(|_| seq - numbers.from);
+                gap.to = gap.to.min(time.unwrap_or(gap.to)).max(gap.from);
+                self.is_changed = true;
+            }
+        }
+        self.kept.retain(|gap| gap.numbers.is_none_or(|numbers| numbers.from < numbers.to));
+        self.find_ends();
+    }
+
+    /// Writes what was revoked. What cannot be written now is written later.
+    pub(crate) fn save(&mut self) {
+        if self.is_changed && self.write().is_ok() {
+            self.is_changed = false;
+        }
+    }
+
+    fn write(&self) -> Result<()> {
+        let path = path(&self.archive);
+        let new = path.with_extension("jsonl.new");
+        let write = || -> std::io::Result<()> {
+            let mut file = File::create(&new)?;
+            let text: String = self.kept.iter().map(Gap::line).collect();
+            file.write_all(text.as_bytes())?;
+            file.sync_all()?;
+            fs::rename(&new, &path)?;
+            File::open(&self.archive)?.sync_all()
+        };
+        write().named(&path)
     }
 }
 
@@ -87,10 +282,7 @@ fn path(archive: &Path) -> PathBuf {
 }
 
 /// Adds a declaration and waits until it is on the disk.
-pub(crate) fn declare(archive: &Path, gap: &Gap) -> Result<()> {
-    if gap.to < gap.from {
-        return Err(StoreError::Query("a gap ends before it begins".to_owned()));
-    }
+fn append(archive: &Path, gap: &Gap) -> Result<()> {
     let path = path(archive);
     let append = || -> std::io::Result<()> {
         let mut file = OpenOptions::new().append(true).create(true).open(&path)?;

@@ -78,7 +78,7 @@ impl Store {
                 files.push(path.clone());
             }
         }
-        self.commit_all()?;
+        self.make_ready()?;
         // Each log has an arrival of its own, by which its packets are told from those that came before.
         let start_us = self.reserve_arrivals(now.micros(), files.len())?;
         for (at, file) in files.iter().enumerate() {
@@ -86,6 +86,7 @@ impl Store {
             let mut log = LogImport::open(file, received, std::mem::take(&mut imported))?;
             let number = at + 1;
             loop {
+                self.make_ready()?;
                 let more = log.read_some(self, COMMIT_PACKETS, u64::MAX)?;
                 let Imported { packets, added, .. } = log.imported;
                 let (bytes, files) = (log.read_bytes(), files.len());
@@ -103,14 +104,25 @@ impl Store {
         Ok(imported)
     }
 
-    /// A commit whose history must follow: what is already there is known by the history.
-    fn commit_all(&mut self) -> Result<()> {
+    /// Waits until the history lacks nothing.
+    fn make_ready(&mut self) -> Result<()> {
         self.sync_quietly()?;
         self.index()?;
         while self.is_behind() {
             self.index()?;
         }
         Ok(())
+    }
+
+    /// A commit after which the history must lack nothing, since what is already there is known by it. Where it
+    /// does, this took one slice of it, and others have their turn.
+    fn commit_all(&mut self) -> Result<()> {
+        self.sync_quietly()?;
+        self.index()?;
+        match self.behind() {
+            None => Ok(()),
+            Some(why) => Err(StoreError::Behind(why)),
+        }
     }
 }
 
@@ -131,7 +143,8 @@ impl LogImport {
     /// Begins the import of one log; `now` is the time by the shore's clock.
     ///
     /// # Errors
-    /// When the file or the history cannot be read, or the archive not be written.
+    /// When the file or the history cannot be read, or the archive not be written; [`StoreError::Behind`] while the
+    /// history lacks something: try again, by which it comes closer.
     pub fn begin(store: &mut Store, file: &Path, now: UtcTime) -> Result<Self> {
         store.commit_all()?;
         let received = UtcTime::from_micros(store.reserve_arrivals(now.micros(), 1)?);
@@ -159,7 +172,8 @@ impl LogImport {
     /// What was read before an error stays; importing the log again adds only the rest.
     ///
     /// # Errors
-    /// When the file or history cannot be read or the archive not be written.
+    /// When the file or history cannot be read or the archive not be written; [`StoreError::Behind`] while the
+    /// history lacks something: nothing was read then, and trying again brings it closer.
     pub fn read_some(&mut self, store: &mut Store, packets: u64, bytes: u64) -> Result<bool> {
         // What came meanwhile must be known, or it would be taken twice.
         store.commit_all()?;
@@ -190,7 +204,8 @@ impl LogImport {
                 break true;
             }
         };
-        store.commit_all()?;
+        store.sync_quietly()?;
+        store.index()?;
         if !more {
             self.tell_damage();
         }

@@ -7,7 +7,8 @@
 //! - [`Reader`] answers questions to the history, with or without a writer beside it: systems, series, samples,
 //!   [`Buckets`] for plots of any range, tracks, detections, log books, gaps.
 //! - [`export_csv`] and [`export_lsf`] take things out; [`Store::import`] brings logs in.
-//! - [`reindex`], [`Store::retain`], [`backup()`] and [`doctor()`] keep it well.
+//! - [`reindex`], [`Store::retain`], [`backup()`] and [`doctor()`] keep it well. What is wrong with the history stops
+//!   nothing: [`Store::index`] makes it again from the archive ([`Store::behind`]), slice by slice.
 //!
 //! ```
 //! use store::{Accepted, Door, Reader, Source, Store, TimeRange};
@@ -35,19 +36,23 @@
 //!                              IMC.xml.gz by which definitions
 //!                              Arrivals.idx when and how each came, and its number in a record lane
 //! DATA/archive/gaps.jsonl                 what vessels say is missing
+//!              shortened.jsonl            days that held more once; told until somebody removes it
 //! DATA/history/2026-11.sqlite             samples of that month, roll-ups, series
 //!              undated.sqlite             samples whose stated time is before 2000 or after 2099, or none
-//!              catalogue.sqlite           systems, entities, what fields and numbers mean, progress
+//!              catalogue.sqlite           systems, entities, what fields and numbers mean, progress, months
+//! DATA/history.aside/                     files of the history that were damaged; nothing reads them
 //! ```
 //!
 //! # Invariants
 //! 1. What a commit has told to be durable survives `kill -9` and power loss.
 //! 2. A message is in the history once, however often and through whichever doors it came: the key is message,
-//!    system, entity, stated time and a fingerprint of the payload. The first arrival counts.
+//!    system, entity, stated time and a fingerprint of the payload. The earliest arrival
+//!    counts, in whatever order the archive is read.
 //! 3. Everything in the history is a function of the archive.
 //! 4. Nothing is lost silently: what cannot be read as its id says, and ids that are not known, are kept raw.
 
 mod archive;
+mod aside;
 mod backup;
 mod doctor;
 mod error;
@@ -55,6 +60,7 @@ mod export;
 #[cfg(test)]
 mod faults;
 mod fingerprint;
+mod follow;
 mod gaps;
 mod history;
 mod import;
@@ -73,7 +79,7 @@ pub use backup::{BackedUp, backup};
 pub use doctor::{Check, Health, doctor, free_bytes};
 pub use error::{Result, StoreError};
 pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, export_csv, export_lsf};
-pub use gaps::{Gap, GapKind};
+pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};

@@ -72,11 +72,19 @@ impl Store {
         self.commit()?;
         self.settle()?;
         let removals = plan_retention(self.folder(), retention)?;
-        self.close_months();
+        self.close_months()?;
+        let root = self.folder().join("archive");
+        let removed = |path: &Path| removals.iter().any(|removal| removal.path == path);
+        let mut days = archive::days(&root)?;
+        days.retain(|key| removed(&key.folder(&root)));
+        let folder = self.folder().join("history");
+        let mut months = history::months(&folder)?;
+        months.retain(|key| removed(&folder.join(key.file_name())));
         if removals.iter().any(|removal| removal.path.is_dir()) {
-            archive::mark_trimmed(&self.folder().join("archive"))?;
+            archive::mark_trimmed(&root)?;
         }
-        let days = archive::days(&self.folder().join("archive"))?;
+        // Nothing must miss what was given up with a purpose.
+        self.give_up(&days, &months)?;
         for removal in &removals {
             let path = &removal.path;
             if path.is_dir() {
@@ -90,7 +98,7 @@ impl Store {
                 }
             }
         }
-        self.forget_days(&days)?;
+        self.forget_days(&days);
         Ok(removals)
     }
 }

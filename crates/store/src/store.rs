@@ -1,11 +1,12 @@
 //! The store, open for writing: what is accepted, when it is safe, and how the history follows.
 
-use crate::archive::{self, Archive, DayKey, DayReader, Disk, Lengths, RealDisk, Recovered, Written};
-use crate::archive::{ARRIVALS, DATA};
+use crate::archive::{self, ARRIVALS, DATA, shortened};
+use crate::archive::{Archive, DayKey, Disk, Lengths, RealDisk, Recovered};
 use crate::error::{Named as _, Result, StoreError};
 use crate::fingerprint::RepeatWindow;
-use crate::gaps::{self, Gap};
-use crate::history::{Arrived, Extent, History, Progress};
+use crate::follow::Follower;
+use crate::gaps::{Gap, Gaps};
+use crate::history::MonthKey;
 use crate::lock::FolderLock;
 use crate::packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 use crate::reindex::{self, GROWING, HISTORY};
@@ -15,15 +16,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
 
-/// Packets of the archive that are read into the history in one transaction.
-const REPLAY_PACKETS: usize = 20_000;
-/// Bytes of the archive after which the history's progress is saved. As much may have to be read again after a
-/// crash.
-const SAVE_AFTER_BYTES: u64 = 4 << 20;
-/// The same by the shore's clock (µs).
-const SAVE_AFTER_US: i64 = 30_000_000;
-/// The same by commits that brought nothing.
-const IDLE_COMMITS: u32 = 20;
+/// Packets of the archive that are read into the history before a server goes on: what a crash leaves unread.
+const AT_ONCE_PACKETS: u64 = 20_000;
 
 /// The store of one data folder.
 ///
@@ -34,18 +28,11 @@ const IDLE_COMMITS: u32 = 20;
 pub struct Store {
     folder: PathBuf,
     archive: Archive,
-    history: History,
+    follower: Follower,
+    gaps: Gaps,
     repeats: RepeatWindow,
-    /// On disk, and not in the history yet.
-    unindexed: Vec<Written>,
     /// What became durable and was not told yet.
     untold: Vec<LinkSeq>,
-    /// Whether the archive holds packets that are neither in the history nor in `unindexed`.
-    behind: bool,
-    unsaved_bytes: u64,
-    /// Commits since one brought something.
-    idle_commits: u32,
-    saved_at: UtcTime,
     now: UtcTime,
     repairs: Repairs,
     lock: FolderLock,
@@ -53,12 +40,28 @@ pub struct Store {
 
 impl Store {
     /// Opens the store in a folder, making it if need be, mends what a crash left and reads into the history
-    /// what is not there yet.
+    /// what is not there yet. A history that cannot be written is no error: it is [behind](Self::behind).
     ///
     /// # Errors
-    /// When another process has it open, or files cannot be read or written.
+    /// When another process has it open, or files of the archive cannot be read or written.
     pub fn open(folder: &Path) -> Result<Self> {
         Self::open_with(folder, &mut |_| true)
+    }
+
+    /// As [`Self::open`], but reads into the history what a crash leaves unread only. What it lacks beyond that,
+    /// such as a month that was damaged, is read with each [`Self::index`].
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_at_once(folder: &Path) -> Result<Self> {
+        let mut enough = |packets| packets < AT_ONCE_PACKETS;
+        let mut store = Self::open_archive(folder, HISTORY, Box::new(RealDisk))?;
+        match store.replay(&mut enough) {
+            Err(StoreError::Cancelled) => {}
+            other => other?,
+        }
+        store.save().ok();
+        Ok(store)
     }
 
     /// As [`Self::open`]; `progress` is told how many packets were read into the history and may stop that by
@@ -70,9 +73,13 @@ impl Store {
         Self::open_on(folder, Box::new(RealDisk), progress)
     }
 
-    /// Opens the archive with a history that grows beside the one that is asked.
+    /// Opens the archive with a history that grows beside the one that is asked, and is whole then.
     pub(crate) fn open_growing(folder: &Path, progress: &mut dyn FnMut(u64) -> bool) -> Result<Self> {
-        Self::open_in(folder, GROWING, Box::new(RealDisk), progress)
+        let mut store = Self::open_in(folder, GROWING, Box::new(RealDisk), progress)?;
+        while store.is_behind() {
+            store.index()?;
+        }
+        Ok(store)
     }
 
     pub(crate) fn open_on(
@@ -89,29 +96,34 @@ impl Store {
         disk: Box<dyn Disk>,
         progress: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self> {
+        let mut store = Self::open_archive(folder, history, disk)?;
+        store.replay(progress)?;
+        // What cannot be saved is read again next time.
+        store.save().ok();
+        Ok(store)
+    }
+
+    fn open_archive(folder: &Path, history: &str, disk: Box<dyn Disk>) -> Result<Self> {
         let root = folder.join("archive");
         fs::create_dir_all(&root).named(&root)?;
         let lock = FolderLock::take(folder)?;
         reindex::finish_swap(folder)?;
         let mut store = Self {
             folder: folder.to_owned(),
+            gaps: Gaps::open(&root)?,
             archive: Archive::new(root, disk),
-            history: History::open(folder.join(history))?,
+            follower: Follower::open(folder.join(history)),
             repeats: RepeatWindow::new(),
-            unindexed: Vec::new(),
             untold: Vec::new(),
-            behind: false,
-            unsaved_bytes: 0,
-            idle_commits: 0,
-            saved_at: UtcTime::default(),
             now: UtcTime::default(),
             repairs: Repairs::default(),
             lock,
         };
-        let shorter = store.mend_archive()?;
+        store.mend_archive()?;
+        let shorter = store.follower.compare(&store.archive)?;
         store.recover_streams(shorter)?;
-        store.replay(progress)?;
-        store.save()?;
+        store.repairs.notes.extend(store.follower.causes());
+        store.repairs.notes.extend(shortened::told(store.archive.root())?);
         Ok(store)
     }
 
@@ -150,6 +162,9 @@ impl Store {
             // What comes directly may come once more through a relay.
             self.repeats.repeats(&view);
         }
+        if let Some(link) = accepted.link.filter(|_| appended) {
+            self.gaps.revoke(link, view.header().time());
+        }
         Ok(if appended { Outcome::Recorded } else { Outcome::Duplicate })
     }
 
@@ -157,7 +172,8 @@ impl Store {
     /// which the import began. Copies within one log are kept, as the log has them.
     pub(crate) fn accept_from_log(&mut self, view: &PacketView<'_>, received: UtcTime) -> Result<Outcome> {
         self.now = self.now.max(received);
-        if self.history.arrival_of(view)?.is_some_and(|first_us| first_us != received.micros()) {
+        let first_us = self.follower.history()?.arrival_of(view)?;
+        if first_us.is_some_and(|first_us| first_us != received.micros()) {
             return Ok(Outcome::Duplicate);
         }
         let appended = self.archive.append(view, received, Door::Import, None)?;
@@ -166,7 +182,7 @@ impl Store {
 
     /// The first of `count` times of arrival, from `now_us` on, that no import had before.
     pub(crate) fn reserve_arrivals(&mut self, now_us: i64, count: usize) -> Result<i64> {
-        self.history.reserve_arrivals(now_us, count)
+        self.follower.history()?.reserve_arrivals(now_us, count)
     }
 
     /// Puts everything accepted on disk and into the history.
@@ -182,8 +198,7 @@ impl Store {
         match self.index() {
             Ok(rows) => {
                 committed.rows = rows;
-                let rest = || "it reads what it missed from the archive".to_owned();
-                committed.history_behind = self.behind.then(rest);
+                committed.history_behind = self.behind();
             }
             Err(error) => committed.history_behind = Some(error.to_string()),
         }
@@ -203,14 +218,8 @@ impl Store {
             committed.packets += one.batch.packets;
             committed.bytes += one.batch.data.len() as u64;
         }
-        if self.behind {
-            // It is read from the archive in its turn.
-            for one in written {
-                self.archive.recycle(one.batch);
-            }
-        } else {
-            self.unindexed.extend(written);
-        }
+        self.follower.take(written, &mut self.archive);
+        self.gaps.save();
         Ok(committed)
     }
 
@@ -220,44 +229,23 @@ impl Store {
         Ok(())
     }
 
-    /// The second half: the history follows; how many rows it gained.
+    /// The second half: the history follows; how many rows it gained. Of what it [lacks](Self::behind) it reads a
+    /// slice, so that whoever records packets in between is not held up.
     ///
     /// # Errors
-    /// When the history cannot be written. The next call reads from the archive what is missing.
+    /// When the history cannot be written. Later calls read from the archive what is missing.
     pub fn index(&mut self) -> Result<u64> {
-        if self.behind {
-            let rows = self.catch_up()?;
-            self.save_if_due()?;
-            return Ok(rows);
-        }
-        let batches = std::mem::take(&mut self.unindexed);
-        if batches.is_empty() {
-            self.history.tick()?;
-            self.idle_commits = self.idle_commits.saturating_add(1);
-            if self.idle_commits == IDLE_COMMITS && self.unsaved_bytes > 0 {
-                self.save()?;
-            }
-            return Ok(0);
-        }
-        self.idle_commits = 0;
-        let mut rows = 0;
-        for batch in batches {
-            // One that fails leaves all later ones to be read from the archive.
-            if !self.behind {
-                match self.index_batch(&batch) {
-                    Ok(added) => rows += added,
-                    Err(error) => {
-                        self.behind = true;
-                        self.unindexed.clear();
-                        return Err(error);
-                    }
-                }
-            }
-            self.archive.recycle(batch.batch);
-        }
-        self.history.tend(rows)?;
-        self.save_if_due()?;
-        Ok(rows)
+        self.follower.index(&mut self.archive, self.now)
+    }
+
+    /// Why the history lacks packets of the archive, and how far it is with them; `None` while it lacks nothing.
+    pub fn behind(&self) -> Option<String> {
+        self.follower.why_behind(&self.archive)
+    }
+
+    /// Whether the history lacks packets of the archive that a later [`Self::index`] has to read from there.
+    pub fn is_behind(&self) -> bool {
+        self.follower.is_behind()
     }
 
     /// Up to where the archive is durable, for those who [follow](crate::Tail) it.
@@ -275,29 +263,28 @@ impl Store {
         self.archive.waiting_bytes()
     }
 
-    /// Whether the history lacks packets of the archive that a later [`Self::index`] has to read from there.
-    pub fn is_behind(&self) -> bool {
-        self.behind
-    }
-
-    /// Records, durably, that something is missing.
+    /// Records, durably, that something is missing. Neighbours become one; of a system and a day so many are kept
+    /// apart, and more become part of the nearest. Records that come for its numbers revoke it.
     ///
     /// # Errors
     /// When it cannot be written, or ends before it begins.
     pub fn declare_gap(&mut self, gap: &Gap) -> Result<()> {
-        gaps::declare(self.archive.root(), gap)
+        self.gaps.declare(gap.clone())
     }
 
-    /// Brings all roll-ups up to date and saves the progress, so that opening has nothing to read again.
+    /// Brings the history up to date with all roll-ups and saves the progress, so that opening has nothing to read
+    /// again.
     ///
     /// # Errors
     /// When the history cannot be written.
     pub fn settle(&mut self) -> Result<()> {
-        self.history.roll_up_all()?;
+        while self.is_behind() {
+            self.index()?;
+        }
+        self.follower.history()?.roll_up_all()?;
         self.save()?;
         // What an import filled the caches with is not needed any more.
-        self.history.close_months();
-        Ok(())
+        self.close_months()
     }
 
     /// Commits, saves the progress and closes. Dropping a store without is safe: opening it again then reads
@@ -307,10 +294,12 @@ impl Store {
     /// When something could not be written; what was committed before is safe.
     pub fn close(mut self) -> Result<()> {
         self.sync()?;
-        self.index()?;
-        if self.behind {
-            return Ok(());
+        if self.is_behind() {
+            // The next start reads on from here.
+            self.index().ok();
+            return self.save();
         }
+        self.index()?;
         self.save()
     }
 
@@ -320,31 +309,33 @@ impl Store {
         Ok(self.lock)
     }
 
-    /// Forgets the days that are no longer there.
-    pub(crate) fn forget_days(&mut self, before: &[DayKey]) -> Result<()> {
-        let left = archive::days(self.archive.root())?;
-        for key in before.iter().filter(|key| !left.contains(key)) {
+    /// Gives up days and months, before their files are removed.
+    pub(crate) fn give_up(&mut self, days: &[DayKey], months: &[MonthKey]) -> Result<()> {
+        self.follower.unread(days)?;
+        self.save()?;
+        months.iter().try_for_each(|key| self.follower.history()?.forget_month(*key))
+    }
+
+    /// Forgets days that are no longer there.
+    pub(crate) fn forget_days(&mut self, days: &[DayKey]) {
+        for key in days {
             self.archive.forget(*key);
-            self.history.set_progress(*key, Progress::default());
         }
-        self.save()
     }
 
     /// Closes the history's months; they are opened again when needed.
-    pub(crate) fn close_months(&mut self) {
-        self.history.close_months();
+    pub(crate) fn close_months(&mut self) -> Result<()> {
+        self.follower.history()?.close_months();
+        Ok(())
     }
 
-    /// Mends the days whose files are not as the history last saw them, and learns all their lengths. Whether
-    /// one is shorter than the history knew it.
-    fn mend_archive(&mut self) -> Result<bool> {
-        let mut shorter = false;
+    /// Mends the days whose files are not as the history last saw them, and learns all their lengths.
+    fn mend_archive(&mut self) -> Result<()> {
         for key in archive::days(self.archive.root())? {
-            let mut progress = self.history.progress(key);
             let folder = key.folder(self.archive.root());
             let length = |name: &str| fs::metadata(folder.join(name)).map_or(0, |file| file.len());
             let mut lengths = Lengths { data: length(DATA), arrivals: length(ARRIVALS) };
-            if lengths != progress.lengths {
+            if lengths != self.follower.progress(key).lengths {
                 let mended = archive::mend(self.archive.root(), key)?;
                 lengths = mended.lengths;
                 let name = key.name();
@@ -357,28 +348,22 @@ impl Store {
                 note(mended.cut_records, "bytes of arrivals without packets cut off");
                 note(mended.recovered, "packets without a record of arrival kept");
             }
-            if progress.lengths.data > lengths.data || progress.lengths.arrivals > lengths.arrivals {
-                let name = key.name();
-                self.repairs.notes.push(format!("archive/{name}: shorter than when it was last read"));
-                progress = Progress::default();
-                self.history.set_progress(key, progress);
-                shorter = true;
-            }
             self.archive.know(key, lengths);
         }
-        Ok(shorter)
+        Ok(())
     }
 
     /// Learns which numbers are surely on disk: from what was known when the progress was saved, and the records
     /// of arrival since; or, `from_scratch`, from all records. It comes before the replay, which saves what it
     /// has done as it goes on.
     fn recover_streams(&mut self, from_scratch: bool) -> Result<()> {
+        let from_scratch = from_scratch || self.follower.knows_nothing();
         if !from_scratch {
-            self.archive.streams.start_from(self.history.streams()?);
+            self.archive.streams.start_from(self.follower.streams()?);
         }
         let mut recovered = Recovered::default();
         for key in archive::days(self.archive.root())? {
-            let read = if from_scratch { Lengths::default() } else { self.history.progress(key).lengths };
+            let read = if from_scratch { Lengths::default() } else { self.follower.progress(key).lengths };
             if read != self.archive.lengths(key) {
                 recovered.read(&key.folder(self.archive.root()), read.arrivals)?;
             }
@@ -388,96 +373,26 @@ impl Store {
         Ok(())
     }
 
-    /// Reads into the history all of the archive that is not there yet.
+    /// Reads into the history what of the archive is not there yet. One that cannot be written is left behind.
     fn replay(&mut self, progress: &mut dyn FnMut(u64) -> bool) -> Result<()> {
-        for key in archive::days(self.archive.root())? {
-            while let Some(chunk) = self.replay_chunk(key)? {
-                self.repairs.replayed += chunk.packets;
-                self.history.tend(chunk.packets)?;
-                self.save_if_due()?;
-                if !progress(self.repairs.replayed) {
-                    return Err(StoreError::Cancelled);
+        while self.is_behind() {
+            match self.follower.replay_some(&self.archive, self.now) {
+                Ok(chunk) => self.repairs.replayed += chunk.packets,
+                Err(error) => {
+                    self.repairs.notes.push(format!("the history is behind the archive: {error}"));
+                    return Ok(());
                 }
+            }
+            if !progress(self.repairs.replayed) {
+                return Err(StoreError::Cancelled);
             }
         }
         Ok(())
-    }
-
-    /// Some more of what the history lacks, at most about one transaction; it is up to date when nothing is left.
-    fn catch_up(&mut self) -> Result<u64> {
-        let mut done = Chunk { packets: 0, rows: 0 };
-        for key in archive::days(self.archive.root())? {
-            if let Some(chunk) = self.replay_chunk(key)? {
-                done = Chunk { packets: done.packets + chunk.packets, rows: done.rows + chunk.rows };
-            }
-            if done.packets >= REPLAY_PACKETS as u64 {
-                self.history.tend(done.rows)?;
-                return Ok(done.rows);
-            }
-        }
-        self.behind = false;
-        self.history.tend(done.rows)?;
-        Ok(done.rows)
-    }
-
-    fn replay_chunk(&mut self, key: DayKey) -> Result<Option<Chunk>> {
-        let mut progress = self.history.progress(key);
-        if progress.lengths == self.archive.lengths(key) {
-            return Ok(None);
-        }
-        let Lengths { data, arrivals } = progress.lengths;
-        let mut reader = DayReader::open(self.archive.root(), key, data, arrivals)?;
-        let mut bytes = Vec::new();
-        let mut packets = Vec::new();
-        while packets.len() < REPLAY_PACKETS {
-            let Some(archived) = reader.next_packet()? else { break };
-            packets.push((bytes.len(), archived.arrival.received.micros()));
-            bytes.extend_from_slice(archived.view.bytes());
-            progress.lengths = archived.end;
-        }
-        if packets.len() < REPLAY_PACKETS {
-            progress.lengths = self.archive.lengths(key);
-        }
-        let arrived = packets.iter().filter_map(|(at, received_us)| {
-            let view = PacketView::unchecked(&bytes[*at..]).ok()?;
-            Some(Arrived { view, received_us: *received_us })
-        });
-        let (rows, extent) = self.history.write(arrived)?;
-        self.advance(key, progress, extent, bytes.len());
-        Ok(Some(Chunk { packets: packets.len() as u64, rows }))
-    }
-
-    fn index_batch(&mut self, written: &Written) -> Result<u64> {
-        let (rows, extent) = self.history.write(archive::packets_of(written))?;
-        let mut progress = self.history.progress(written.key);
-        progress.lengths = written.lengths;
-        self.advance(written.key, progress, extent, written.batch.data.len());
-        Ok(rows)
-    }
-
-    fn advance(&mut self, key: DayKey, mut progress: Progress, extent: Extent, bytes: usize) {
-        progress.extent.merge(extent);
-        self.history.set_progress(key, progress);
-        self.unsaved_bytes += bytes as u64;
-    }
-
-    fn save_if_due(&mut self) -> Result<()> {
-        let due = self.unsaved_bytes >= SAVE_AFTER_BYTES || self.now - self.saved_at >= SAVE_AFTER_US;
-        if due { self.save() } else { Ok(()) }
     }
 
     fn save(&mut self) -> Result<()> {
-        let streams: Vec<LinkSeq> = self.archive.streams.all_durable().collect();
-        self.history.save_progress(&streams)?;
-        self.unsaved_bytes = 0;
-        self.saved_at = self.now;
-        Ok(())
+        self.follower.save(&self.archive, self.now)
     }
-}
-
-struct Chunk {
-    packets: u64,
-    rows: u64,
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 mod support;
 
 use store::{
-    Door, Gap, GapKind, Health, Reader, Retention, Source, Store, StoreError, TimeRange, backup, doctor,
-    reindex,
+    Door, Gap, GapKind, Health, Numbers, Outcome, Reader, Retention, Source, Store, StoreError, TimeRange,
+    backup, doctor, reindex,
 };
 use support::{OTTER, START_US, accept, accept_link, archived, dump, packet, state, temperature, utc};
 
@@ -229,6 +229,8 @@ fn declared_gaps_are_told_and_replaced() {
         to: utc(START_US + 60_000_000),
         kind: GapKind::NotDelivered,
         reason: "out of \"range\"".to_owned(),
+        packets: None,
+        numbers: None,
         declared: utc(START_US + 61_000_000),
     };
     store.declare_gap(&gap).unwrap();
@@ -240,4 +242,87 @@ fn declared_gaps_are_told_and_replaced() {
     assert_eq!(reader.gaps(Some(OTTER), TimeRange::ALL).unwrap(), [lost]);
     let later = TimeRange::new(Some(utc(START_US + DAY_US)), None);
     assert_eq!(reader.gaps(None, later).unwrap(), []);
+}
+
+/// A declaration over the record lane: the numbers of stream 7 from `from` up to `to`, at a time of day.
+fn lost(from: u64, to: u64, at_us: i64) -> Gap {
+    Gap {
+        system: OTTER,
+        from: utc(at_us),
+        to: utc(at_us + 1_000),
+        kind: GapKind::Lost,
+        reason: "the spool was full".to_owned(),
+        packets: Some(to - from),
+        numbers: Some(Numbers { stream: 7, from, to }),
+        declared: utc(START_US),
+    }
+}
+
+fn gaps(folder: &std::path::Path) -> Vec<Gap> {
+    Reader::open(folder).unwrap().gaps(Some(OTTER), TimeRange::ALL).unwrap()
+}
+
+#[test]
+fn neighbouring_gaps_are_one_and_a_day_has_only_so_many() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    // Number after number, as a stolen token or a broken vessel would.
+    for number in 0..50 {
+        store.declare_gap(&lost(number, number + 1, START_US + number as i64 * 10)).unwrap();
+    }
+    let one = gaps(folder.path());
+    assert_eq!(one.len(), 1, "{one:?}");
+    assert_eq!((one[0].packets, one[0].numbers.unwrap().to, one[0].from), (Some(50), 50, utc(START_US)));
+    // With holes between them.
+    for number in 0..250 {
+        let from = 1_000 + number * 10;
+        store.declare_gap(&lost(from, from + 1, START_US - number as i64 * 1_000_000)).unwrap();
+    }
+    let many = gaps(folder.path());
+    assert_eq!(many.len(), 100);
+    let last = START_US - 249 * 1_000_000;
+    assert!(
+        many.iter().any(|gap| gap.from <= utc(last) && gap.to > utc(last)),
+        "the last is not told at all"
+    );
+    let bytes = std::fs::metadata(folder.path().join("archive/gaps.jsonl")).unwrap().len();
+    assert!(bytes < 100 * 400, "{bytes} bytes");
+    // Another day and another system have their own.
+    let next = Gap { declared: utc(START_US + DAY_US), ..lost(1 << 40, (1 << 40) + 1, START_US + DAY_US) };
+    store.declare_gap(&next).unwrap();
+    assert_eq!(gaps(folder.path()).len(), 101);
+    drop(store);
+    assert_eq!(gaps(folder.path()).len(), 101);
+}
+
+#[test]
+fn a_gap_is_no_longer_than_time_and_ends_where_a_record_comes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    accept_link(&mut store, &temperature(START_US, 0.0), START_US, 9);
+    store.commit().unwrap();
+    let endless = Gap { from: utc(i64::MIN), to: utc(i64::MAX), ..lost(10, u64::MAX, START_US) };
+    store.declare_gap(&endless).unwrap();
+    let told = &gaps(folder.path())[0];
+    assert!(told.from.micros() >= 946_684_800_000_000 && told.to.micros() <= START_US + DAY_US, "{told:?}");
+    // It was not true: the vessel has them all.
+    for seq in 10..15 {
+        let time_us = START_US + seq as i64 * 1_000;
+        assert_eq!(accept_link(&mut store, &temperature(time_us, 1.0), time_us, seq), Outcome::Recorded);
+    }
+    store.commit().unwrap();
+    assert_eq!((store.durable(7), gaps(folder.path())), (Some(14), vec![]));
+    // Half of one was true.
+    store.declare_gap(&lost(20, 40, START_US + 1)).unwrap();
+    accept_link(&mut store, &temperature(START_US + 30, 1.0), START_US + 30, 30);
+    store.commit().unwrap();
+    drop(store);
+    let left = gaps(folder.path());
+    assert_eq!((left.len(), left[0].packets, left[0].numbers.unwrap().to), (1, Some(10), 30));
+    assert_eq!(left[0].told(), "10 packets: the spool was full");
+    // Where the vessel knows no time, the time of its word counts.
+    let mut store = Store::open(folder.path()).unwrap();
+    let unknown = Gap { from: utc(0), to: utc(0), ..lost(100, 110, 0) };
+    store.declare_gap(&unknown).unwrap();
+    assert!(gaps(folder.path()).iter().any(|gap| gap.from == utc(START_US) && gap.to == utc(START_US)));
 }

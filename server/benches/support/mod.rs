@@ -8,6 +8,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 
 /// A server with the IMCProxy door open.
+#[allow(dead_code, reason = "each benchmark uses what it needs")]
 pub(crate) fn config(data: &Path) -> Config {
     let mut config = Config { data: data.to_owned(), ..Config::default() };
     config.http.listen = "127.0.0.1:0".parse().unwrap();

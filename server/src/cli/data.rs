@@ -90,6 +90,13 @@ pub(super) struct BackupArguments {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct RestoreArguments {
+    /// The backup. The data folder (--data) must be absent or empty.
+    #[arg(value_name = "BACKUP")]
+    from: PathBuf,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct PruneArguments {
     /// Remove months of the history that ended before this day.
     #[arg(long, value_name = "DATE")]
@@ -282,13 +289,12 @@ pub(super) fn reindex(common: &Common, arguments: &ReindexArguments) -> anyhow::
 /// `lutra-server backup`.
 pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Result<()> {
     let data = folder(common)?;
+    let config = common.load(Vec::new())?;
     let mut progress = Progress::new();
-    let done = store::backup(&data, &arguments.to, &mut |what| {
+    let done = crate::backup::make(&config, common.config.as_deref(), &arguments.to, &mut |what| {
         progress.tell(|| what.to_owned());
-        true
     })?;
     drop(progress);
-    crate::people::backup(&data, &arguments.to)?;
     say!(
         "{}: {} databases and app.db copied; files of the archive: {} copied, {} linked, {} were there",
         arguments.to.display(),
@@ -297,6 +303,24 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
         done.linked,
         done.kept
     );
+    say!("back again: lutra-server restore {} --data {}", arguments.to.display(), data.display());
+    Ok(())
+}
+
+/// `lutra-server restore`.
+pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::Result<()> {
+    let data = common.load(Vec::new())?.data;
+    let mut progress = Progress::new();
+    let done = crate::backup::restore(&arguments.from, &data, &mut |what| progress.tell(|| what.to_owned()))?;
+    drop(progress);
+    let made = clock::written(UtcTime::from_micros(done.made_us));
+    say!("{}: {} files, {} MiB, as of {made}", data.display(), done.files, done.bytes >> 20);
+    for path in &done.made_again {
+        complain!("{} was damaged: the server makes it again from the archive", path.display());
+    }
+    for (was, now) in &done.outside {
+        say!("{} is now {}: put it where the configuration names it", was.display(), now.display());
+    }
     Ok(())
 }
 

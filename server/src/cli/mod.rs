@@ -74,6 +74,8 @@ enum Command {
     Reindex(data::ReindexArguments),
     /// Copy everything into another folder, also while the server runs.
     Backup(data::BackupArguments),
+    /// Make a new data folder of a backup: all or nothing, and only of what is as it was copied.
+    Restore(data::RestoreArguments),
     /// Remove what is old. The server must not run.
     Prune(data::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
@@ -86,6 +88,13 @@ enum Command {
         #[arg(long)]
         effective: bool,
     },
+}
+
+impl Command {
+    /// Whether it writes to the data folder or a backup of it, and not to a file that somebody asked for.
+    fn keeps_data(&self) -> bool {
+        !matches!(self, Self::Export(_) | Self::Chart(_) | Self::Doctor(_) | Self::Config { .. })
+    }
 }
 
 impl Common {
@@ -104,6 +113,9 @@ impl Common {
 /// Reads the command line and does as told.
 pub fn main() -> ExitCode {
     let Arguments { common, command } = Arguments::parse();
+    if command.keeps_data() {
+        crate::private::begin();
+    }
     let outcome = match command {
         Command::Serve(arguments) => serve::serve(&common, &arguments),
         Command::Demo(arguments) => demo::demo(&common, &arguments),
@@ -115,6 +127,7 @@ pub fn main() -> ExitCode {
         Command::Export(arguments) => data::export(&common, &arguments),
         Command::Reindex(arguments) => data::reindex(&common, &arguments),
         Command::Backup(arguments) => data::backup(&common, &arguments),
+        Command::Restore(arguments) => data::restore(&common, &arguments),
         Command::Prune(arguments) => data::prune(&common, &arguments),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
         Command::Doctor(arguments) => doctor::doctor(&common, &arguments),

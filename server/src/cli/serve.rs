@@ -27,7 +27,7 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         .enable_all()
         .build()
         .context("cannot start the runtime")?;
-    runtime.block_on(async {
+    let ended = runtime.block_on(async {
         let mut terminate = signal(SignalKind::terminate())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
         let scheme = if config.tls.is_given() { "https" } else { "http" };
@@ -42,12 +42,22 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         if let Some((name, password)) = serving.first_admin() {
             say!("first start: log in as {name} with the one-time password {password}");
         }
-        tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
-        }
+        let lost = tokio::select! {
+            _ = terminate.recv() => None,
+            _ = interrupt.recv() => None,
+            lost = serving.failed() => Some(lost),
+        };
         tracing::info!("stopping");
         serving.stop().await;
-        Ok(())
-    })
+        match lost {
+            None => Ok(()),
+            Some(lost) => anyhow::bail!(
+                "{lost} was lost to a fault; everything that could be saved is saved. Start the server anew; the log says \
+                 where the fault is"
+            ),
+        }
+    });
+    // A thread that waits for a disk that hangs must not keep the program.
+    runtime.shutdown_background();
+    ended
 }

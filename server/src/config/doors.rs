@@ -1,6 +1,6 @@
 //! The server on the IMC network: its own address and the doors.
 
-use hub::Settings;
+use hub::{Door, Settings};
 use imc::Address;
 use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, SocketAddr};
@@ -21,6 +21,8 @@ pub struct Imc {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Doors {
+    /// Doors besides the link by which a vessel that has a link is believed too.
+    pub trusted: Vec<String>,
     /// The IMCProxy's protocol.
     pub imcproxy: Imcproxy,
     /// The IMC node.
@@ -140,9 +142,21 @@ impl Imc {
     }
 }
 
+/// Doors without passwords.
+const OPEN: [Door; 3] = [Door::Proxy, Door::Udp, Door::Tcp];
+
 impl Doors {
+    /// The doors besides the link by which a vessel that has a link is believed too.
+    pub(crate) fn trusted(&self) -> Vec<Door> {
+        OPEN.into_iter().filter(|door| self.trusted.iter().any(|name| name == door.name())).collect()
+    }
+
     pub(super) fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
+        let unknown = self.trusted.iter().filter(|name| OPEN.iter().all(|door| door.name() != *name));
+        problems.extend(unknown.map(|name| {
+            format!("doors.trusted: `{name}` is no door without passwords: name imcproxy, udp or tcp")
+        }));
         let lists = [("imcproxy", &self.imcproxy.allow), ("udp", &self.udp.allow)];
         for (door, allow) in lists {
             let bad = allow.iter().filter(|text| parse_network(text).is_none());
@@ -200,7 +214,9 @@ mod tests {
         doors.udp.allow = vec!["everywhere".to_owned()];
         doors.imcproxy.max_peers = 0;
         doors.tcp.connect = vec!["otter".to_owned(), ":7001".to_owned(), "otter:7001".to_owned()];
-        assert_eq!(doors.problems().len(), 4);
+        doors.trusted = vec!["tcp".to_owned(), "link".to_owned()];
+        assert_eq!(doors.problems().len(), 5);
+        assert_eq!(doors.trusted(), [Door::Tcp]);
     }
 
     #[test]

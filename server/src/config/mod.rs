@@ -59,6 +59,8 @@ pub struct Http {
     pub max_connections: usize,
     /// MiB of an uploaded log at most.
     pub max_upload_mib: u64,
+    /// MiB of it at most when it is unpacked.
+    pub max_unpacked_mib: u64,
 }
 
 /// Encryption. Both files or neither.
@@ -156,6 +158,7 @@ impl Default for Http {
             origins: Vec::new(),
             max_connections: 1024,
             max_upload_mib: 2048,
+            max_unpacked_mib: 16_384,
         }
     }
 }
@@ -208,6 +211,10 @@ impl Config {
             "data is empty: name the folder of archive, history and people, like lutra-data",
         );
         check(self.http.max_upload_mib > 0, "http.max_upload_mib must be 1 or more");
+        check(
+            (1..=1 << 40).contains(&self.http.max_unpacked_mib),
+            "http.max_unpacked_mib must be 1 or more, and a size that disks have",
+        );
         check(
             self.tls.certificate.as_os_str().is_empty() == self.tls.key.as_os_str().is_empty(),
             "tls.certificate and tls.key belong together: give both or neither (`lutra-server tls init` makes a pair)",

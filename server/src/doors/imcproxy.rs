@@ -143,7 +143,7 @@ async fn receive(stream: SplitStream<Socket>, connection: &Connection) -> anyhow
 /// Says to the peer what waits for it.
 async fn send(mut sink: SplitSink<Socket, Message>, connection: &Connection) -> anyhow::Result<()> {
     loop {
-        let packets = match tokio::time::timeout(PING, connection.outbox.take()).await {
+        let packets = match tokio::time::timeout(PING, connection.outbox.take_packets()).await {
             Ok(Ok(packets)) => packets,
             Ok(Err(overflow)) => {
                 let reason = CloseFrame { code: CloseCode::Again, reason: "you do not read".into() };

@@ -1,7 +1,8 @@
 //! Doors through which IMC comes in and goes out, one module each.
 //!
 //! The doors of the IMC world ([`imcproxy`], [`udp`], [`tcp`]) have no authentication in their protocols. They
-//! are off unless configured, belong on loopback or a VPN, and admit only declared addresses.
+//! are off unless configured, belong on loopback or a VPN, and admit only declared addresses. A vessel that has a link
+//! is not believed there, unless `doors.trusted` names the door.
 
 mod imcproxy;
 pub(crate) mod link;
@@ -11,8 +12,11 @@ mod udp;
 use crate::config::{Doors as DoorsConfig, parse_network};
 use crate::relay::Relay;
 use anyhow::Context as _;
+use futures_util::FutureExt as _;
+use futures_util::future::BoxFuture;
 use hub::Door;
 use std::net::{IpAddr, SocketAddr};
+use std::path::Path;
 use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -30,17 +34,34 @@ pub struct Open {
     pub announce: Option<SocketAddr>,
 }
 
-/// Opens the configured doors.
+/// Doors that hold their ports and let nobody in yet.
+pub(crate) struct Opened {
+    open: Open,
+    doors: Vec<BoxFuture<'static, ()>>,
+}
+
+impl Opened {
+    /// Lets them in.
+    pub(crate) fn serve(self, tasks: &TaskTracker) -> Open {
+        for door in self.doors {
+            tasks.spawn(door);
+        }
+        self.open
+    }
+}
+
+/// Opens the configured doors. What they must know for the next start lies in the folder of `data`.
 ///
 /// # Errors
 /// A port is taken or an address is not ours; the message names the key.
 pub(crate) async fn open(
     config: &DoorsConfig,
+    data: &Path,
     relay: &Relay,
     tasks: &TaskTracker,
     stop: &CancellationToken,
-) -> anyhow::Result<Open> {
-    let mut open = Open::default();
+) -> anyhow::Result<Opened> {
+    let (mut open, mut doors) = (Open::default(), Vec::new());
     let (relay, tasks, stop) = (relay.clone(), tasks.clone(), stop.clone());
     if let Some(address) = config.imcproxy.listen.get() {
         let listener = TcpListener::bind(address).await.with_context(|| {
@@ -50,21 +71,21 @@ pub(crate) async fn open(
         relay.ledger().opened(Door::Proxy, address.to_string());
         open.imcproxy = Some(address);
         let access = Access::new(&config.imcproxy.allow, config.imcproxy.max_peers);
-        tasks.spawn(imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone()));
+        doors.push(imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone()).boxed());
     }
     if let Some(address) = config.udp.listen.get() {
         let access = Access::new(&config.udp.allow, config.udp.max_peers);
-        let node = udp::Node::open(address, &config.udp, access)?;
+        let node = udp::Node::open(address, &config.udp, access, data)?;
         (open.udp, open.announce) = (Some(node.address()), node.announce_address());
         let discovery =
             open.announce.map_or_else(|| "no discovery port".to_owned(), |at| format!("discovery {at}"));
         relay.ledger().opened(Door::Udp, format!("{}, {discovery}", node.address()));
-        tasks.spawn(node.run(relay.clone(), tasks.clone(), stop.clone()));
+        doors.push(node.run(relay.clone(), tasks.clone(), stop.clone()).boxed());
     }
     for peer in &config.tcp.connect {
-        tasks.spawn(tcp::keep_connected(peer.clone(), relay.clone(), stop.clone()));
+        doors.push(tcp::keep_connected(peer.clone(), relay.clone(), stop.clone()).boxed());
     }
-    Ok(open)
+    Ok(Opened { open, doors })
 }
 
 /// Whom a door admits, and how many.

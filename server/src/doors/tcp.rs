@@ -1,30 +1,35 @@
 //! A stream to an IMC node, such as DUNE's TCP server: everything it says comes in, what is for it goes out.
 //!
-//! No announcement and no heartbeat is needed for the stream to start. A node that says nothing for
-//! [`SILENCE`] is taken for gone (vehicles say something each second), and is connected to anew.
+//! No announcement and no heartbeat is needed for the stream to start. A stream is cut by nobody but the node and the
+//! kernel: while either side stalls TCP keeps the bytes, and a new stream would begin without them. So a node that
+//! says nothing for [`SILENCE`] is told, and only one whose computer does not answer for [`DEAD_AFTER`] is connected to
+//! anew.
 
-use crate::relay::{Connection, Relay};
+use crate::relay::{Connection, Ledger, Relay, Stopped};
 use bytes::Bytes;
 use hub::{Door, Incoming, Peer, Role, Sources};
 use imc::{Deframer, Frame};
+use socket2::{SockRef, TcpKeepalive};
 use std::time::{Duration, Instant};
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
-use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
+use tokio::net::tcp::OwnedWriteHalf;
 use tokio_util::sync::CancellationToken;
 
-/// Bytes that may wait for the node: commands are few.
+/// Bytes that may wait for the node: commands are few. When they have no room they are dropped, which is told.
 const OUTBOX_BYTES: usize = 256 * 1024;
 const READ_BYTES: usize = 64 * 1024;
-/// A node that was silent for this long is gone.
+/// A node that was silent for this long is told: vehicles say something each second.
 const SILENCE: Duration = Duration::from_secs(10);
-/// How long the rest of a packet may take to come.
+/// A computer that acknowledges nothing for this long is gone.
+const DEAD_AFTER: Duration = Duration::from_secs(30);
+/// After how long without a word the kernel asks whether it is there, and how often.
+const ASK: Duration = Duration::from_secs(10);
+/// After how long a packet that waits for its rest is looked behind.
 const REST: Duration = Duration::from_secs(2);
 /// How often a stream on which nothing comes is looked at.
 const LOOK: Duration = Duration::from_millis(500);
 const CONNECT: Duration = Duration::from_secs(5);
-/// A node that takes nothing for this long is gone.
-const STALLED: Duration = Duration::from_secs(10);
 /// Waits between attempts double from the first to the second of these.
 const BACK_OFF: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(15));
 
@@ -66,50 +71,58 @@ pub(super) async fn keep_connected(node: String, relay: Relay, stop: Cancellatio
 
 async fn converse(stream: TcpStream, node: &str, relay: &Relay) -> anyhow::Result<()> {
     stream.set_nodelay(true)?;
+    let socket = SockRef::from(&stream);
+    socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(ASK).with_interval(ASK))?;
+    socket.set_tcp_user_timeout(Some(DEAD_AFTER))?;
     let (reader, writer) = stream.into_split();
     let peer = Peer { door: Door::Tcp, role: Role::Vessel, name: node.to_owned(), sources: Sources::Any };
     let connection = relay.join(peer, OUTBOX_BYTES).await?;
     let outcome = tokio::select! {
-        outcome = receive(reader, node, &connection) => outcome,
-        outcome = send(writer, &connection) => outcome,
+        outcome = receive(reader, node, relay.ledger(), |batch| connection.give(batch)) => outcome,
+        outcome = send(writer, node, relay.ledger(), &connection) => outcome,
     };
     connection.leave().await;
     outcome
 }
 
-async fn receive(mut reader: OwnedReadHalf, node: &str, connection: &Connection) -> anyhow::Result<()> {
+async fn receive<Given: Future<Output = Result<(), Stopped>>>(
+    mut reader: impl AsyncRead + Unpin,
+    node: &str,
+    ledger: &Ledger,
+    mut give: impl FnMut(Vec<Incoming>) -> Given,
+) -> anyhow::Result<()> {
     let (mut deframer, mut buffer) = (Deframer::new(), vec![0; READ_BYTES]);
-    let (mut heard, mut progress) = (Instant::now(), Instant::now());
+    let (mut heard, mut told, mut looked) = (Instant::now(), false, false);
     loop {
-        match tokio::time::timeout(LOOK, reader.read(&mut buffer)).await {
-            Ok(length) => {
-                let length = length?;
-                if length == 0 {
-                    anyhow::bail!("the node closed the stream");
-                }
-                heard = Instant::now();
-                deframer.push(&buffer[..length]);
+        if let Ok(length) = tokio::time::timeout(LOOK, reader.read(&mut buffer)).await {
+            let length = length?;
+            if length == 0 {
+                anyhow::bail!("the node closed the stream");
             }
-            Err(_nothing_came) if heard.elapsed() >= SILENCE => {
-                anyhow::bail!("silent for {} s", SILENCE.as_secs());
+            if std::mem::take(&mut told) {
+                tracing::info!(%node, silent_s = heard.elapsed().as_secs(), "the stream goes on");
             }
-            Err(_nothing_came) => {}
+            (heard, looked) = (Instant::now(), false);
+            deframer.push(&buffer[..length]);
+        } else if heard.elapsed() >= SILENCE && !std::mem::replace(&mut told, true) {
+            let silent = format!("silent for {} s; the stream stands", SILENCE.as_secs());
+            tracing::warn!(%node, "{silent}");
+            ledger.failed(Door::Tcp, &format!("{node}: {silent}"));
         }
         let mut batch = packets(&mut deframer, node);
-        while batch.is_empty() && deframer.pending() > 0 && progress.elapsed() >= REST {
-            // A damaged length claims what never comes, and whole packets wait behind it.
-            let pending = deframer.pending();
-            deframer.give_up();
-            batch = packets(&mut deframer, node);
-            if deframer.pending() == pending {
-                break;
+        if batch.is_empty() && !looked && heard.elapsed() >= REST {
+            looked = true;
+            // A damaged length claims what never comes, and whole packets wait behind it. Where there are none, the
+            // rest of a packet is on its way.
+            let mut before = usize::MAX;
+            while deframer.pending() < before && deframer.holds_packet() {
+                before = deframer.pending();
+                deframer.give_up();
+                batch.extend(packets(&mut deframer, node));
             }
         }
-        if !batch.is_empty() || deframer.pending() == 0 {
-            progress = Instant::now();
-        }
         if !batch.is_empty() {
-            connection.give(batch).await?;
+            give(batch).await?;
         }
     }
 }
@@ -129,10 +142,24 @@ fn packets(deframer: &mut Deframer, node: &str) -> Vec<Incoming> {
     batch
 }
 
-async fn send(mut writer: OwnedWriteHalf, connection: &Connection) -> anyhow::Result<()> {
+async fn send(
+    mut writer: OwnedWriteHalf,
+    node: &str,
+    ledger: &Ledger,
+    connection: &Connection,
+) -> anyhow::Result<()> {
     loop {
-        for packet in connection.outbox.take().await? {
-            tokio::time::timeout(STALLED, writer.write_all(&packet)).await??;
+        match connection.outbox.take_packets().await {
+            Ok(packets) => {
+                for packet in packets {
+                    writer.write_all(&packet).await?;
+                }
+            }
+            Err(overflow) => {
+                tracing::error!(%node, %overflow, "what waited for the node is lost");
+                ledger.failed(Door::Tcp, &format!("{node}: {overflow}: it is lost"));
+                connection.outbox.reopen();
+            }
         }
     }
 }

@@ -29,7 +29,7 @@ pub(crate) async fn list(State(state): State<AppState>, Who(who): Who) -> Result
         }
     };
     let mut list = state.relay.look(look).await.map_err(|_| ApiError::stopping())?;
-    alarms::name(&state.people, &mut list.standing).await;
+    alarms::name(&state.people, &mut list.standing);
     Ok(Json(list))
 }
 
@@ -96,7 +96,7 @@ async fn change(
     };
     let mut outcome = state.relay.look(done).await.map_err(|_| ApiError::stopping())?;
     if let Ok(known) = &mut outcome {
-        alarms::name(&state.people, std::slice::from_mut(known)).await;
+        alarms::name(&state.people, std::slice::from_mut(known));
     }
     let refused = outcome.as_ref().err().map(ToString::to_string);
     let written = state

@@ -135,6 +135,24 @@ async fn alarms_and_people_are_managed_by_keyboard_alone() {
     before_a_boat("keyboard-admin.mjs").await;
 }
 
+/// A system that nobody registered and that is gone does not come to the main STOP.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_lost_stranger_never_takes_the_main_stop() {
+    before_a_boat("stranger.mjs").await;
+}
+
+/// A part of a page that fails leaves nothing that looks fresh.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_page_that_fails_says_so_and_is_grey() {
+    before_a_boat("failing.mjs").await;
+}
+
+/// Over a path that keeps connections open and delivers nothing.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stop_gets_through_as_soon_as_anything_does() {
+    before_a_boat("stop-hole.mjs").await;
+}
+
 /// Runs a script before a boat that does what the script says.
 async fn before_a_boat(script: &'static str) {
     if !testkit::browser::is_there() {
@@ -314,7 +332,7 @@ async fn what_is_taken_away_is_what_is_shown() {
 }
 
 /// A server on a free port that says nothing itself.
-fn quiet(data: &Path) -> Config {
+pub(super) fn quiet(data: &Path) -> Config {
     let mut config = Config { data: data.to_owned(), ..Config::default() };
     config.imc.active = false;
     config.http.listen = "127.0.0.1:0".parse().unwrap();

@@ -23,6 +23,7 @@ async fn lease(shore: &Shore, token: &str, body: &str) -> Result<Lease, String> 
 }
 
 async fn audited(shore: &Shore) -> Vec<(String, String)> {
+    shore.state.people.write_notes().await;
     let entries = shore.state.people.ask(|db| crate::people::audit::entries(db, None, 100)).await.unwrap();
     entries.into_iter().rev().map(|AuditEntry { action, outcome, .. }| (action, outcome)).collect()
 }
@@ -58,10 +59,11 @@ async fn of_two_people_one_has_control_and_everything_is_written_down() {
     lease(&shore, &one, r#"{"action":"take","reason":"it drifts","window":"a"}"#).await.unwrap();
     assert_eq!(post(&shore, "commands", &two, START).await.0, StatusCode::CONFLICT);
 
-    let done = |action: &str| (action.to_owned(), "done".to_owned());
     let log = audited(&shore).await;
-    for action in ["lease.request", "lease.grant", "lease.take", "plan.start"] {
-        assert!(log.contains(&done(action)), "{action}: {log:?}");
+    for (action, outcome) in
+        [("lease.request", "done"), ("lease.grant", "done"), ("lease.take", "done"), ("plan.start", "asked")]
+    {
+        assert!(log.contains(&(action.to_owned(), outcome.to_owned())), "{action}: {log:?}");
     }
     assert!(log.iter().any(|(action, outcome)| action == "plan.start" && outcome.contains("has it")));
 

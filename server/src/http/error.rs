@@ -71,6 +71,9 @@ impl From<Fault> for ApiError {
     fn from(fault: Fault) -> Self {
         match fault {
             Fault::Refused(text) => Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text),
+            Fault::NotYet(text) => Self { code: "password_change_required", ..Self::forbidden(text) },
+            Fault::Busy => Self::busy("Too many passwords are looked at: try again in some seconds."),
+            Fault::Hangs => Self::unavailable(fault.to_string()),
             Fault::Stopped => Self::stopping(),
             fault => Self::internal(&fault),
         }

@@ -67,7 +67,7 @@ impl<S: Sync> FromRequestParts<S> for LinkOf {
 async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiError> {
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
     let token = given.and_then(|given| given.strip_prefix("Bearer ")).ok_or_else(ApiError::not_logged_in)?;
-    let vessel = state.people.by_link_token(token.trim().to_owned()).await?;
+    let vessel = state.people.by_link_token(token.trim()).await?;
     vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
 }
 
@@ -120,13 +120,13 @@ pub(super) async fn identify(
     if let Some(given) = headers.get(header::AUTHORIZATION) {
         let token = given.to_str().ok().and_then(|given| given.strip_prefix("Bearer "));
         let Some(token) = token else { return Err(ApiError::not_logged_in()) };
-        return match state.people.by_token(token.trim().to_owned()).await? {
+        return match state.people.by_token(token.trim()).await? {
             Some(who) => Ok(Some(who)),
             None => Err(ApiError::not_logged_in()),
         };
     }
     let Some(secret) = cookie(headers, &cookie_name(SESSION_COOKIE, caller)) else { return Ok(None) };
-    Ok(state.people.by_session(secret).await?)
+    Ok(state.people.by_session(&secret).await?)
 }
 
 /// Whether `who` may use the route.

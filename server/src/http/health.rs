@@ -1,8 +1,10 @@
 //! Whether the server does its work, and its figures for Prometheus.
 //!
-//! `/healthz` is for what watches and alarms. It answers 503 while nothing can be recorded: a server that loses
-//! what it hears is not well, however alive. Nothing should restart the server for that: a start makes no room on
-//! a disk, and what waits in memory would be lost. systemd watches the process itself.
+//! `/healthz` is for what watches and alarms. It answers 503 while nothing can be recorded, while the audit log cannot be
+//! written, or while one of those who own the server's state hangs or is lost: a server that loses what it hears is not
+//! well, however alive. Nothing should restart the server for that: a start makes no room on a disk, and what waits in
+//! memory would be lost. systemd watches the process itself, which ends when an owner is lost. `/readyz` is for what leads
+//! people here: 503 while the server ends. Neither asks anybody: they answer from what is published.
 
 use crate::relay::PeerFigures;
 use crate::shore::AppState;
@@ -13,14 +15,29 @@ use axum::response::{IntoResponse, Response};
 use serde_json::json;
 use std::collections::BTreeMap;
 
+/// `GET /readyz`.
+pub(crate) async fn readyz(State(state): State<AppState>) -> Response {
+    if state.owners.are_there() && !state.stop.is_cancelled() {
+        return Json(json!({ "status": "ready" })).into_response();
+    }
+    (StatusCode::SERVICE_UNAVAILABLE, Json(json!({ "status": "ending" }))).into_response()
+}
+
 /// `GET /healthz`. For anyone, so without the names of folders.
 pub(crate) async fn healthz(State(state): State<AppState>) -> Response {
-    let trouble = state.recorder.state().borrow().trouble.as_ref().map(|trouble| trouble.short);
+    let recording =
+        || state.recorder.state().borrow().trouble.as_ref().map(|trouble| trouble.short.to_owned());
+    let trouble = state.owners.trouble().or_else(recording);
+    let trouble = trouble.or_else(|| state.people.trouble().map(str::to_owned));
     let version = env!("CARGO_PKG_VERSION");
     match trouble {
         None => Json(json!({ "status": "ok", "version": version })).into_response(),
         Some(reason) => {
-            let more = "the log and /api/v1/recording say more; a restart does not help";
+            let more = if state.owners.are_there() {
+                "the log and /api/v1/recording say more; a restart does not help"
+            } else {
+                "the log says where the fault is"
+            };
             let body = json!({ "status": "trouble", "reason": reason, "more": more, "version": version });
             (StatusCode::SERVICE_UNAVAILABLE, Json(body)).into_response()
         }

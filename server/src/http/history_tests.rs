@@ -165,7 +165,16 @@ async fn silence_is_told_where_nothing_is_declared() {
         // What the vessel declares says more, though it begins a moment after the last packet.
         let (from, to, declared) = (at(second(4) + 300_000), at(second(20)), at(second(21)));
         let reason = "a test".to_owned();
-        let gap = store::Gap { system: Address(OTTER), from, to, kind: Missing::Lost, reason, declared };
+        let gap = store::Gap {
+            system: Address(OTTER),
+            from,
+            to,
+            kind: Missing::Lost,
+            reason,
+            packets: None,
+            numbers: None,
+            declared,
+        };
         store.declare_gap(&gap).unwrap();
         store.close().unwrap();
     });
@@ -209,7 +218,16 @@ async fn tags_entries_and_gaps_are_told() {
         let at = UtcTime::from_micros;
         let (from, to, declared) = (at(START_US), at(START_US + 5), at(START_US + 9));
         let reason = "a test".to_owned();
-        let gap = store::Gap { system: Address(OTTER), from, to, kind: Missing::Lost, reason, declared };
+        let gap = store::Gap {
+            system: Address(OTTER),
+            from,
+            to,
+            kind: Missing::Lost,
+            reason,
+            packets: None,
+            numbers: None,
+            declared,
+        };
         store.declare_gap(&gap).unwrap();
         store.close().unwrap();
     });

@@ -1,6 +1,7 @@
 //! Uploads: what is taken, what is refused, and that nobody is disturbed.
 
 use super::tests::{Answer, Shore, bearer};
+use crate::shore::Imports;
 use api::{Import, ImportState, Role};
 use axum::body::{Body, Bytes};
 use axum::http::{Request, StatusCode, header};
@@ -176,4 +177,84 @@ async fn one_at_a_time_and_a_cut_upload_leaves_nothing() {
     assert_eq!(samples(&shore), 0);
     let after = ended(&shore, &token, &upload(&shore, &token, "third", log(3)).await).await;
     assert_eq!(after.added, 3);
+}
+
+/// The same packet so often that the log has `bytes` bytes: packed it is nothing.
+fn repeated(bytes: usize) -> Vec<u8> {
+    let one = log(1);
+    one.iter().copied().cycle().take(bytes / one.len() * one.len()).collect()
+}
+
+#[tokio::test]
+async fn a_small_upload_that_unpacks_to_too_much_is_given_up_in_time() {
+    let shore = Shore::changed(|config| config.http.max_unpacked_mib = 1);
+    let token = shore.token(None, Role::Operator).await;
+    let bomb = gzip(&repeated(20 << 20));
+    assert!(bomb.len() < 1 << 20, "{} bytes", bomb.len());
+    let import = ended(&shore, &token, &upload(&shore, &token, "bomb.lsf.gz", bomb).await).await;
+    assert_eq!(import.state, ImportState::Failed);
+    assert!(import.problems[0].contains("max_unpacked_mib"), "{import:?}");
+    assert!(import.read_bytes < 3 << 20, "{import:?}");
+    assert!(is_clean(&shore));
+}
+
+#[tokio::test]
+async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
+    let shore = Shore::with(|_| ());
+    let token = shore.token(None, Role::Operator).await;
+    let answer = upload(&shore, &token, "long.lsf", repeated(40 << 20)).await;
+    let begun: Import = serde_json::from_str(&answer.body).unwrap();
+    let cancel = format!("/api/v1/import/{}/cancel", begun.id);
+    let viewer = shore.token(None, Role::Viewer).await;
+    let refused = shore.send(bearer(Request::post(&cancel), &viewer), Body::empty()).await;
+    assert_eq!(refused.status, StatusCode::FORBIDDEN);
+    let cancelled = shore.send(bearer(Request::post(&cancel), &token), Body::empty()).await;
+    assert_eq!(cancelled.status, StatusCode::OK, "{}", cancelled.body);
+    let import = ended(&shore, &token, &answer).await;
+    assert_eq!(import.state, ImportState::Cancelled, "{import:?}");
+    assert!(import.problems[0].starts_with("cancelled by person"), "{import:?}");
+    assert!(import.read_bytes < 40 << 20 && is_clean(&shore));
+    let late = shore.send(bearer(Request::post(&cancel), &token), Body::empty()).await;
+    assert_eq!((late.status, late.body.contains("import_ended")), (StatusCode::CONFLICT, true));
+    let none = shore.send(bearer(Request::post("/api/v1/import/99/cancel"), &token), Body::empty()).await;
+    assert_eq!(none.status, StatusCode::NOT_FOUND);
+    let after = ended(&shore, &token, &upload(&shore, &token, "short.lsf", log(5)).await).await;
+    assert_eq!(after.state, ImportState::Done);
+
+    // What a later start finds: these two, and one that was broken off says so.
+    let path = shore.data().join("imports.json");
+    let listed = || serde_json::from_slice::<Vec<Import>>(&std::fs::read(&path).unwrap()).unwrap();
+    let wait = async {
+        while listed().last().is_none_or(|last| last.state != ImportState::Done) {
+            tokio::task::yield_now().await;
+        }
+    };
+    tokio::time::timeout(DEADLINE, wait).await.unwrap();
+    let mut list = listed();
+    assert_eq!(list, [import.clone(), after.clone()]);
+    list[1].state = ImportState::Running;
+    std::fs::write(&path, serde_json::to_vec(&list).unwrap()).unwrap();
+    let again = Imports::new(&shore.state.config).all();
+    assert_eq!((again[1].clone(), again[0].state), (import, ImportState::Failed));
+    assert!(again[0].problems[0].contains("the server ended meanwhile"), "{again:?}");
+}
+
+#[tokio::test]
+async fn an_import_waits_for_a_history_that_is_made_again() {
+    let shore = Shore::with(|data| {
+        let mut store = store::Store::open(data).unwrap();
+        for packet in log(60_000).chunks(log(1).len()) {
+            let received = units::UtcTime::from_micros(1_795_248_000_000_000);
+            store.accept(&store::Accepted { packet, received, door: store::Door::Tcp, link: None }).unwrap();
+        }
+        store.close().unwrap();
+        std::fs::write(data.join("history/2026-11.sqlite"), "no database").unwrap();
+    });
+    let token = shore.token(None, Role::Operator).await;
+    let import = ended(&shore, &token, &upload(&shore, &token, "Data.lsf", log(60_001)).await).await;
+    assert_eq!((import.state, import.added, import.problems.len()), (ImportState::Done, 1, 0), "{import:?}");
+    assert_eq!(samples(&shore), 60_001);
+    let mut recorder = shore.state.recorder.state();
+    let whole = recorder.wait_for(|state| state.history_behind.is_none());
+    tokio::time::timeout(DEADLINE, whole).await.unwrap().unwrap();
 }

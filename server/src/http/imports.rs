@@ -38,6 +38,24 @@ pub(crate) async fn one(
     import.ok_or_else(|| ApiError::not_found("There is no such import; GET /api/v1/import lists them."))
 }
 
+/// `POST /api/v1/import/{id}/cancel`.
+pub(crate) async fn cancel(
+    State(state): State<AppState>,
+    Who(who): Who,
+    caller: Caller,
+    InPath(id): InPath<u32>,
+) -> Result<Json<Import>, ApiError> {
+    let missing = || ApiError::not_found("There is no such import; GET /api/v1/import lists them.");
+    let import = state.imports.get(id).ok_or_else(missing)?;
+    let subject = format!("{} (import {id})", import.name);
+    state.people.act(&who, caller.address.to_string(), "log.import.cancel", subject, |_| Ok(())).await?;
+    if !state.imports.cancel(id, who.name) {
+        let text = "This import is at its end: GET /api/v1/import tells how it went.";
+        return Err(ApiError::new(StatusCode::CONFLICT, "import_ended", text));
+    }
+    state.imports.get(id).map(Json).ok_or_else(missing)
+}
+
 /// `POST /api/v1/import`.
 pub(crate) async fn upload(
     State(state): State<AppState>,

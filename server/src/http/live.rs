@@ -6,23 +6,32 @@
 //! may be, or what a slow way holds would be old when it comes. At least once a second it
 //! sends a frame, by which the client knows that the server lives. When somebody's rights change, it looks again
 //! whether its own still hold.
+//!
+//! What the client says is read beside all that, so that a stop is carried out however long a frame, or a look at the
+//! rights, takes. Only a client that takes nothing of what it is sent, or says more than is heeded, is not read.
 
 use super::caller::Caller;
 use super::error::ApiError;
 use super::guard::{Who, identify};
+use super::orders::Issuer;
+use super::outgoing::{Ended, Outgoing, PATIENCE, bounded};
+use super::stop;
 use crate::clock;
 use crate::people::{Principal, Via};
 use crate::shore::{AppState, Wanted, alarms};
-use api::{LiveFrame, LiveRequest, Subscription, System, Update};
+use api::{LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
+use futures_util::StreamExt as _;
+use futures_util::stream::{FuturesUnordered, SplitStream};
+use imc::Address;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
 use tokio_tungstenite::tungstenite;
 
@@ -36,12 +45,15 @@ const HEARTBEAT: Duration = Duration::from_secs(1);
 const SYSTEMS_EVERY: Duration = Duration::from_millis(100);
 /// Frames that may be on the way to a client: enough for ten a second at 300 ms there and back.
 const ON_THE_WAY: u64 = 4;
-/// A client that takes nothing for so long is let go.
-const PATIENCE: Duration = Duration::from_secs(10);
 /// Rights are looked at again at least so often, as tokens and sessions also end by themselves.
 const RIGHTS_EVERY: Duration = Duration::from_secs(30);
 /// Addresses and names in a subscription at most.
 const LISTED: usize = 1_000;
+/// Bytes of the largest frame.
+const FRAME_BYTES: usize = 64 << 20;
+/// What a client said and is not heeded yet, and stops that wait for their answer; beyond either it is not read.
+const UNHEEDED: usize = 64;
+const STOPS: usize = 32;
 
 /// `GET /api/live`.
 pub(crate) async fn socket(
@@ -51,16 +63,34 @@ pub(crate) async fn socket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    upgrade.max_message_size(READ_BYTES).max_frame_size(READ_BYTES).on_upgrade(move |socket| {
+    bounded(upgrade, READ_BYTES, FRAME_BYTES).on_upgrade(move |socket| {
         let tasks = state.tasks.clone();
         let client = Client::new(state, who, caller, headers);
         tasks.track_future(client.run(socket))
     })
 }
 
+/// What a client said, for the half that sends.
+enum Said {
+    Subscribe(Subscription),
+    Pinged,
+    /// A ping of ours was answered.
+    Answered(Bytes),
+    /// It stops a vessel.
+    Stop(LiveStop, Result<stop::Stop, ApiError>),
+}
+
+/// The half that reads.
+struct Listener {
+    state: AppState,
+    who: watch::Receiver<Principal>,
+    from: String,
+    told: mpsc::Sender<Said>,
+}
+
 struct Client {
     state: AppState,
-    who: Principal,
+    who: watch::Sender<Principal>,
     caller: Caller,
     /// What the client showed when it came in, to be looked at again.
     headers: HeaderMap,
@@ -91,10 +121,95 @@ const TOO_SLOW: End = (close_code::POLICY, "too slow");
 const TOO_LARGE: End =
     (close_code::SIZE, "a request has 65536 bytes at most; list fewer systems and messages");
 
+const NOT_UNDERSTOOD: End = (
+    close_code::POLICY,
+    "not understood: send {\"subscribe\": {}} or {\"stop\": {\"vessel\": 1, \"key\": \"a\"}}",
+);
+
+impl From<Ended> for End {
+    fn from(ended: Ended) -> Self {
+        match ended {
+            Ended::TooSlow => TOO_SLOW,
+            Ended::Gone => (close_code::NORMAL, ""),
+        }
+    }
+}
+
 /// Whether a message was too long to be read at all.
 fn is_too_large(error: &axum::Error) -> bool {
     let cause = std::error::Error::source(error).and_then(|cause| cause.downcast_ref());
     matches!(cause, Some(tungstenite::Error::Capacity(_)))
+}
+
+impl Listener {
+    /// Reads until the client leaves or says what nobody understands.
+    async fn listen(self, mut stream: SplitStream<WebSocket>) -> End {
+        loop {
+            let said = match self.understand(stream.next().await) {
+                Ok(said) => said,
+                Err(end) => return end,
+            };
+            if let Some(said) = said
+                && self.told.send(said).await.is_err()
+            {
+                return (close_code::NORMAL, "");
+            }
+        }
+    }
+
+    fn understand(&self, message: Option<Result<Message, axum::Error>>) -> Result<Option<Said>, End> {
+        let text = match message {
+            Some(Ok(Message::Text(text))) if text.len() > REQUEST_BYTES => return Err(TOO_LARGE),
+            Some(Ok(Message::Binary(bytes))) if bytes.len() > REQUEST_BYTES => return Err(TOO_LARGE),
+            Some(Err(error)) if is_too_large(&error) => return Err(TOO_LARGE),
+            Some(Ok(Message::Text(text))) => text,
+            Some(Ok(Message::Ping(_))) => return Ok(Some(Said::Pinged)),
+            Some(Ok(Message::Pong(answer))) => return Ok(Some(Said::Answered(answer))),
+            Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),
+            Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
+        };
+        match serde_json::from_str(&text).map_err(|_| NOT_UNDERSTOOD)? {
+            LiveRequest::Subscribe(subscription) => {
+                let Subscription { systems, messages, .. } = &subscription;
+                let listed = systems.as_ref().map_or(0, Vec::len) + messages.as_ref().map_or(0, Vec::len);
+                if listed > LISTED {
+                    return Err((close_code::POLICY, "too many systems and messages listed"));
+                }
+                Ok(Some(Said::Subscribe(subscription)))
+            }
+            LiveRequest::Stop(ask) => {
+                let stop = self.stop(&ask);
+                Ok(Some(Said::Stop(ask, stop)))
+            }
+        }
+    }
+
+    /// Begins to stop a vessel, before anything else is looked at.
+    fn stop(&self, ask: &LiveStop) -> Result<stop::Stop, ApiError> {
+        let who = self.who.borrow().clone();
+        if who.grants.on(ask.vessel) < Some(Role::Operator) {
+            let text = format!("{} may not stop vessel {}: it takes an operator.", who.name, ask.vessel);
+            return Err(ApiError::forbidden(text));
+        }
+        if ask.key.is_empty() {
+            return Err(ApiError::bad_request("key: give each stop a key of its own"));
+        }
+        let by = Issuer { who, from: self.from.clone(), window: ask.window.clone() };
+        stop::begin(&self.state, Address(ask.vessel), by, &ask.key)
+    }
+}
+
+/// What became of a stop, as the client is told.
+async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<stop::Stop, ApiError>) -> LiveAnswer {
+    let outcome = match stop {
+        Ok(stop) => stop.outcome().await,
+        Err(refused) => Err(refused),
+    };
+    let (ordered, refused) = match outcome {
+        Ok(ordered) => (Some(ordered), None),
+        Err(error) => (None, Some(error.text)),
+    };
+    LiveAnswer::Stop(LiveStopped { vessel, key, ordered, refused })
 }
 
 impl Client {
@@ -102,7 +217,7 @@ impl Client {
         let now = Instant::now();
         Self {
             state,
-            who,
+            who: watch::Sender::new(who),
             caller,
             headers,
             wanted: None,
@@ -120,25 +235,47 @@ impl Client {
         }
     }
 
-    async fn run(mut self, mut socket: WebSocket) {
+    async fn run(mut self, socket: WebSocket) {
         metrics::gauge!("lutra_live_clients").increment(1);
-        let (code, reason) = self.converse(&mut socket).await;
+        let (sink, stream) = socket.split();
+        let (told, said) = mpsc::channel(UNHEEDED);
+        let from = self.caller.address.to_string();
+        let listener = Listener { state: self.state.clone(), who: self.who.subscribe(), from, told };
+        let mut out = Outgoing::new(sink);
+        let (code, reason) = tokio::select! {
+            end = listener.listen(stream) => end,
+            end = self.converse(&mut out, said) => end,
+        };
         metrics::gauge!("lutra_live_clients").decrement(1);
         let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
-        tokio::time::timeout(Duration::from_secs(1), socket.send(close)).await.ok();
+        let good_bye = async { out.put(close).await.is_ok() && out.flushed().await.is_ok() };
+        tokio::time::timeout(Duration::from_secs(1), good_bye).await.ok();
     }
 
-    async fn converse(&mut self, socket: &mut WebSocket) -> End {
+    async fn converse(&mut self, out: &mut Outgoing, mut said: mpsc::Receiver<Said>) -> End {
         let mut revision = self.state.fleet.revision();
         let mut rights = self.state.people.changes();
         let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
+        let mut stops = FuturesUnordered::new();
         loop {
+            // While something has not left, nothing is put behind it and nothing more is heeded.
+            let free = !out.waits();
             let step = tokio::select! {
-                request = socket.recv() => self.heed(request),
-                () = due(self.not_before, self.not_after, &mut revision), if self.wanted.is_some() && !self.full() => {
-                    self.send(socket).await
+                left = out.flushed(), if !free => self.left(left),
+                Some(said) = said.recv(), if free && stops.len() < STOPS => {
+                    match said {
+                        Said::Subscribe(subscription) => self.subscribe(subscription),
+                        Said::Pinged => out.answers_ping(),
+                        Said::Answered(answer) => self.answered(&answer),
+                        Said::Stop(ask, stop) => stops.push(answered(ask, stop)),
+                    }
+                    Ok(())
                 }
-                () = tokio::time::sleep_until(self.moved + PATIENCE), if self.full() => Err(TOO_SLOW),
+                Some(answer) = stops.next(), if free => tell(out, &answer).await,
+                () = due(self.not_before, self.not_after, &mut revision), if free && self.wanted.is_some() && !self.full() => {
+                    self.send(out).await
+                }
+                () = tokio::time::sleep_until(self.moved + PATIENCE), if free && self.full() => Err(TOO_SLOW),
                 _ = rights.changed() => self.check_rights().await,
                 _ = rights_due.tick() => self.check_rights().await,
                 () = self.state.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
@@ -149,41 +286,24 @@ impl Client {
         }
     }
 
-    /// Takes what the client sent.
-    fn heed(&mut self, request: Option<Result<Message, axum::Error>>) -> Result<(), End> {
-        let text = match request {
-            Some(Ok(Message::Text(text))) if text.len() > REQUEST_BYTES => return Err(TOO_LARGE),
-            Some(Ok(Message::Binary(bytes))) if bytes.len() > REQUEST_BYTES => return Err(TOO_LARGE),
-            Some(Err(error)) if is_too_large(&error) => return Err(TOO_LARGE),
-            Some(Ok(Message::Text(text))) => text,
-            Some(Ok(Message::Ping(_))) => return Ok(()),
-            Some(Ok(Message::Pong(answer))) => {
-                self.answered(&answer);
-                return Ok(());
-            }
-            Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),
-            Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
-        };
-        let Ok(LiveRequest::Subscribe(subscription)) = serde_json::from_str(&text) else {
-            return Err((close_code::POLICY, "not understood: send {\"subscribe\": {}}"));
-        };
-        let Subscription { systems, messages, events, every_ms } = subscription;
-        let listed = systems.as_ref().map_or(0, Vec::len) + messages.as_ref().map_or(0, Vec::len);
-        if listed > LISTED {
-            return Err((close_code::POLICY, "too many systems and messages listed"));
-        }
+    /// All that was put in has left, or never will.
+    fn left(&mut self, left: Result<(), Ended>) -> Result<(), End> {
+        self.moved = Instant::now();
+        left.map_err(End::from)
+    }
+
+    fn subscribe(&mut self, Subscription { systems, messages, events, every_ms }: Subscription) {
         self.every = Duration::from_millis(u64::from(every_ms.clamp(2, 10_000)));
         (self.known, self.known_control) = (0, (0, 0, 0));
         self.counts.clear();
         // At once, but not faster than its own pace, however often it asks.
         self.not_after = self.not_before.max(Instant::now());
         self.wanted = Some(Arc::new(Wanted {
-            grants: self.who.grants.clone(),
+            grants: self.who.borrow().grants.clone(),
             systems: systems.map(|systems| systems.into_iter().collect()),
             messages: messages.map(|messages| messages.into_iter().collect()),
             events,
         }));
-        Ok(())
     }
 
     /// Whether as much is on the way as may be.
@@ -201,14 +321,14 @@ impl Client {
     }
 
     /// Sends what changed.
-    async fn send(&mut self, socket: &mut WebSocket) -> Result<(), End> {
+    async fn send(&mut self, out: &mut Outgoing) -> Result<(), End> {
         let Some(wanted) = self.wanted.clone() else { return Ok(()) };
         let gone = (close_code::AWAY, "the server is stopping");
         let (begun, snapshot) = (Instant::now(), self.known == 0);
         let described = snapshot || begun >= self.systems_not_before;
         let mut changes =
             self.state.fleet.changes(self.known, self.known_control, wanted, described).await.ok_or(gone)?;
-        alarms::name(&self.state.people, &mut changes.alarms).await;
+        alarms::name(&self.state.people, &mut changes.alarms);
         if described {
             self.systems_not_before = begun + SYSTEMS_EVERY;
             if snapshot {
@@ -237,11 +357,7 @@ impl Client {
         self.sent += 1;
         let ping = Message::Ping(Bytes::copy_from_slice(&self.sent.to_be_bytes()));
         for message in [Message::Text(text.into()), ping] {
-            match tokio::time::timeout(PATIENCE, socket.send(message)).await {
-                Ok(Ok(())) => {}
-                Ok(Err(_)) => return Err((close_code::NORMAL, "")),
-                Err(_) => return Err(TOO_SLOW),
-            }
+            out.put(message).await?;
         }
         let now = Instant::now();
         self.moved = now;
@@ -270,15 +386,21 @@ impl Client {
         {
             return Err(ended);
         }
-        if who.grants != self.who.grants {
+        if who.grants != self.who.borrow().grants {
             if let Some(wanted) = &self.wanted {
                 self.wanted = Some(Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::clone(wanted) }));
             }
             (self.known, self.known_control) = (0, (0, 0, 0));
-            self.who = who;
+            self.who.send_replace(who);
         }
         Ok(())
     }
+}
+
+/// Sends an answer.
+async fn tell(out: &mut Outgoing, answer: &LiveAnswer) -> Result<(), End> {
+    let text = serde_json::to_string(answer).map_err(|_| (close_code::ERROR, "the server failed"))?;
+    Ok(out.put(Message::Text(text.into())).await?)
 }
 
 /// Waits until a frame may be sent and there is something new, or until one must be sent.

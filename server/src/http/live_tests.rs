@@ -17,18 +17,18 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 use units::UtcTime;
 
 /// A generous bound for anything that ought to happen.
-const DEADLINE: Duration = Duration::from_secs(20);
+pub(super) const DEADLINE: Duration = Duration::from_secs(20);
 
-struct Shore {
-    serving: Serving,
-    boats: Boats,
+pub(super) struct Shore {
+    pub(super) serving: Serving,
+    pub(super) boats: Boats,
     folder: tempfile::TempDir,
 }
 
-type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
+pub(super) type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
 impl Shore {
-    async fn start() -> Self {
+    pub(super) async fn start() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         config.http.listen = "127.0.0.1:0".parse().unwrap();
@@ -39,7 +39,7 @@ impl Shore {
     }
 
     /// A token for a new person.
-    fn token(&self, vessel: Option<u16>, role: Role) -> String {
+    pub(super) fn token(&self, vessel: Option<u16>, role: Role) -> String {
         let db = open(self.folder.path()).unwrap();
         let person = persons::add(&db, &format!("p{}", role as u8), "x", false, clock::now()).unwrap();
         persons::set_permission(&db, person, vessel, Some(role)).unwrap();
@@ -47,7 +47,13 @@ impl Shore {
         tokens::make(&db, person, &new, clock::now()).unwrap().secret
     }
 
-    async fn connect(&self, header: &str, value: &str, origin: &str) -> Result<Socket, String> {
+    /// A token for the link of a vessel.
+    pub(super) fn link_token(&self, vessel: u16) -> String {
+        let link = tokens::NewLink { label: "link", vessel, days: None };
+        tokens::make_link(&open(self.folder.path()).unwrap(), &link, clock::now()).unwrap().secret
+    }
+
+    pub(super) async fn connect(&self, header: &str, value: &str, origin: &str) -> Result<Socket, String> {
         let mut request = format!("ws://{}/api/live", self.serving.address).into_client_request().unwrap();
         request.headers_mut().insert("origin", origin.parse().unwrap());
         let name: axum::http::HeaderName = header.parse().unwrap();
@@ -149,13 +155,18 @@ async fn what_was_replaced_is_counted_and_events_all_come() {
 }
 
 /// A client that answers pings when it is told to.
-struct Raw(TcpStream);
+pub(super) struct Raw(pub(super) TcpStream);
 
 impl Raw {
-    async fn subscribed(shore: &Shore, token: &str, subscription: &str) -> Self {
+    pub(super) async fn connect(shore: &Shore, token: &str) -> Self {
+        Self::to(shore, "/api/live", token).await
+    }
+
+    /// A socket of any path.
+    pub(super) async fn to(shore: &Shore, path: &str, token: &str) -> Self {
         let mut stream = TcpStream::connect(shore.serving.address).await.unwrap();
         let request = format!(
-            "GET /api/live HTTP/1.1\r\nhost: x\r\nauthorization: Bearer {token}\r\nupgrade: websocket\r\n\
+            "GET {path} HTTP/1.1\r\nhost: x\r\nauthorization: Bearer {token}\r\nupgrade: websocket\r\n\
              connection: upgrade\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nsec-websocket-version: 13\r\n\r\n"
         );
         stream.write_all(request.as_bytes()).await.unwrap();
@@ -163,13 +174,17 @@ impl Raw {
         while !head.ends_with(b"\r\n\r\n") {
             head.push(stream.read_u8().await.unwrap());
         }
-        let mut raw = Self(stream);
+        Self(stream)
+    }
+
+    async fn subscribed(shore: &Shore, token: &str, subscription: &str) -> Self {
+        let mut raw = Self::connect(shore, token).await;
         raw.say(1, format!("{{\"subscribe\":{subscription}}}").as_bytes()).await;
         raw
     }
 
     /// A frame of a client; the mask is zero, which leaves the bytes as they are.
-    async fn say(&mut self, opcode: u8, payload: &[u8]) {
+    pub(super) async fn say(&mut self, opcode: u8, payload: &[u8]) {
         let mut bytes = vec![0x80 | opcode, 0x80 | u8::try_from(payload.len()).unwrap(), 0, 0, 0, 0];
         bytes.extend_from_slice(payload);
         self.0.write_all(&bytes).await.unwrap();
@@ -309,7 +324,7 @@ async fn sockets_are_closed_when_the_server_stops() {
     tokio::time::timeout(DEADLINE, stopping).await.unwrap().unwrap();
 }
 
-async fn exchange(shore: &Shore, request: &str) -> String {
+pub(super) async fn exchange(shore: &Shore, request: &str) -> String {
     let mut stream = TcpStream::connect(shore.serving.address).await.unwrap();
     stream.write_all(request.as_bytes()).await.unwrap();
     let mut answer = Vec::new();

@@ -37,6 +37,8 @@ mod history;
 #[cfg(test)]
 mod history_tests;
 #[cfg(test)]
+mod hostile_tests;
+#[cfg(test)]
 mod import_tests;
 mod imports;
 mod listen;
@@ -45,6 +47,8 @@ mod live;
 mod live_tests;
 mod measure;
 mod openapi;
+mod orders;
+pub(crate) mod outgoing;
 mod pace;
 mod people;
 mod places;
@@ -54,6 +58,11 @@ mod plans_tests;
 mod route;
 mod routes;
 pub(crate) mod serve;
+#[cfg(test)]
+mod serve_tests;
+pub(crate) mod stop;
+#[cfg(test)]
+mod stop_tests;
 mod teleop;
 #[cfg(test)]
 mod teleop_tests;

@@ -42,7 +42,7 @@ pub(crate) async fn token_make(
     caller: Caller,
     new: Result<Json<NewToken>, JsonRejection>,
 ) -> Result<Json<TokenMade>, ApiError> {
-    if who.via == Via::Token {
+    if matches!(who.via, Via::Token { .. }) {
         // Otherwise a token that ends could live on in another.
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
     }
@@ -62,6 +62,12 @@ pub(crate) async fn token_revoke(
     InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
+    if let Via::Token { id: own, .. } = who.via
+        && person.is_some()
+        && own != id
+    {
+        return Err(ApiError::forbidden("A token can revoke itself alone: log in with a browser."));
+    }
     let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
     Ok(state.people.act(&who, caller.address.to_string(), "token.revoke", id.to_string(), work).await?)
 }
@@ -83,6 +89,10 @@ pub(crate) async fn session_end(
     InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
+    if matches!(who.via, Via::Token { .. }) && person.is_some() {
+        // Whoever got hold of a script's token must not be able to lock its person out.
+        return Err(ApiError::forbidden("A token cannot end sessions: log in with a browser."));
+    }
     let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
     Ok(state.people.act(&who, caller.address.to_string(), "session.end", id.to_string(), work).await?)
 }

@@ -5,10 +5,10 @@
 
 use super::asked::{Asked, InPath};
 use super::caller::Caller;
-use super::control::{self, Issuer};
 use super::error::ApiError;
 use super::grounding::Judge;
 use super::guard::Who;
+use super::orders::{self, Issuer};
 use crate::clock;
 use crate::people::{Fault, Principal};
 use crate::plans::{self, Change, Format, Row};
@@ -199,7 +199,7 @@ pub(crate) async fn upload(
     let specification = slow(move || plans::aboard(&row.plan, clock::now())).await?.map_err(refused)?;
     let by = Issuer { who, from: caller.address.to_string(), window };
     let order = hub::Order::Upload(Box::new(specification));
-    Ok((StatusCode::ACCEPTED, Json(control::issue(&state, Address(vessel), &by, order).await?)))
+    Ok((StatusCode::ACCEPTED, Json(orders::issue(&state, Address(vessel), &by, order).await?)))
 }
 
 /// `GET /api/v1/plans/{id}/export`.

@@ -15,8 +15,8 @@ use api::{
     LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
     PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
     PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series,
-    SeriesQuery, Session, ShelveAsk, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint,
-    TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade,
+    TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -45,6 +45,12 @@ pub(crate) fn table() -> Vec<Route> {
             Need::Anyone,
             "Whether the server does its work: 503 while nothing can be recorded.",
             health::healthz,
+        ),
+        Route::get(
+            "/readyz",
+            Need::Anyone,
+            "Whether the server takes requests: 503 while it ends.",
+            health::readyz,
         ),
         Route::get("/metrics", Need::Figures, "Figures for Prometheus.", health::metrics).media("text/plain"),
         Route::get("/static/{name}", Need::Anyone, "Scripts and styles.", assets::serve),
@@ -153,6 +159,7 @@ fn orders() -> Vec<Route> {
             "Stop: what the vessel does ends and its motors stand still. Never asks back.",
             commands::abort,
         )
+        .query::<StopQuery>()
         .gives::<Ordered>(),
         Route::get("/api/v1/vessels/{vessel}/lease", viewer, "Who has control of a vessel.", control::lease)
             .gives::<Lease>(),
@@ -289,6 +296,13 @@ fn transfers() -> Vec<Route> {
         Route::get("/api/v1/import", operator, "Logs uploaded, the newest first.", imports::list)
             .gives::<Vec<Import>>(),
         Route::get("/api/v1/import/{id}", operator, "How far an import is.", imports::one).gives::<Import>(),
+        Route::post(
+            "/api/v1/import/{id}/cancel",
+            operator,
+            "End an import; what was read stays.",
+            imports::cancel,
+        )
+        .gives::<Import>(),
     ]
 }
 

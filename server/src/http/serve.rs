@@ -1,17 +1,20 @@
 //! Starts everything a running server consists of and ends it in order.
 
 use super::listen::Web;
-use super::{control, routes};
+use super::stop::Stops;
+use super::{orders, routes};
 use crate::charts::{Charts, ChartsAboard};
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::doors::{self, Open};
+use crate::owners::Owners;
 use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, Helms, History, Imports, alarms};
 use crate::sinks::influx::Sink;
-use crate::tls;
+use crate::{private, tls};
 use anyhow::Context as _;
+use imc::Address;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -22,6 +25,8 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
+/// How long what waits may take to get to the disk at the end.
+const LAST_WRITE: Duration = Duration::from_secs(30);
 /// How long open sockets may take to say good-bye.
 const GOOD_BYE: Duration = Duration::from_secs(2);
 
@@ -37,6 +42,7 @@ pub struct Serving {
     pub(crate) recorder: Recorder,
     /// What handlers reach.
     pub(crate) state: AppState,
+    owners: Owners,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
@@ -50,6 +56,12 @@ impl Serving {
         self.first.as_ref().map(|first| (first.name, first.one_time_password.as_str()))
     }
 
+    /// Waits until one of those who own the server's state is lost to a fault, and says which. The server must end then:
+    /// see [`Serving::stop`], which saves what can be saved.
+    pub async fn failed(&self) -> &'static str {
+        self.owners.failed().await
+    }
+
     /// Ends the server: no new requests, running ones end, sockets are closed.
     pub async fn stop(self) {
         self.stop.cancel();
@@ -58,8 +70,12 @@ impl Serving {
         if tokio::time::timeout(GOOD_BYE, self.tasks.wait()).await.is_err() {
             tracing::warn!("{} sockets were cut off", self.tasks.len());
         }
+        self.state.people.finish().await;
         self.recorder.close();
-        tokio::task::spawn_blocking(|| self.recording.join()).await.ok();
+        let recorded = tokio::task::spawn_blocking(|| self.recording.join());
+        if tokio::time::timeout(LAST_WRITE, recorded).await.is_err() {
+            tracing::error!("the disk hangs: what waited for it is not recorded");
+        }
     }
 }
 
@@ -77,21 +93,33 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     })?;
     let address = listener.local_addr()?;
     let stop = CancellationToken::new();
-    let tasks = TaskTracker::new();
-    let store = Store::open(&config.data)?;
+    let (tasks, owners) = (TaskTracker::new(), Owners::default());
+    for told in private::keep(&config.data).with_context(|| config.data.display().to_string())?.told(true) {
+        tracing::warn!("{told}");
+    }
+    let store = Store::open_at_once(&config.data)?;
     for note in &store.repairs().notes {
         tracing::warn!("{note}");
     }
-    let (recorder, recording) = Recorder::start(store).context("cannot start a thread")?;
-    let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+    let (recorder, recording) = Recorder::start(store, &owners).context("cannot start a thread")?;
+    let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
-    let open = doors::open(&config.doors, &relay, &tasks, &stop).await?;
+    let doors = doors::open(&config.doors, &config.data, &relay, &tasks, &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
     let (folder, settings) = (config.data.clone(), config.people.clone());
-    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings));
+    let whose = owners.clone();
+    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings, &whose));
     let (people, first) = opened.await??;
-    let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
+    // Nobody comes in before it is known who has a link.
+    let (linked, trusted) = (people.linked(), config.doors.trusted());
+    let believe = move |hub: &mut hub::Hub, _| {
+        hub.trust_doors(trusted);
+        hub.set_linked(linked.into_iter().map(Address).collect());
+    };
+    relay.look(believe).await?;
+    let open = doors.serve(&tasks);
+    let (history, imports) = (History::new(&config.data), Imports::new(&config));
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let charts = Charts::new(&config);
     let (first_load, kept) = (charts.clone(), charts.clone());
@@ -113,17 +141,20 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         tasks: tasks.clone(),
         links,
         helms: Helms::default(),
+        stops: Stops::default(),
         relay: relay.clone(),
         recorder: recorder.clone(),
+        owners: owners.clone(),
     };
+    state.people.keep(&owners, &tasks, &stop);
     if let Some(sink) = sink {
         tasks.spawn(sink.run(stop.clone()));
     }
-    tasks.spawn(control::keep_log(relay.clone(), state.people.clone(), stop.clone()));
+    tasks.spawn(orders::keep_log(relay.clone(), state.people.clone(), stop.clone()));
     tasks.spawn(alarms::watch(state.clone()));
     let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
     let web = tokio::spawn(web.run(stop.clone()));
-    Ok(Serving { address, doors: open, relay, recorder, state, recording, stop, first, web, tasks })
+    Ok(Serving { address, doors: open, relay, recorder, state, owners, recording, stop, first, web, tasks })
 }
 
 /// The recorder of figures. Only the first server of a process (tests start several) is measured.

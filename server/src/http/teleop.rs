@@ -7,19 +7,21 @@
 //! vessel; one that is reached otherwise knows of no control, and is told to stop. Either is told that it is not steered by
 //! hand any more, so that it does not wait in that mode for hands that nobody has there: whoever has control now begins anew.
 
-mod outgoing;
+mod to_vessel;
 
-use self::outgoing::{dispatch, keys, release};
+use self::to_vessel::{dispatch, keys, release};
 use super::caller::Caller;
-use super::control::{Issuer, issue, running};
 use super::guard::{OfVessel, Who, identify};
+use super::orders::{Issuer, issue, running};
+use super::outgoing;
+use crate::people::Line;
 use crate::shore::{AppState, Helm};
 use api::{Role, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::HeaderMap;
 use axum::response::Response;
-use hub::{CommandId, Hub, Order, Outgoing, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, Why};
+use hub::{CommandId, Hub, Order, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, Why};
 use imc::Address;
 use std::time::Duration;
 use tokio::time::MissedTickBehavior;
@@ -27,6 +29,8 @@ use units::{MonoTime, UtcTime};
 
 /// Bytes that a browser may send at once.
 const SAY_BYTES: usize = 2 * 1024;
+/// Bytes that may wait in the socket of a browser that takes nothing.
+const WAITING_BYTES: usize = 64 * 1024;
 /// How often the server looks at what it has, and answers.
 const TICK: Duration = Duration::from_millis(50);
 /// A stop is still worth delivering after this, unlike a stick position.
@@ -50,7 +54,7 @@ pub(crate) async fn socket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    upgrade.max_message_size(SAY_BYTES).max_frame_size(SAY_BYTES).on_upgrade(move |socket| {
+    outgoing::bounded(upgrade, SAY_BYTES, WAITING_BYTES).on_upgrade(move |socket| {
         let tasks = state.tasks.clone();
         let late = state.links.late_sticks(vessel);
         let by = Issuer { who, from: caller.address.to_string(), window: String::new() };
@@ -107,7 +111,6 @@ struct Looked {
     running: bool,
     heard: bool,
     begun: Option<(Stage, String)>,
-    outgoing: Option<Outgoing>,
 }
 
 impl Session {
@@ -278,7 +281,7 @@ impl Session {
     /// time of the packet is that at which the sample was judged: its life aboard counts from then.
     async fn look(&mut self, sticks: Option<Sticks>, at: UtcTime) -> Result<(), End> {
         let gone = (close_code::AWAY, "the server is stopping");
-        let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
+        let (vessel, holder) = (self.vessel, self.by.holder());
         let asked = match &self.phase {
             Phase::Starting(id) => Some(*id),
             _ => None,
@@ -289,23 +292,17 @@ impl Session {
                 (command.stage(), command.steps.last().map(|step| step.text.clone()).unwrap_or_default())
             });
             let running = running(hub, vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
-            let outgoing = match (&epoch, sticks) {
-                (Ok(epoch), Some(sticks)) => {
-                    dispatch(hub, now, (vessel, *epoch), keys(&sticks), at.seconds(), link)
-                }
-                _ => None,
-            };
+            if let (Ok(epoch), Some(sticks)) = (&epoch, sticks) {
+                let life = if sticks.stop { STOP_LASTS } else { sticks.life };
+                dispatch(hub, now, (vessel, *epoch), keys(&sticks), at.seconds(), life);
+            }
             let heard = hub
                 .fleet()
                 .system(vessel)
                 .is_some_and(|system| now.mono.since(system.last_heard()) <= HEARD_WITHIN);
-            Looked { may: epoch.is_ok(), running, heard, begun, outgoing }
+            Looked { may: epoch.is_ok(), running, heard, begun }
         };
         let looked = self.state.relay.look(look).await.map_err(|_| gone)?;
-        if let (Some(outgoing), Some(sticks)) = (looked.outgoing, sticks) {
-            let ttl = if sticks.stop { STOP_LASTS } else { sticks.life };
-            self.state.links.steer(self.vessel, outgoing, ttl);
-        }
         if !looked.heard {
             // Nobody steers what does not say how it is, and when it is heard again the sticks pass neutral first.
             self.noting(|teleop| teleop.interrupt(Why::Vessel));
@@ -323,21 +320,21 @@ impl Session {
                 self.let_go().await;
                 let remedy = "The vessel's motors stand still, and it is not steered by hand any more. Take control \
                               again if you still need it.";
-                self.over(Why::Lease.text(), remedy).await;
+                self.over(Why::Lease.text(), remedy);
             }
             (Phase::Starting(_), Some((Stage::EffectSeen, _))) => {
                 self.teleop.begin();
                 self.phase = Phase::Live;
             }
             (Phase::Starting(_), Some((stage, text))) if stage.is_last() => {
-                self.over(&format!("the vessel did not begin: {}: {text}", stage.name()), "").await;
+                self.over(&format!("the vessel did not begin: {}: {text}", stage.name()), "");
             }
-            (Phase::Starting(_), None) => self.over("the order to begin was forgotten", "").await,
+            (Phase::Starting(_), None) => self.over("the order to begin was forgotten", ""),
             (Phase::Live, _) if !running => {
                 self.noting(|teleop| teleop.interrupt(Why::Person));
                 let remedy =
                     "Somebody pressed STOP, or it does something else: see the commands and the log book.";
-                self.over("the vessel says that it is not steered by hand any more", remedy).await;
+                self.over("the vessel says that it is not steered by hand any more", remedy);
             }
             (Phase::Starting(_) | Phase::Live, _) => {}
         }
@@ -350,12 +347,10 @@ impl Session {
         if !matches!(self.phase, Phase::Live) {
             return;
         }
-        let (vessel, link) = (self.vessel, self.state.links.is_up(self.vessel));
-        let look = move |hub: &mut Hub, now: hub::Now| release(hub, now, vessel, stop.as_ref(), link);
+        let vessel = self.vessel;
+        let look = move |hub: &mut Hub, now: hub::Now| release(hub, now, vessel, stop.as_ref());
         // When the hub is gone nothing is sent any more.
-        if let Ok(Some(done)) = self.state.relay.look(look).await {
-            self.state.links.steer(vessel, done, STOP_LASTS);
-        }
+        self.state.relay.look(look).await.ok();
     }
 
     /// Nothing is steered from here on.
@@ -364,13 +359,14 @@ impl Session {
     }
 
     /// It is over without a word to the vessel, which did or would not listen: writes that down.
-    async fn over(&mut self, why: &str, remedy: &'static str) {
-        let subject = format!("{} {why}", self.vessel);
-        let written =
-            self.state.people.act(&self.by.who, self.by.from.clone(), "teleop.end", subject, |_| Ok(()));
-        if let Err(error) = written.await {
-            tracing::error!(vessel = %self.vessel, why, %error, "the end of steering by hand is not in the audit log");
-        }
+    fn over(&mut self, why: &str, remedy: &'static str) {
+        self.state.people.note(Line {
+            actor: self.by.who.actor(),
+            address: self.by.from.clone(),
+            action: "teleop.end",
+            subject: format!("{} {why}", self.vessel),
+            outcome: "done".to_owned(),
+        });
         self.rest(why, remedy);
     }
 
@@ -391,31 +387,29 @@ impl Session {
         }
         let stop = self.teleop.tick(self.state.relay.clock().now());
         let live = matches!(self.phase, Phase::Live);
-        let (vessel, holder, link) = (self.vessel, self.by.holder(), self.state.links.is_up(self.vessel));
+        let (vessel, holder) = (self.vessel, self.by.holder());
         let look = move |hub: &mut Hub, now: hub::Now| {
             let Ok(epoch) = hub.leases().epoch(now, vessel, &holder) else {
-                return (false, if live { release(hub, now, vessel, stop.as_ref(), link) } else { None });
+                if live {
+                    release(hub, now, vessel, stop.as_ref());
+                }
+                return false;
             };
-            let message = stop.map(|stop| keys(&stop));
-            (
-                true,
-                message.and_then(|keys| dispatch(hub, now, (vessel, epoch), keys, now.utc.seconds(), link)),
-            )
+            if let Some(stop) = stop {
+                dispatch(hub, now, (vessel, epoch), keys(&stop), now.utc.seconds(), STOP_LASTS);
+            }
+            true
         };
-        let (may, outgoing) = self.state.relay.look(look).await.unwrap_or((true, None));
-        if let Some(outgoing) = outgoing {
-            self.state.links.steer(vessel, outgoing, STOP_LASTS);
-        }
-        if !may {
+        if !self.state.relay.look(look).await.unwrap_or(true) {
             // The vessel would not listen to an order from here.
-            return self.over(Why::Lease.text(), Why::Lease.remedy()).await;
+            return self.over(Why::Lease.text(), Why::Lease.remedy());
         }
         let order = Order::EndTeleoperation { why: why.to_owned() };
         match issue(&self.state, self.vessel, &self.by, order).await {
             // A refusal is in the audit log too.
             Ok(_) => self.rest(why, remedy),
             Err(error) if error.status.is_client_error() => self.rest(why, remedy),
-            Err(_) => self.over(why, remedy).await,
+            Err(_) => self.over(why, remedy),
         }
     }
 

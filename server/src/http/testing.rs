@@ -35,7 +35,7 @@ impl Boats {
     /// The next packet with this id that is for the boats.
     pub(crate) async fn heard(&self, id: u16) -> Bytes {
         loop {
-            let packets = self.0.outbox.take().await.unwrap();
+            let packets = self.0.outbox.take_packets().await.unwrap();
             let wanted = |packet: &Bytes| imc::PacketView::new(packet).is_ok_and(|view| view.id() == id);
             if let Some(packet) = packets.into_iter().find(wanted) {
                 return packet;
@@ -45,13 +45,13 @@ impl Boats {
 
     /// The next batch of packets that are for the boats.
     pub(crate) async fn heard_all(&self) -> Vec<Bytes> {
-        self.0.outbox.take().await.unwrap().into_iter().collect()
+        self.0.outbox.take_packets().await.unwrap().into_iter().collect()
     }
 
     /// All packets of the next batch with this id that are for the boats.
     pub(crate) async fn heard_together(&self, id: u16) -> Vec<Bytes> {
         loop {
-            let mut packets = self.0.outbox.take().await.unwrap();
+            let mut packets = self.0.outbox.take_packets().await.unwrap();
             packets.retain(|packet| imc::PacketView::new(packet).is_ok_and(|view| view.id() == id));
             if !packets.is_empty() {
                 return packets.into_iter().collect();

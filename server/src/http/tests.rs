@@ -2,11 +2,13 @@
 
 use super::listen::Peer;
 use super::route::{Kind, Need};
+use super::stop::Stops;
 use super::{routes, serve};
 use crate::charts::{Charts, ChartsAboard};
 use crate::clock;
 use crate::config::Config;
 use crate::doors::link::Links;
+use crate::owners::Owners;
 use crate::people::{People, persons, tokens, vessels};
 use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, Helms, History, Imports};
@@ -69,15 +71,27 @@ impl Shore {
     pub(super) fn with(fill: impl FnOnce(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fill(folder.path());
-        let config = Config { data: folder.path().to_owned(), ..Config::default() };
-        let (people, first) = People::start(&config.data, &config.people).unwrap();
+        Self::of(folder, |_| ())
+    }
+
+    /// A server with another configuration.
+    pub(super) fn changed(change: impl FnOnce(&mut Config)) -> Self {
+        Self::of(tempfile::tempdir().unwrap(), change)
+    }
+
+    fn of(folder: tempfile::TempDir, change: impl FnOnce(&mut Config)) -> Self {
+        let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+        change(&mut config);
+        let owners = Owners::default();
+        let (people, first) = People::start(&config.data, &config.people, &owners).unwrap();
         let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
         let metrics = serve::figures(&tasks, stop.clone());
-        let (recorder, _recording) = Recorder::start(Store::open(&config.data).unwrap()).unwrap();
-        let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, stop.clone());
+        let (recorder, _recording) =
+            Recorder::start(Store::open_at_once(&config.data).unwrap(), &owners).unwrap();
+        let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
         let fleet = Fleet::new(relay.clone());
         let people_too = people.clone();
-        let (history, imports) = (History::new(&config.data), Imports::new(&config.data));
+        let (history, imports) = (History::new(&config.data), Imports::new(&config));
         let charts = Charts::new(&config);
         charts.look();
         let known = (charts.clone(), ChartsAboard::open(&config.data));
@@ -98,6 +112,8 @@ impl Shore {
             links,
             influx: None,
             helms: Helms::default(),
+            owners,
+            stops: Stops::default(),
         };
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state.clone()), people, first_password, state, folder }
@@ -225,9 +241,10 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
                 Need::Figures => (*role == Role::Admin, false, false),
             };
             for (token, may) in [(everywhere, all), (own, some), (elsewhere, other)] {
-                // Making tokens by token is refused by the handler, for everybody.
+                // Making tokens, revoking others and ending sessions by token is refused by the handlers.
                 let by_token = route.path.ends_with("/tokens") || route.path == "/account/token";
-                if may && by_token && route.method == "POST" {
+                let ends = route.path.ends_with("/tokens/{id}") || route.path.ends_with("/sessions/{id}");
+                if may && (by_token && route.method == "POST" || ends && route.method == "DELETE") {
                     continue;
                 }
                 let answer = shore.ask(bearer(request(&route), token), "").await;

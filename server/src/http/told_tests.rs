@@ -83,13 +83,14 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     let (status, command) = post(&shore, "commands", &operator, &set).await;
     assert_eq!(status, StatusCode::ACCEPTED, "{command}");
     boats.heard(SetEntityParameters::ID).await;
+    shore.state.people.write_notes().await;
     let written = shore.state.people.ask(|db| crate::people::audit::entries(db, None, 100)).await.unwrap();
     let of = |outcome: &str| -> Vec<String> {
         let set = written.iter().rev().filter(|one| one.action == "parameters.set");
         set.filter(|one| one.outcome.starts_with(outcome)).map(|one| one.subject.clone()).collect()
     };
     let both = ["0x0814 Navigation: Origin Distance 10 -> 11", "0x0814 Navigation: Other ? -> z"];
-    assert_eq!(of("done"), both);
+    assert_eq!(of("asked"), both);
     assert_eq!(of("you do not have control").len(), 2, "{written:?}");
 }
 

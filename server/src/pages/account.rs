@@ -62,7 +62,7 @@ async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> 
     let person = who.person;
     let (own, must_change) = match &who.via {
         Via::Session { id, must_change_password, .. } => (Some(*id), *must_change_password),
-        Via::Token => (None, false),
+        Via::Token { .. } => (None, false),
     };
     let read = state.people.ask(move |db| {
         Ok((sessions::list(db, Some(person))?, tokens::list(db, Some(person))?, vessels::list(db)?))
@@ -130,7 +130,7 @@ async fn change_password(
     let person = who.person;
     let keep = match who.via {
         Via::Session { id, .. } => Some(id),
-        Via::Token => None,
+        Via::Token { .. } => None,
     };
     let work = move |db: &rusqlite::Connection| persons::set_password(db, person, &hash, false, keep);
     state.people.act(who, caller.address.to_string(), "password.change", who.name.clone(), work).await?;
@@ -171,7 +171,7 @@ pub(super) async fn token_make(
     caller: Caller,
     Sent(wanted): Sent<Wanted>,
 ) -> Result<Response, PageError> {
-    if who.via == Via::Token {
+    if matches!(who.via, Via::Token { .. }) {
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser.").into());
     }
     let new = NewToken {

@@ -1,6 +1,7 @@
 //! The first page: the fleet on a map and in a list, alive.
 
 use super::frame::{Frame, PageError, html};
+use super::names_for;
 use crate::http::Who;
 use crate::shore::{AppState, Wanted};
 use api::{Role, System, Vessel};
@@ -28,9 +29,7 @@ pub(super) async fn page(
     Who(who): Who,
     frame: Frame,
 ) -> Result<Response, PageError> {
-    let vessels = state.people.ask(crate::people::vessels::list).await?;
-    let seen = vessels.into_iter().filter(|vessel| who.grants.on(vessel.address).is_some());
-    let names: BTreeMap<u16, String> = seen.map(|vessel| (vessel.address, vessel.name)).collect();
+    let names = names_for(&state, &who);
     let wanted = Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::default() });
     let mut exportable: BTreeMap<u16, String> =
         state.fleet.systems(wanted).await.unwrap_or_default().into_iter().map(named).collect();

@@ -98,7 +98,9 @@ pub(super) fn set_secret_cookie(name: &str, value: &str, seconds: u32, caller: C
 
 /// `next` when it is a path of ours, else the first page.
 pub(super) fn inside(next: &str) -> &str {
-    let ours = next.starts_with('/') && !next.starts_with("//") && !next.contains(['\\', '\r', '\n']);
+    // Browsers pass over control characters in an address: `/<tab>/elsewhere` would lead elsewhere.
+    let odd = |letter: char| letter == '\\' || letter.is_control();
+    let ours = next.starts_with('/') && !next.starts_with("//") && !next.contains(odd);
     if ours { next } else { "/" }
 }
 
@@ -164,6 +166,7 @@ mod tests {
         {
             assert_eq!(inside(outside), "/", "{outside}");
         }
+        assert_eq!(inside("/\t/evil.example"), "/");
         assert_eq!(inside("/vessel/7?a=b"), "/vessel/7?a=b");
     }
 }

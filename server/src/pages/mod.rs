@@ -13,7 +13,10 @@ mod vessel;
 pub(crate) use frame::refusal;
 
 use crate::http::{Need, Route};
+use crate::people::Principal;
+use crate::shore::AppState;
 use api::Role;
+use std::collections::BTreeMap;
 
 /// All pages and forms.
 pub(crate) fn routes() -> Vec<Route> {
@@ -50,4 +53,11 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/admin/session/end", admin, "End a session.", admin::access::session_end),
         Route::page("/admin/audit", admin, "Who did what.", admin::access::audit),
     ]
+}
+
+/// The names that people gave to the vessels that `who` may see, by address.
+fn names_for(state: &AppState, who: &Principal) -> BTreeMap<u16, String> {
+    let named = state.people.vessels();
+    let seen = named.iter().filter(|vessel| who.grants.on(vessel.address).is_some());
+    seen.map(|vessel| (vessel.address, vessel.name.clone())).collect()
 }

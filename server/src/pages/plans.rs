@@ -1,14 +1,14 @@
 //! The list of plans and the editor of one. The scripts ask the API for everything that changes.
 
 use super::frame::{Frame, PageError, html};
+use super::names_for;
 use crate::http::{Who, seen_plan};
-use crate::people::{Principal, vessels};
+use crate::people::Principal;
 use crate::shore::AppState;
 use api::Role;
 use askama::Template;
 use axum::extract::{Path, State};
 use axum::response::Response;
-use std::collections::BTreeMap;
 
 #[derive(Template)]
 #[template(path = "plans.html")]
@@ -39,7 +39,7 @@ pub(super) async fn list(
     frame: Frame,
 ) -> Result<Response, PageError> {
     let operator = who.grants.somewhere() >= Some(Role::Operator);
-    Ok(html(&PlansPage { frame, vessels: names(&state, &who).await?, operator }))
+    Ok(html(&PlansPage { frame, vessels: names(&state, &who), operator }))
 }
 
 /// `GET /plans/{id}`.
@@ -50,13 +50,10 @@ pub(super) async fn editor(
     frame: Frame,
 ) -> Result<Response, PageError> {
     let (name, operator) = seen_plan(&state, &who, id).await?;
-    Ok(html(&PlanPage { frame, id, name, vessels: names(&state, &who).await?, operator }))
+    Ok(html(&PlanPage { frame, id, name, vessels: names(&state, &who), operator }))
 }
 
 /// The vessels that the person may see.
-async fn names(state: &AppState, who: &Principal) -> Result<String, PageError> {
-    let all = state.people.ask(vessels::list).await?;
-    let seen = all.into_iter().filter(|vessel| who.grants.on(vessel.address).is_some());
-    let names: BTreeMap<u16, String> = seen.map(|vessel| (vessel.address, vessel.name)).collect();
-    Ok(serde_json::to_string(&names).unwrap_or_default())
+fn names(state: &AppState, who: &Principal) -> String {
+    serde_json::to_string(&names_for(state, who)).unwrap_or_default()
 }

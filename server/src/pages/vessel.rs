@@ -1,14 +1,13 @@
 //! One vessel: map, instruments, plots, values, log book. What moves is drawn by the script.
 
 use super::frame::{Frame, PageError, html};
+use super::names_for;
 use crate::http::{OfVessel, Who};
-use crate::people::vessels;
 use crate::shore::AppState;
 use api::Role;
 use askama::Template;
 use axum::extract::State;
 use axum::response::Response;
-use std::collections::BTreeMap;
 
 #[derive(Template)]
 #[template(path = "vessel.html")]
@@ -35,9 +34,7 @@ pub(super) async fn page(
     frame: Frame,
 ) -> Result<Response, PageError> {
     let address = vessel.0;
-    let known = state.people.ask(vessels::list).await?;
-    let seen = known.into_iter().filter(|vessel| who.grants.on(vessel.address).is_some());
-    let names: BTreeMap<u16, String> = seen.map(|vessel| (vessel.address, vessel.name)).collect();
+    let names = names_for(&state, &who);
     let given = names.get(&address).cloned();
     let role = who.grants.on(address);
     Ok(html(&VesselPage {

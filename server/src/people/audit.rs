@@ -68,9 +68,11 @@ const LOOKED_THROUGH: i64 = 10_000;
 pub(crate) fn close_open(db: &Connection, now: UtcTime) -> Result<usize, Fault> {
     let mut query = db.prepare(
         "SELECT actor, subject FROM audit AS begun
-         WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome = 'done'
+         WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome IN ('asked', 'done')
          AND NOT EXISTS (SELECT 1 FROM audit AS later WHERE later.id > begun.id
-             AND later.action IN ('teleop.begin', 'teleop.end') AND later.actor = begun.actor
+             AND (later.action = 'teleop.end' OR later.action = 'teleop.begin' AND (later.outcome IN ('asked', 'done')
+                 OR later.outcome LIKE 'refused%' OR later.outcome LIKE 'expired%'))
+             AND later.actor = begun.actor
              AND substr(later.subject, 1, length(begun.subject)) = begun.subject)",
     )?;
     let open: Vec<(String, String)> =
@@ -111,7 +113,11 @@ mod tests {
         says("anna", "teleop.begin", "otter-1 ", "done");
         says("anna", "teleop.end", "otter-1 the person ended it", "done");
         says("anna", "teleop.begin", "otter-2 ", "you do not have control of this vessel");
-        says("bert", "teleop.begin", "otter-3 ", "done");
+        says("bert", "teleop.begin", "otter-3 ", "asked");
+        says("bert", "teleop.begin", "otter-3 ", "sent: by link");
+        says("bert", "teleop.begin", "otter-3 ", "effect seen: executing teleoperation-mode");
+        says("cora", "teleop.begin", "otter-4 ", "asked");
+        says("cora", "teleop.begin", "otter-4 ", "refused: no plan");
         assert_eq!(close_open(&db, UtcTime::from_micros(2)).unwrap(), 1);
         let last = entries(&db, None, 1).unwrap().remove(0);
         assert_eq!((last.actor.as_str(), last.action.as_str()), ("bert", "teleop.end"));

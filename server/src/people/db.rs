@@ -1,15 +1,20 @@
 //! `app.db`: opening, migrating, and the thread that owns it while a server runs.
 
+use super::register::Register;
+use crate::owners::Owners;
 use rusqlite::Connection;
 use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 
 /// Migrations in order; the database remembers how many it has seen. Only ever appended to.
-const MIGRATIONS: [&str; 3] = [
+const MIGRATIONS: [&str; 4] = [
     include_str!("../../../migrations/0001_people.sql"),
     include_str!("../../../migrations/0002_plans.sql"),
     include_str!("../../../migrations/0003_alarms.sql"),
+    include_str!("../../../migrations/0004_register.sql"),
 ];
 /// How many there are.
 const KNOWN: u32 = MIGRATIONS.len() as u32;
@@ -38,6 +43,18 @@ pub(crate) enum Fault {
     /// The data folder cannot be used.
     #[error("data folder {0}: {1}; make it writable or choose another by --data DIR")]
     Folder(String, std::io::Error),
+    /// A token that opens nothing yet; the text says why.
+    #[error("{0}")]
+    NotYet(String),
+    /// It does not answer.
+    #[error(
+        "app.db does not answer: does its disk hang, or has another program locked it? What was asked may be done once it \
+         answers: look before asking again"
+    )]
+    Hangs,
+    /// Too many passwords wait to be hashed.
+    #[error("too many passwords are looked at: try again in some seconds")]
+    Busy,
     /// The server is stopping.
     #[error("the server is stopping")]
     Stopped,
@@ -57,7 +74,7 @@ pub(crate) fn open(folder: &Path) -> Result<Connection, Fault> {
         use std::os::unix::fs::PermissionsExt as _;
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).map_err(named)?;
     }
-    connection.busy_timeout(std::time::Duration::from_secs(5))?;
+    connection.busy_timeout(Duration::from_secs(5))?;
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "synchronous", "FULL")?;
     connection.pragma_update(None, "foreign_keys", true)?;
@@ -101,18 +118,55 @@ type Question = Box<dyn FnOnce(&mut Connection) + Send>;
 
 /// The thread that owns the connection; ends when the last handle is gone.
 #[derive(Debug, Clone)]
-pub(crate) struct Db(mpsc::Sender<Question>);
+pub(crate) struct Db {
+    questions: mpsc::Sender<Question>,
+    register: Arc<Register>,
+}
 
 impl Db {
-    /// Hands `connection` to a thread of its own.
-    pub(crate) fn start(mut connection: Connection) -> Self {
+    /// Hands `connection` to a thread of its own, which brings `register` up to date after each change.
+    ///
+    /// # Errors
+    /// There is no thread to be had.
+    pub(crate) fn start(
+        mut connection: Connection,
+        register: Arc<Register>,
+        owners: &Owners,
+    ) -> std::io::Result<Self> {
         let (questions, mut asked) = mpsc::channel::<Question>(WAITING);
-        std::thread::spawn(move || {
+        let duty = owners.duty("app.db");
+        std::thread::Builder::new().name("app.db".to_owned()).spawn(move || {
             while let Some(question) = asked.blocking_recv() {
+                let _busy = duty.busy();
                 question(&mut connection);
             }
+            duty.done();
+        })?;
+        Ok(Self { questions, register })
+    }
+
+    /// Runs `work`, which changes nothing about who may come in, there some time, if anything can be changed at all.
+    /// Nobody waits for it.
+    pub(crate) fn change_some_time(
+        &self,
+        work: impl FnOnce(&Connection) -> Result<(), Fault> + Send + 'static,
+    ) {
+        let question: Question = Box::new(move |connection| {
+            if let Err(fault) = within_transaction(connection, work) {
+                tracing::debug!(%fault, "not written down");
+            }
         });
-        Self(questions)
+        // Too much waits: it is offered again.
+        self.questions.try_send(question).ok();
+    }
+
+    /// Brings the register up to date, if another program changed app.db.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub(crate) async fn catch_up(&self) -> Result<(), Fault> {
+        let register = Arc::clone(&self.register);
+        self.ask(move |connection| register.catch_up(connection)).await
     }
 
     /// Runs `work`, which only reads, there.
@@ -134,7 +188,14 @@ impl Db {
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
-        self.run(|connection| within_transaction(connection, work)).await
+        let register = Arc::clone(&self.register);
+        self.run(move |connection| {
+            let done = within_transaction(connection, work)?;
+            // What was changed holds from the answer on.
+            register.catch_up(connection)?;
+            Ok(done)
+        })
+        .await
     }
 
     async fn run<R: Send + 'static>(
@@ -146,7 +207,7 @@ impl Db {
             // Whoever asked may be gone; what was done stays done.
             answer.send(work(connection)).ok();
         });
-        self.0.send(question).await.map_err(|_| Fault::Stopped)?;
+        self.questions.send(question).await.map_err(|_| Fault::Stopped)?;
         answered.await.map_err(|_| Fault::Stopped)?
     }
 }
@@ -203,7 +264,8 @@ pub(crate) mod tests {
 
     #[tokio::test]
     async fn failed_work_leaves_nothing_behind() {
-        let db = Db::start(fresh());
+        let owners = Owners::default();
+        let db = Db::start(fresh(), Arc::default(), &owners).unwrap();
         let add =
             |db: &Connection| db.execute("INSERT INTO vessel VALUES (1, 'a', 0)", []).map_err(Fault::from);
         let failed: Result<(), Fault> =

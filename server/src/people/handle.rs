@@ -2,30 +2,42 @@
 
 use super::audit::{self, Act};
 use super::db::{Db, Fault};
+use super::hashing::Hashing;
+use super::journal::{Journal, Line};
 use super::limiter::Limiter;
-use super::roles::{Principal, Via};
+use super::register::{Found, Register, Use};
+use super::roles::Principal;
 use super::secret::{self, Secret};
 use super::sessions::{self, Lifetime};
 use super::{password, persons, tokens};
 use crate::clock;
 use crate::config;
-use api::Role;
+use crate::owners::Owners;
+use api::{Role, Vessel};
 use rusqlite::Connection;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
 use units::MonoTime;
 
-/// Hashes computed at once; each takes 19 MiB.
-const HASHING: usize = 2;
+/// How long somebody whom the register does not know waits for app.db.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// How long a question or an act waits for app.db before it is said that it hangs.
+const ASK_PATIENCE: Duration = Duration::from_secs(10);
+/// How often it is looked whether another program changed app.db.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Cheap to clone.
 #[derive(Debug, Clone)]
 pub(crate) struct People {
     pub(super) db: Db,
     pub(super) life: Lifetime,
-    pub(super) hashing: Arc<Semaphore>,
+    pub(super) hashing: Hashing,
+    register: Arc<Register>,
+    journal: Journal,
     limiter: Arc<Mutex<Limiter>>,
     begun: Instant,
     /// Counts changes after which open sockets must show their rights again.
@@ -45,17 +57,26 @@ impl People {
     ///
     /// # Errors
     /// As [`super::open`].
-    pub(crate) fn start(folder: &Path, config: &config::People) -> Result<(Self, Option<FirstAdmin>), Fault> {
+    pub(crate) fn start(
+        folder: &Path,
+        config: &config::People,
+        owners: &Owners,
+    ) -> Result<(Self, Option<FirstAdmin>), Fault> {
         let mut connection = super::open(folder)?;
         let first = super::db::within_transaction(&mut connection, first_admin)?;
         audit::close_open(&connection, clock::now())?;
+        let register = Arc::new(Register::default());
+        register.catch_up(&connection)?;
+        let no_thread = |error| Fault::Folder(folder.display().to_string(), error);
         let people = Self {
-            db: Db::start(connection),
+            db: Db::start(connection, Arc::clone(&register), owners).map_err(no_thread)?,
             life: Lifetime {
                 idle: Duration::from_secs(u64::from(config.session_idle_h) * 3_600),
                 whole: Duration::from_secs(u64::from(config.session_days) * 86_400),
             },
-            hashing: Arc::new(Semaphore::new(HASHING)),
+            hashing: Hashing::start(owners).map_err(no_thread)?,
+            register,
+            journal: Journal::default(),
             limiter: Arc::default(),
             begun: Instant::now(),
             changed: Arc::new(watch::Sender::new(0)),
@@ -63,15 +84,34 @@ impl People {
         Ok((people, first))
     }
 
+    /// Starts what goes on beside: the journal is written, and the register follows what other programs change.
+    pub(crate) fn keep(&self, owners: &Owners, tasks: &TaskTracker, stop: &CancellationToken) {
+        let duty = owners.duty("the audit log");
+        tasks.spawn(self.journal.clone().keep(self.db.clone(), duty, stop.clone()));
+        let (people, stop) = (self.clone(), stop.clone());
+        tasks.spawn(async move {
+            let mut every = tokio::time::interval(LOOK_EVERY);
+            every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+            while stop.run_until_cancelled(every.tick()).await.is_some() {
+                let before = people.register.version();
+                // One question at a time waits for a disk that hangs.
+                let looked = stop.run_until_cancelled(people.db.catch_up()).await;
+                if matches!(looked, Some(Ok(()))) && people.register.version() != before {
+                    people.changed.send_modify(|count| *count += 1);
+                }
+            }
+        });
+    }
+
     /// Reads.
     ///
     /// # Errors
-    /// What `work` says.
+    /// What `work` says, or that app.db does not answer.
     pub(crate) async fn ask<R: Send + 'static>(
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
-        self.db.ask(work).await
+        tokio::time::timeout(ASK_PATIENCE, self.db.ask(work)).await.unwrap_or(Err(Fault::Hangs))
     }
 
     /// Changes something without a line in the audit log.
@@ -97,20 +137,18 @@ impl People {
         subject: String,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
-        let actor = who.name.clone();
+        let actor = who.actor();
         let note = move |db: &Connection, outcome: &str| {
             let act = Act { actor: &actor, address: &address, action, subject: &subject, outcome };
             audit::record(db, act, clock::now())
         };
         let again = note.clone();
-        let outcome = self
-            .db
-            .change(move |db| {
-                let done = work(db)?;
-                note(db, "done")?;
-                Ok(done)
-            })
-            .await;
+        let done = self.db.change(move |db| {
+            let done = work(db)?;
+            note(db, "done")?;
+            Ok(done)
+        });
+        let outcome = tokio::time::timeout(ASK_PATIENCE, done).await.unwrap_or(Err(Fault::Hangs));
         if let Err(Fault::Refused(reason)) = &outcome {
             let reason = reason.clone();
             self.db.change(move |db| again(db, &reason)).await?;
@@ -119,23 +157,25 @@ impl People {
         outcome
     }
 
-    /// Writes down what happened by itself, or to somebody.
-    ///
-    /// # Errors
-    /// The log cannot be written.
-    pub(crate) async fn write_down(
-        &self,
-        actor: String,
-        action: &'static str,
-        subject: String,
-        outcome: String,
-    ) -> Result<(), Fault> {
-        self.db
-            .change(move |db| {
-                let (actor, subject, outcome) = (actor.as_str(), subject.as_str(), outcome.as_str());
-                audit::record(db, Act { actor, address: "", action, subject, outcome }, clock::now())
-            })
-            .await
+    /// Has something that happened written into the audit log; never waits.
+    pub(crate) fn note(&self, line: Line) {
+        self.journal.note(line);
+    }
+
+    /// Writes what still waits for the audit log, once everything else has ended.
+    pub(crate) async fn finish(&self) {
+        self.journal.finish(&self.db).await;
+    }
+
+    /// Writes what was noted; in tests nobody else does.
+    #[cfg(test)]
+    pub(crate) async fn write_notes(&self) {
+        self.journal.write(&self.db).await.unwrap();
+    }
+
+    /// Why the audit log is not written, if it is not: for anyone.
+    pub(crate) fn trouble(&self) -> Option<&'static str> {
+        self.journal.trouble()
     }
 
     /// Counts changes of anybody's rights or sessions; those who hold a socket open look again then.
@@ -144,44 +184,78 @@ impl People {
     }
 
     /// Who has this session.
-    pub(crate) async fn by_session(&self, secret: Secret) -> Result<Option<Principal>, Fault> {
-        let life = self.life;
-        let found = self.db.ask(move |db| sessions::find(db, &secret, life, clock::now())).await?;
-        let Some(found) = found else { return Ok(None) };
-        if let (true, &Via::Session { id, .. }) = (found.stale, &found.principal.via) {
-            self.db.change(move |db| sessions::touch(db, id, clock::now())).await?;
-        }
-        Ok(Some(found.principal))
+    ///
+    /// # Errors
+    /// It is not known, and app.db does not say whether it is newer.
+    pub(crate) async fn by_session(&self, secret: &Secret) -> Result<Option<Principal>, Fault> {
+        self.known(|register| register.session(secret, self.life, clock::now())).await
     }
 
     /// For whom this token acts.
-    pub(crate) async fn by_token(&self, token: String) -> Result<Option<Principal>, Fault> {
-        let found = self.db.ask(move |db| tokens::find(db, &token, clock::now())).await?;
-        let Some(found) = found else { return Ok(None) };
-        if found.stale {
-            self.db.change(move |db| tokens::touch(db, found.id, clock::now())).await?;
-        }
-        Ok(Some(found.who))
+    ///
+    /// # Errors
+    /// It is not known, and app.db does not say whether it is newer; or it opens nothing yet.
+    pub(crate) async fn by_token(&self, token: &str) -> Result<Option<Principal>, Fault> {
+        self.known(|register| register.token(token, clock::now())).await
     }
 
     /// The vessel (IMC address) whose link this token opens.
-    pub(crate) async fn by_link_token(&self, token: String) -> Result<Option<u16>, Fault> {
-        let found = self.db.ask(move |db| tokens::find_link(db, &token, clock::now())).await?;
-        let Some(found) = found else { return Ok(None) };
-        if found.stale {
-            self.db.change(move |db| tokens::touch(db, found.id, clock::now())).await?;
-        }
-        Ok(Some(found.who))
+    ///
+    /// # Errors
+    /// It is not known, and app.db does not say whether it is newer.
+    pub(crate) async fn by_link_token(&self, token: &str) -> Result<Option<u16>, Fault> {
+        self.known(|register| register.link(token, clock::now())).await
     }
 
-    /// Hashes a password on a thread where slow work may be done.
-    pub(crate) async fn hash(&self, password: String) -> Result<String, Fault> {
-        let turn = Arc::clone(&self.hashing).acquire_owned().await.map_err(|_| Fault::Stopped)?;
-        let hashed = tokio::task::spawn_blocking(move || {
-            let _turn = turn;
-            password::hash(&password)
+    /// The vessels that people have named.
+    pub(crate) fn vessels(&self) -> Arc<[Vessel]> {
+        self.register.vessels()
+    }
+
+    /// Vessels whose link came in at some time, and for which it is open still.
+    pub(crate) fn linked(&self) -> Vec<u16> {
+        self.register.linked(clock::now())
+    }
+
+    /// Looks in the register; only for what it does not know, app.db is asked.
+    async fn known<T>(&self, look: impl Fn(&Register) -> Found<T>) -> Result<Option<T>, Fault> {
+        let mut found = look(&self.register);
+        if matches!(found, Found::Unknown) {
+            tokio::time::timeout(PATIENCE, self.db.catch_up()).await.map_err(|_| Fault::Hangs)??;
+            found = look(&self.register);
+        }
+        match found {
+            Found::Known(who, due) => {
+                if let Some(due) = due {
+                    self.write_use(due);
+                }
+                Ok(Some(who))
+            }
+            Found::Refused(why) => Err(Fault::NotYet(why)),
+            Found::Over | Found::Unknown => Ok(None),
+        }
+    }
+
+    /// Has it written down that a session or token was used, when app.db takes it. Nobody is refused for that.
+    fn write_use(&self, of: Use) {
+        let register = Arc::clone(&self.register);
+        self.db.change_some_time(move |db| {
+            let now = clock::now();
+            match of {
+                Use::Session(id) => sessions::touch(db, id, now)?,
+                Use::Token(id) => tokens::touch(db, id, now)?,
+            }
+            register.written(of, now);
+            Ok(())
         });
-        hashed.await.map_err(|_| Fault::Stopped)
+    }
+
+    /// Hashes a password.
+    ///
+    /// # Errors
+    /// Too many wait.
+    pub(crate) async fn hash(&self, password: String) -> Result<String, Fault> {
+        self.hashing.hash(password).await.map_err(|_| Fault::Busy)
     }
 
     /// Asks the budgets of guesses.

@@ -6,7 +6,7 @@ use super::handle::People;
 use super::limiter::Guess;
 use super::roles::Principal;
 use super::secret::Secret;
-use super::{password, persons, sessions};
+use super::{persons, sessions};
 use crate::clock;
 use sha2::{Digest as _, Sha256};
 use std::net::IpAddr;
@@ -82,7 +82,7 @@ impl People {
         if !self.is_right(password, kept).await? {
             tracing::warn!(%address, "login refused: wrong name or password");
             let subject = name.chars().take(64).collect::<String>();
-            self.note(address.to_string(), subject, "wrong name or password").await?;
+            self.write_refusal(address.to_string(), subject, "wrong name or password").await?;
             return Err(Refused::Wrong);
         }
         self.limit(|limiter, _| limiter.give_back(&guess));
@@ -126,25 +126,27 @@ impl People {
         let name = who.name.clone();
         let account = self.db.ask(move |db| persons::known(db, &name)).await?;
         if !self.is_right(password, Some(account.password)).await? {
-            self.note(address.to_string(), who.name.clone(), "wrong password").await?;
+            self.write_refusal(address.to_string(), who.name.clone(), "wrong password").await?;
             return Err(Refused::WrongOld);
         }
         self.limit(|limiter, _| limiter.give_back(&guess));
         Ok(())
     }
 
-    /// Compares on a thread where slow work may be done, two at a time.
-    pub(crate) async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Refused> {
-        let turn = tokio::time::timeout(PATIENCE, std::sync::Arc::clone(&self.hashing).acquire_owned());
-        let Ok(Ok(turn)) = turn.await else { return Err(Refused::Wait(PATIENCE)) };
-        let compared = tokio::task::spawn_blocking(move || {
-            let _turn = turn;
-            password::is_right(&password, kept.as_deref())
-        });
-        Ok(compared.await.unwrap_or(false))
+    /// Compares, when its turn comes.
+    async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Refused> {
+        match tokio::time::timeout(PATIENCE, self.hashing.is_right(password, kept)).await {
+            Ok(Ok(is_right)) => Ok(is_right),
+            Ok(Err(_)) | Err(_) => Err(Refused::Wait(PATIENCE)),
+        }
     }
 
-    async fn note(&self, address: String, subject: String, outcome: &'static str) -> Result<(), Fault> {
+    async fn write_refusal(
+        &self,
+        address: String,
+        subject: String,
+        outcome: &'static str,
+    ) -> Result<(), Fault> {
         self.db
             .change(move |db| {
                 let act = Act { actor: "-", address: &address, action: "login", subject: &subject, outcome };

@@ -68,7 +68,8 @@ pub(crate) fn remove(db: &Connection, name: &str) -> Result<(), Fault> {
     somebody_manages(db)
 }
 
-/// Sets a password; all sessions of the person but `keep` end.
+/// Sets a password; all sessions of the person but `keep` end, and so do the tokens of their scripts: who knew the old
+/// password may have made some. Those that were made beside a one-time password stay when that is changed.
 pub(crate) fn set_password(
     db: &Connection,
     person: i64,
@@ -76,6 +77,10 @@ pub(crate) fn set_password(
     must_change: bool,
     keep: Option<i64>,
 ) -> Result<(), Fault> {
+    db.execute(
+        "DELETE FROM token WHERE person = ?1 AND NOT (SELECT must_change FROM person WHERE id = ?1)",
+        [person],
+    )?;
     db.execute(
         "UPDATE person SET password = ?2, must_change = ?3 WHERE id = ?1",
         params![person, password_hash, must_change],

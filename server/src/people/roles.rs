@@ -74,7 +74,12 @@ pub(crate) enum Via {
         must_change_password: bool,
     },
     /// A token in the header.
-    Token,
+    Token {
+        /// Its number.
+        id: i64,
+        /// What it is for, in the words of whoever made it.
+        label: String,
+    },
 }
 
 /// Who asks.
@@ -87,11 +92,19 @@ pub(crate) struct Principal {
 }
 
 impl Principal {
+    /// As the audit log names them: what a script does in somebody's name is told from what they do themselves.
+    pub(crate) fn actor(&self) -> String {
+        match &self.via {
+            Via::Session { .. } => self.name.clone(),
+            Via::Token { label, .. } => format!("{} (token {label})", self.name),
+        }
+    }
+
     /// The token against foreign pages; empty for scripts, which need none.
     pub(crate) fn csrf(&self) -> &str {
         match &self.via {
             Via::Session { csrf, .. } => csrf,
-            Via::Token => "",
+            Via::Token { .. } => "",
         }
     }
 }

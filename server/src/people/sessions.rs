@@ -1,11 +1,9 @@
 //! Sessions of browsers, and the browsers that people are known to use.
 
 use super::db::Fault;
-use super::persons;
-use super::roles::{Principal, Via};
 use super::secret::Secret;
 use api::Session;
-use rusqlite::{Connection, OptionalExtension as _, params};
+use rusqlite::{Connection, params};
 use std::time::Duration;
 use units::UtcTime;
 
@@ -13,8 +11,6 @@ use units::UtcTime;
 const SESSIONS: i64 = 50;
 /// Known browsers a person has at most.
 const DEVICES: i64 = 20;
-/// `seen_us` is written anew only when it is older than this, µs.
-const SEEN_EVERY_US: i64 = 60_000_000;
 
 /// How long sessions last.
 #[derive(Debug, Clone, Copy)]
@@ -26,21 +22,13 @@ pub(crate) struct Lifetime {
 }
 
 impl Lifetime {
-    fn idle_us(self) -> i64 {
+    pub(super) fn idle_us(self) -> i64 {
         i64::try_from(self.idle.as_micros()).unwrap_or(i64::MAX)
     }
 
-    fn whole_us(self) -> i64 {
+    pub(super) fn whole_us(self) -> i64 {
         i64::try_from(self.whole.as_micros()).unwrap_or(i64::MAX)
     }
-}
-
-/// What a session's cookie stands for.
-#[derive(Debug)]
-pub(crate) struct Found {
-    pub(crate) principal: Principal,
-    /// Whether [`touch`] is due.
-    pub(crate) stale: bool,
 }
 
 /// Begins a session and forgets those that are over.
@@ -69,30 +57,6 @@ pub(crate) fn begin(
         [person, SESSIONS],
     )?;
     Ok(secret)
-}
-
-/// Who is behind `secret`, unless the session is over.
-pub(crate) fn find(
-    db: &Connection,
-    secret: &Secret,
-    life: Lifetime,
-    now: UtcTime,
-) -> Result<Option<Found>, Fault> {
-    let sql = "SELECT session.id, person.id, person.name, person.must_change, session.seen_us
-               FROM session JOIN person ON person.id = session.person
-               WHERE hash = ?1 AND seen_us >= ?2 AND session.created_us >= ?3";
-    let now_us = now.micros();
-    let row = db
-        .prepare_cached(sql)?
-        .query_row(params![secret.hash(), now_us - life.idle_us(), now_us - life.whole_us()], |row| {
-            let names = (row.get::<_, i64>(0)?, row.get::<_, i64>(1)?, row.get::<_, String>(2)?);
-            Ok((names, row.get::<_, bool>(3)?, row.get::<_, i64>(4)?))
-        })
-        .optional()?;
-    let Some(((id, person, name), must_change_password, seen_us)) = row else { return Ok(None) };
-    let via = Via::Session { id, csrf: secret.derived("csrf"), must_change_password };
-    let principal = Principal { person, name, grants: persons::grants(db, person)?, via };
-    Ok(Some(Found { principal, stale: now_us - seen_us >= SEEN_EVERY_US }))
 }
 
 /// Notes that a session was used.
@@ -154,6 +118,7 @@ pub(crate) fn know_device(db: &Connection, person: i64, secret: &Secret, now: Ut
 #[cfg(test)]
 mod tests {
     use super::super::db::tests::fresh;
+    use super::super::persons;
     use super::*;
 
     const LIFE: Lifetime = Lifetime { idle: Duration::from_secs(100), whole: Duration::from_secs(1_000) };
@@ -169,28 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn a_session_ends_when_it_rests_and_at_last() {
+    fn only_its_own_person_can_end_a_session() {
         let (db, person) = with_person();
-        let secret = begin(&db, person, "127.0.0.1", "test", LIFE, at(0)).unwrap();
-        let found = find(&db, &secret, LIFE, at(61)).unwrap().unwrap();
-        assert!(found.stale && found.principal.name == "nils");
-        let Via::Session { id, .. } = found.principal.via else { panic!("{found:?}") };
-        assert!(find(&db, &secret, LIFE, at(101)).unwrap().is_none());
-        for second in (0..=1_000).step_by(50) {
-            touch(&db, id, at(second)).unwrap();
-        }
-        assert!(find(&db, &secret, LIFE, at(1_000)).unwrap().is_some());
-        assert!(find(&db, &secret, LIFE, at(1_001)).unwrap().is_none());
-    }
-
-    #[test]
-    fn a_revoked_session_is_over_and_only_its_own_can_be_revoked() {
-        let (db, person) = with_person();
-        let secret = begin(&db, person, "127.0.0.1", "test", LIFE, at(0)).unwrap();
+        begin(&db, person, "127.0.0.1", "test", LIFE, at(0)).unwrap();
         let id = list(&db, Some(person)).unwrap()[0].id;
         assert!(end(&db, id, Some(person + 1)).is_err());
         end(&db, id, Some(person)).unwrap();
-        assert!(find(&db, &secret, LIFE, at(1)).unwrap().is_none());
+        assert!(end(&db, id, Some(person)).is_err());
     }
 
     #[test]

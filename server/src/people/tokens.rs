@@ -2,7 +2,6 @@
 
 use super::db::Fault;
 use super::persons;
-use super::roles::{Principal, Via};
 use super::secret::Secret;
 use api::{NewToken, Token, TokenMade};
 use rusqlite::{Connection, OptionalExtension as _, params};
@@ -14,13 +13,11 @@ const ALL: i64 = -1;
 pub(crate) const MAX_DAYS: u32 = 730;
 /// Tokens kept at most.
 const TOKENS: i64 = 10_000;
-/// `used_us` is written anew only when it is older than this, µs.
-const USED_EVERY_US: i64 = 60_000_000;
 const DAY_US: i64 = 86_400_000_000;
 /// By which a script's token is recognised, also by programs that look for secrets in public code.
-const API_PREFIX: &str = "lutra_api_";
+pub(super) const API_PREFIX: &str = "lutra_api_";
 /// By which a link's token is recognised.
-const LINK_PREFIX: &str = "lutra_link_";
+pub(super) const LINK_PREFIX: &str = "lutra_link_";
 
 /// A vessel's link token to be made.
 #[derive(Debug)]
@@ -29,15 +26,6 @@ pub(crate) struct NewLink<'a> {
     pub(crate) vessel: u16,
     /// Days until it ends; `None`: never.
     pub(crate) days: Option<u32>,
-}
-
-/// What a token stands for.
-#[derive(Debug)]
-pub(crate) struct Found<T> {
-    pub(crate) id: i64,
-    pub(crate) who: T,
-    /// Whether [`touch`] is due.
-    pub(crate) stale: bool,
 }
 
 /// Makes a token that acts for `person`.
@@ -90,54 +78,6 @@ fn insert(
     Ok(TokenMade { id: db.last_insert_rowid(), secret: format!("{prefix}{}", secret.text()) })
 }
 
-/// For whom the script with this token acts.
-pub(crate) fn find(db: &Connection, text: &str, now: UtcTime) -> Result<Option<Found<Principal>>, Fault> {
-    let Some(secret) = text.strip_prefix(API_PREFIX).and_then(Secret::parse) else { return Ok(None) };
-    let sql = "SELECT token.id, person.id, person.name, vessel, role, used_us
-               FROM token JOIN person ON person.id = token.person
-               WHERE hash = ?1 AND expires_us > ?2 AND NOT must_change";
-    let row = db
-        .prepare_cached(sql)?
-        .query_row(params![secret.hash(), now.micros()], |row| {
-            let names = (row.get::<_, i64>(0)?, row.get::<_, i64>(1)?, row.get::<_, String>(2)?);
-            Ok((names, row.get::<_, i64>(3)?, row.get::<_, i64>(4)?, row.get::<_, Option<i64>>(5)?))
-        })
-        .optional()?;
-    let Some(((id, person, name), vessel, role, used_us)) = row else { return Ok(None) };
-    let Some(role) = persons::role(role) else { return Ok(None) };
-    let grants = persons::grants(db, person)?.limited(u16::try_from(vessel).ok(), role);
-    let who = Principal { person, name, grants, via: Via::Token };
-    Ok(Some(Found { id, who, stale: is_stale(used_us, now) }))
-}
-
-/// The vessel (IMC address) whose link this token opens.
-pub(crate) fn find_link(db: &Connection, text: &str, now: UtcTime) -> Result<Option<Found<u16>>, Fault> {
-    let Some(secret) = text.strip_prefix(LINK_PREFIX).and_then(Secret::parse) else { return Ok(None) };
-    let sql = "SELECT id, vessel, used_us FROM token
-               WHERE hash = ?1 AND person IS NULL AND (expires_us IS NULL OR expires_us > ?2)";
-    let row = db
-        .prepare_cached(sql)?
-        .query_row(params![secret.hash(), now.micros()], |row| {
-            Ok(Found { id: row.get(0)?, who: row.get::<_, u16>(1)?, stale: is_stale(row.get(2)?, now) })
-        })
-        .optional()?;
-    Ok(row)
-}
-
-/// Vessels whose link came in at some time, and for which it is open still.
-pub(crate) fn linked(db: &Connection, now: UtcTime) -> Result<Vec<u16>, Fault> {
-    let mut query = db.prepare_cached(
-        "SELECT DISTINCT vessel FROM token WHERE person IS NULL AND used_us IS NOT NULL
-         AND (expires_us IS NULL OR expires_us > ?1) ORDER BY vessel",
-    )?;
-    let rows = query.query_map([now.micros()], |row| row.get(0))?;
-    Ok(rows.collect::<Result<_, _>>()?)
-}
-
-fn is_stale(used_us: Option<i64>, now: UtcTime) -> bool {
-    used_us.is_none_or(|used_us| now.micros() - used_us >= USED_EVERY_US)
-}
-
 /// Notes that a token was used.
 pub(crate) fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
     db.execute("UPDATE token SET used_us = ?2 WHERE id = ?1", [id, now.micros()])?;
@@ -184,81 +124,25 @@ mod tests {
 
     const NOW: UtcTime = UtcTime::from_micros(1_000);
 
-    fn with_operator() -> (Connection, i64) {
+    #[test]
+    fn a_revoked_token_is_gone_and_only_its_own_person_can_revoke_it() {
         let db = fresh();
-        let admin = persons::add(&db, "admin", "x", false, NOW).unwrap();
-        persons::set_permission(&db, admin, None, Some(Role::Admin)).unwrap();
         let nils = persons::add(&db, "nils", "x", false, NOW).unwrap();
-        persons::set_permission(&db, nils, None, Some(Role::Operator)).unwrap();
-        (db, nils)
-    }
-
-    fn new(role: Role, vessel: Option<u16>) -> NewToken {
-        NewToken { label: "grafana".to_owned(), role, vessel, days: 1 }
-    }
-
-    #[test]
-    fn a_token_acts_within_its_scope_until_it_ends() {
-        let (db, nils) = with_operator();
-        let made = make(&db, nils, &new(Role::Viewer, Some(7)), NOW).unwrap();
-        let found = find(&db, &made.secret, NOW).unwrap().unwrap();
-        assert_eq!(found.who.grants.on(7), Some(Role::Viewer));
-        assert_eq!(found.who.grants.on(8), None);
-        let later = UtcTime::from_micros(NOW.micros() + DAY_US);
-        assert!(find(&db, &made.secret, later).unwrap().is_none());
-        assert!(find(&db, "lutra_api_rubbish", NOW).unwrap().is_none());
-    }
-
-    #[test]
-    fn a_token_loses_what_its_person_loses() {
-        let (db, nils) = with_operator();
-        let made = make(&db, nils, &new(Role::Admin, None), NOW).unwrap();
-        let role = |db: &Connection| find(db, &made.secret, NOW).unwrap().unwrap().who.grants.everywhere();
-        assert_eq!(role(&db), Some(Role::Operator));
-        persons::set_permission(&db, nils, None, Some(Role::Viewer)).unwrap();
-        assert_eq!(role(&db), Some(Role::Viewer));
-        persons::remove(&db, "nils").unwrap();
-        assert!(find(&db, &made.secret, NOW).unwrap().is_none());
-    }
-
-    #[test]
-    fn a_vessel_is_expected_while_a_token_that_it_used_is_valid() {
-        let (db, nils) = with_operator();
-        make(&db, nils, &new(Role::Viewer, Some(9)), NOW).unwrap();
-        let link = |vessel, days| make_link(&db, &NewLink { label: "link", vessel, days }, NOW).unwrap();
-        let (_, ends, stays) = (link(6, None), link(7, Some(1)), link(8, None));
-        assert!(linked(&db, NOW).unwrap().is_empty(), "none came in yet");
-        for id in [ends.id, stays.id] {
-            touch(&db, id, NOW).unwrap();
-        }
-        assert_eq!(linked(&db, NOW).unwrap(), [7, 8]);
-        let later = UtcTime::from_micros(NOW.micros() + DAY_US);
-        assert_eq!(linked(&db, later).unwrap(), [8]);
-        revoke(&db, stays.id, None).unwrap();
-        assert!(linked(&db, later).unwrap().is_empty());
-    }
-
-    #[test]
-    fn link_and_api_tokens_do_not_open_each_others_door() {
-        let (db, nils) = with_operator();
-        let link = NewLink { label: "otter 1", vessel: 2068, days: None };
-        let link = make_link(&db, &link, NOW).unwrap().secret;
-        let script = make(&db, nils, &new(Role::Viewer, None), NOW).unwrap().secret;
-        assert_eq!(find_link(&db, &link, NOW).unwrap().unwrap().who, 2068);
-        assert!(find(&db, &link, NOW).unwrap().is_none() && find_link(&db, &script, NOW).unwrap().is_none());
-        let disguised = link.replace(LINK_PREFIX, API_PREFIX);
-        assert!(find(&db, &disguised, NOW).unwrap().is_none());
-        let disguised = script.replace(API_PREFIX, LINK_PREFIX);
-        assert!(find_link(&db, &disguised, NOW).unwrap().is_none());
-    }
-
-    #[test]
-    fn a_revoked_token_opens_nothing() {
-        let (db, nils) = with_operator();
-        let made = make(&db, nils, &new(Role::Viewer, None), NOW).unwrap();
+        let new = NewToken { label: "grafana".to_owned(), role: Role::Viewer, vessel: None, days: 1 };
+        let made = make(&db, nils, &new, NOW).unwrap();
         assert!(revoke(&db, made.id, Some(nils + 1)).is_err());
         assert_eq!(revoke(&db, made.id, Some(nils)).unwrap(), "grafana");
-        assert!(find(&db, &made.secret, NOW).unwrap().is_none());
         assert!(list(&db, None).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_token_needs_a_label_and_an_end() {
+        let db = fresh();
+        let nils = persons::add(&db, "nils", "x", false, NOW).unwrap();
+        let new =
+            |label: &str, days| NewToken { label: label.to_owned(), role: Role::Viewer, vessel: None, days };
+        for (label, days) in [("", 1), ("a\nb", 1), ("grafana", 0), ("grafana", MAX_DAYS + 1)] {
+            assert!(make(&db, nils, &new(label, days), NOW).is_err(), "{label} {days}");
+        }
     }
 }

@@ -33,6 +33,8 @@ pub(crate) struct DoorRecord {
     pub(crate) refusal: Option<Happened>,
     /// What went wrong last.
     pub(crate) error: Option<Happened>,
+    /// Packets that were lost on the way in because they came faster than they could be taken.
+    pub(crate) lost: u64,
 }
 
 /// Something that happened.
@@ -77,6 +79,20 @@ impl Ledger {
         self.change(door, |record| record.error = Some(happened));
     }
 
+    /// So many packets were lost on the way in, since the start.
+    pub(crate) fn lost(&self, door: Door, lost: u64) {
+        self.change(door, |record| {
+            if lost > record.lost {
+                let more = lost - record.lost;
+                tracing::warn!(%door, more, lost, "packets were lost: they came faster than they were taken");
+                record.error = Some(Happened::now(&format!(
+                    "{more} packets came faster than they were taken and are lost"
+                )));
+            }
+            record.lost = lost;
+        });
+    }
+
     /// A vessel's link came up or went down.
     pub(crate) fn link_changed(&self, vessel: Address) {
         self.book().links.insert(vessel, clock::now());
@@ -108,5 +124,11 @@ mod tests {
         let text = record.refusal.unwrap().text;
         assert!(text.starts_with("10.0.0.8: x") && text.len() == LETTERS);
         assert_eq!(ledger.of(Door::Tcp), DoorRecord::default());
+        ledger.lost(Door::Udp, 0);
+        assert_eq!(ledger.of(Door::Udp).error.unwrap().text, "gone");
+        ledger.lost(Door::Udp, 37);
+        ledger.lost(Door::Udp, 37);
+        let record = ledger.of(Door::Udp);
+        assert!(record.lost == 37 && record.error.unwrap().text.starts_with("37 packets came faster"));
     }
 }

@@ -9,22 +9,27 @@ mod outbox;
 mod recorder;
 
 pub(crate) use ledger::{DoorRecord, Happened, Ledger};
+use outbox::Unsent;
 pub(crate) use outbox::{AT_ONCE_BYTES, Outbox};
 pub(crate) use recorder::{Recorder, RecorderState, WAITING_BYTES};
 
+use crate::owners::{Duty, Owners};
 use bytes::Bytes;
-use hub::{Hub, Incoming, Now, Peer, PeerId, PeerState, Settings};
-use imc::Address;
+use hub::{Delivery, Hub, Incoming, Now, Peer, PeerId, PeerState, Settings, Telecommand};
+use imc::{Address, PacketView};
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use units::{MonoTime, UtcTime};
 
 /// Batches and questions that may wait for the hub.
 const WAITING: usize = 256;
+/// Bytes of packets that may wait for the hub; doors wait, and so their peers' sockets do, when there are more.
+const UNHEARD_BYTES: u32 = 16 << 20;
 /// How many of them are taken at once before what came of them is handed on.
 const AT_ONCE: usize = 16;
 /// How often the hub is told that time passes.
@@ -39,7 +44,7 @@ type Look = Box<dyn FnOnce(&mut Hub, Now) + Send>;
 enum Ask {
     Join(Peer, Arc<Outbox>, oneshot::Sender<PeerId>),
     Leave(PeerId),
-    Packets(PeerId, Vec<Incoming>),
+    Packets(PeerId, Vec<Incoming>, OwnedSemaphorePermit),
     Look(Look),
     Peers(oneshot::Sender<Vec<PeerFigures>>),
 }
@@ -62,6 +67,8 @@ pub(crate) struct Stopped;
 #[derive(Clone)]
 pub(crate) struct Relay {
     asks: mpsc::Sender<Ask>,
+    urgent: mpsc::Sender<Look>,
+    room: Arc<Semaphore>,
     revision: watch::Receiver<u64>,
     control: watch::Receiver<Control>,
     clock: Clock,
@@ -76,6 +83,7 @@ pub(crate) struct Connection {
     /// What the hub says to it.
     pub(crate) outbox: Arc<Outbox>,
     asks: mpsc::Sender<Ask>,
+    room: Arc<Semaphore>,
 }
 
 /// The server's clocks: one that never steps, and UTC.
@@ -102,16 +110,19 @@ impl Relay {
         settings: Settings,
         recorder: Recorder,
         tasks: &TaskTracker,
+        owners: &Owners,
         stop: CancellationToken,
     ) -> Self {
         let (asks, waiting) = mpsc::channel(WAITING);
+        let (urgent, first) = mpsc::channel(WAITING);
         let (changed, revision) = watch::channel(0);
         let (told, control) = watch::channel(Control::new());
         let (clock, address) = (Clock::start(), settings.address);
         let task =
             Task { hub: Hub::new(settings), outboxes: BTreeMap::new(), recorder, changed, told, clock };
-        tasks.spawn(task.run(waiting, stop));
-        Self { asks, revision, control, clock, address, ledger: Ledger::default() }
+        tasks.spawn(task.run(first, waiting, owners.duty("the hub"), stop));
+        let room = Arc::new(Semaphore::new(UNHEARD_BYTES as usize));
+        Self { asks, urgent, room, revision, control, clock, address, ledger: Ledger::default() }
     }
 
     /// The server's clocks.
@@ -131,11 +142,11 @@ impl Relay {
 
     /// Connects a peer whose queue holds `bound_bytes`.
     pub(crate) async fn join(&self, peer: Peer, bound_bytes: usize) -> Result<Connection, Stopped> {
-        let outbox = Arc::new(Outbox::new(bound_bytes));
+        let outbox = Arc::new(Outbox::new(bound_bytes, self.clock));
         let (reply, id) = oneshot::channel();
         self.asks.send(Ask::Join(peer, Arc::clone(&outbox), reply)).await.map_err(|_| Stopped)?;
         let id = id.await.map_err(|_| Stopped)?;
-        Ok(Connection { id, outbox, asks: self.asks.clone() })
+        Ok(Connection { id, outbox, asks: self.asks.clone(), room: Arc::clone(&self.room) })
     }
 
     /// Runs `look` where the hub lives and gives what it returns.
@@ -148,6 +159,19 @@ impl Relay {
             reply.send(look(hub, now)).ok();
         });
         self.asks.send(Ask::Look(look)).await.map_err(|_| Stopped)?;
+        answer.await.map_err(|_| Stopped)
+    }
+
+    /// As [`Relay::look`], ahead of everything that waits for the hub: for a stop.
+    pub(crate) async fn look_first<T: Send + 'static>(
+        &self,
+        look: impl FnOnce(&mut Hub, Now) -> T + Send + 'static,
+    ) -> Result<T, Stopped> {
+        let (reply, answer) = oneshot::channel();
+        let look: Look = Box::new(move |hub, now| {
+            reply.send(look(hub, now)).ok();
+        });
+        self.urgent.send(look).await.map_err(|_| Stopped)?;
         answer.await.map_err(|_| Stopped)
     }
 
@@ -177,7 +201,10 @@ impl Relay {
 impl Connection {
     /// Hands packets of the peer to the hub, waiting while it is busy.
     pub(crate) async fn give(&self, batch: Vec<Incoming>) -> Result<(), Stopped> {
-        self.asks.send(Ask::Packets(self.id, batch)).await.map_err(|_| Stopped)
+        let bytes: usize = batch.iter().map(|incoming| incoming.packet.len()).sum();
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX).min(UNHEARD_BYTES);
+        let room = Arc::clone(&self.room).acquire_many_owned(bytes).await.map_err(|_| Stopped)?;
+        self.asks.send(Ask::Packets(self.id, batch, room)).await.map_err(|_| Stopped)
     }
 
     /// Ends the connection, after everything that was given.
@@ -196,28 +223,59 @@ struct Task {
 }
 
 impl Task {
-    async fn run(mut self, mut waiting: mpsc::Receiver<Ask>, stop: CancellationToken) {
+    /// Serves until `stop`. After a fault what the hub had heard is still recorded.
+    async fn run(
+        mut self,
+        mut first: mpsc::Receiver<Look>,
+        mut waiting: mpsc::Receiver<Ask>,
+        duty: Duty,
+        stop: CancellationToken,
+    ) {
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut asks = Vec::with_capacity(AT_ONCE);
         loop {
-            tokio::select! {
+            let ticks = tokio::select! {
                 biased;
                 () = stop.cancelled() => break,
-                _ = tick.tick() => self.hub.tick(self.clock.now()),
-                count = waiting.recv_many(&mut asks, AT_ONCE) => if count == 0 { break },
-            }
-            for ask in asks.drain(..) {
-                self.ask(ask);
-            }
+                Some(look) = first.recv() => {
+                    asks.push(Ask::Look(look));
+                    false
+                }
+                _ = tick.tick() => true,
+                count = waiting.recv_many(&mut asks, AT_ONCE) => {
+                    if count == 0 {
+                        break;
+                    }
+                    false
+                }
+            };
+            let _busy = duty.busy();
+            let worked = catch_unwind(AssertUnwindSafe(|| {
+                if ticks {
+                    self.hub.tick(self.clock.now());
+                }
+                for ask in asks.drain(..) {
+                    self.ask(ask);
+                }
+            }));
             self.hand_on();
+            if worked.is_err() {
+                // The duty is dropped undone: the server ends.
+                return;
+            }
         }
         // What was said before the end is still recorded.
+        first.close();
+        while let Ok(look) = first.try_recv() {
+            self.ask(Ask::Look(look));
+        }
         waiting.close();
         while let Ok(ask) = waiting.try_recv() {
             self.ask(ask);
         }
         self.hand_on();
+        duty.done();
     }
 
     fn ask(&mut self, ask: Ask) {
@@ -231,7 +289,7 @@ impl Task {
                 }
             }
             Ask::Leave(peer) => self.leave(peer),
-            Ask::Packets(peer, batch) => self.hub.packets(now, peer, batch),
+            Ask::Packets(peer, batch, _room) => self.hub.packets(now, peer, batch),
             Ask::Look(look) => look(&mut self.hub, now),
             Ask::Peers(reply) => {
                 let dropped = |peer| self.outboxes.get(&peer).map_or(0, |outbox| outbox.dropped());
@@ -243,16 +301,34 @@ impl Task {
 
     fn leave(&mut self, peer: PeerId) {
         self.hub.leave(peer);
-        self.outboxes.remove(&peer);
+        // Orders that it did not take go by another way, or wait for one.
+        let left = self.outboxes.remove(&peer).map(|outbox| outbox.drain()).unwrap_or_default();
+        for Delivery { packet, tag } in left {
+            let (Some(tag), Ok(view)) = (tag.filter(|tag| tag.id.is_some()), PacketView::unchecked(&packet))
+            else {
+                continue;
+            };
+            let order = Telecommand { vessel: view.dst(), tag, packet: packet.clone() };
+            self.hub.give_again(self.clock.now(), order);
+        }
     }
 
     fn hand_on(&mut self) {
-        let outboxes = &self.outboxes;
+        let (outboxes, mut unsent) = (&self.outboxes, Vec::new());
         self.hub.drain_deliveries(|peer, packets| {
             if let Some(outbox) = outboxes.get(&peer) {
-                outbox.push(packets);
+                let Unsent { called_off, no_room } = outbox.push(packets);
+                unsent.extend(
+                    called_off.into_iter().map(|id| (id, "a stop was ordered before it could be sent")),
+                );
+                let deaf = "the peer behind which the vessel lives does not read";
+                unsent.extend(no_room.into_iter().map(|id| (id, deaf)));
             }
         });
+        for (id, why) in unsent {
+            let now = self.clock.now();
+            self.hub.commands_mut().refused(now, id, why.to_owned());
+        }
         let records = self.hub.drain_records();
         if !records.is_empty() {
             self.recorder.submit(records);

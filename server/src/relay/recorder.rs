@@ -6,8 +6,10 @@
 //! [`WAITING_BYTES`] may wait; beyond that packets are not recorded, which is counted, told to the page and
 //! logged, for nobody can send them again.
 
+use crate::owners::{Duty, Owners};
 use hub::{Door, Record};
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -21,7 +23,9 @@ const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
 /// Bytes of packets of other doors than the link that may wait.
-pub(crate) const WAITING_BYTES: usize = 64 << 20;
+pub(crate) const WAITING_BYTES: usize = 32 << 20;
+/// Bytes of packets that are given to the store before a commit: until then it holds them a second time.
+const SLICE_BYTES: usize = 4 << 20;
 /// What a waiting packet costs beside its bytes.
 const OVERHEAD_BYTES: usize = size_of::<Record>();
 
@@ -86,16 +90,21 @@ struct Waiting {
 
 impl Recorder {
     /// Starts the thread. It ends, with everything durable that can be, after [`Recorder::close`].
-    pub(crate) fn start(store: Store) -> std::io::Result<(Self, JoinHandle<()>)> {
+    pub(crate) fn start(store: Store, owners: &Owners) -> std::io::Result<(Self, JoinHandle<()>)> {
         let shared = Arc::new(Shared {
             waiting: Mutex::default(),
             ready: Condvar::new(),
             durable: watch::Sender::default(),
-            state: watch::Sender::default(),
+            // Told from the first moment: whoever asks before the first commit must not take the history for whole.
+            state: watch::Sender::new(RecorderState {
+                history_behind: store.behind(),
+                ..RecorderState::default()
+            }),
         });
         let recorder = Self { shared: Arc::clone(&shared) };
+        let duty = owners.duty("the recorder");
         let thread = Thread { store, shared, taken: Vec::new(), committed: Instant::now(), dirty: false };
-        let handle = std::thread::Builder::new().name("recorder".to_owned()).spawn(|| thread.run())?;
+        let handle = std::thread::Builder::new().name("recorder".to_owned()).spawn(|| thread.serve(duty))?;
         Ok((recorder, handle))
     }
 
@@ -180,9 +189,37 @@ struct Thread {
 }
 
 impl Thread {
-    fn run(mut self) {
+    /// Records until the end. After a fault what was taken is made durable, if that can still be done, and nobody waits
+    /// for an answer any more.
+    fn serve(mut self, duty: Duty) {
+        if catch_unwind(AssertUnwindSafe(|| self.run(&duty))).is_ok() {
+            if let Err(error) = self.store.close() {
+                tracing::warn!(%error, "the history will be brought up to date at the next start");
+            }
+            return duty.done();
+        }
+        let saved = catch_unwind(AssertUnwindSafe(|| {
+            self.take_records(&mut self.shared.clone().lock());
+            self.accept().and_then(|()| self.commit(true))
+        }));
+        if !matches!(saved, Ok(Ok(()))) {
+            tracing::error!(
+                lost = self.taken.len(),
+                "packets are not recorded after a fault of the recorder"
+            );
+        }
+        let mut waiting = self.shared.lock();
+        waiting.closed = true;
+        waiting.work.clear();
+    }
+
+    fn run(&mut self, duty: &Duty) {
         loop {
-            let closed = self.take();
+            let (closed, work) = self.take();
+            let _busy = duty.busy();
+            for work in work {
+                work(&mut self.store);
+            }
             let outcome = self.accept().and_then(|()| self.commit(closed));
             if let Err(error) = outcome {
                 self.trouble(&error);
@@ -193,43 +230,42 @@ impl Thread {
                 }
                 self.pause();
             } else if closed && self.taken.is_empty() && !self.dirty {
-                if let Err(error) = self.store.close() {
-                    tracing::warn!(%error, "the history will be brought up to date at the next start");
-                }
                 return;
             }
         }
     }
 
-    /// Takes what waits; waits for something, but not longer than a commit may. Whether the end is asked for.
-    fn take(&mut self) -> bool {
+    /// Takes what waits; waits for something, but not longer than a commit may. Whether the end is asked for, and work
+    /// to be done.
+    fn take(&mut self) -> (bool, Vec<Work>) {
         let shared = Arc::clone(&self.shared);
         let mut waiting = shared.lock();
         if self.taken.is_empty() {
             let idle = |waiting: &mut Waiting| {
                 waiting.records.is_empty() && waiting.work.is_empty() && !waiting.closed
             };
-            let every = if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
-            let rest = every.saturating_sub(self.committed.elapsed());
+            let rest = self.every().saturating_sub(self.committed.elapsed());
             let waited = shared.ready.wait_timeout_while(waiting, rest, idle);
             waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
-            if !self.dirty {
+            self.take_records(&mut waiting);
+            if !self.dirty && !self.taken.is_empty() {
+                // What comes after a pause waits as long as anything does, for more to be committed with it.
                 self.committed = Instant::now();
             }
-            waiting.bytes = 0;
-            self.taken = std::mem::take(&mut waiting.records);
-            self.taken.reverse();
         }
-        let work = std::mem::take(&mut waiting.work);
-        let closed = waiting.closed;
-        drop(waiting);
-        for work in work {
-            work(&mut self.store);
-        }
-        closed
+        (waiting.closed, std::mem::take(&mut waiting.work))
+    }
+
+    fn take_records(&mut self, waiting: &mut Waiting) {
+        waiting.bytes = 0;
+        let mut records = std::mem::take(&mut waiting.records);
+        records.reverse();
+        records.append(&mut self.taken);
+        self.taken = records;
     }
 
     fn accept(&mut self) -> Result<(), StoreError> {
+        let mut slice = 0;
         while let Some(record) = self.taken.last() {
             let accepted = Accepted {
                 packet: &record.packet,
@@ -252,13 +288,17 @@ impl Thread {
                 Err(error) => return Err(error),
             }
             self.dirty = true;
-            self.taken.pop();
+            slice += self.taken.pop().map_or(0, |record| record.packet.len());
+            if slice >= SLICE_BYTES {
+                slice = 0;
+                self.commit(true)?;
+            }
         }
         Ok(())
     }
 
     fn commit(&mut self, now: bool) -> Result<(), StoreError> {
-        let due = self.committed.elapsed() >= if self.dirty { COMMIT_EVERY } else { IDLE_EVERY };
+        let due = self.committed.elapsed() >= self.every();
         if !(due || now && self.dirty) {
             return Ok(());
         }
@@ -274,9 +314,14 @@ impl Thread {
             });
         }
         // Acknowledged first: the history follows from the archive, whatever becomes of it.
-        let behind = self.store.index().err().map(|error| error.to_string());
+        let behind = self.store.index().map_or_else(|error| Some(error.to_string()), |_| self.store.behind());
         self.tell(committed.packets, behind);
         Ok(())
+    }
+
+    /// How long to wait between two commits. A history that lacks something gets a slice of it with each.
+    fn every(&self) -> Duration {
+        if self.dirty || self.store.is_behind() { COMMIT_EVERY } else { IDLE_EVERY }
     }
 
     fn tell(&self, recorded: u64, history_behind: Option<String>) {

@@ -4,32 +4,27 @@
 //! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
 
 use super::{AppState, Wanted};
-use crate::clock;
-use crate::people::{Fault, People, tokens, vessels};
+use crate::people::{Fault, People};
 use api::{AlarmNote, AlarmShelf, AlarmWord};
 use hub::alarm::{Alarm, AlarmId, Key, Kind, LinkClock, Note, Outside, Priority, Said, Saved, State};
 use hub::{Fleet, Hub};
 use imc::Address;
 use rusqlite::{Connection, params};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
 /// How often it looks.
 const EVERY: Duration = Duration::from_secs(1);
-/// An alarm does not wait longer for its vessel's name.
-const NAMED_WITHIN: Duration = Duration::from_secs(1);
 /// The disk, and which vessels are expected, are looked at each so many looks.
 const SLOW_EVERY: u32 = 30;
 
 /// Calls vessels by the names that people gave them, as everywhere else; others go on as they announce themselves.
-pub(crate) async fn name(people: &People, alarms: &mut [api::Alarm]) {
-    if alarms.iter().all(|alarm| alarm.vessel.is_none()) {
-        return;
-    }
-    // An alarm is told, whether app.db can be read or not.
-    let given = tokio::time::timeout(NAMED_WITHIN, people.ask(vessels::list)).await;
-    let Ok(Ok(given)) = given else { return };
+pub(crate) fn name(people: &People, alarms: &mut [api::Alarm]) {
+    let given = people.vessels();
     for alarm in alarms {
         let given = given.iter().find(|given| Some(given.address) == alarm.vessel);
         if let Some(given) = given {
@@ -45,10 +40,7 @@ pub(crate) fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
     api::Alarm {
         id: alarm.id.0,
         vessel: alarm.key.vessel.map(|vessel| vessel.0),
-        vessel_name: alarm
-            .key
-            .vessel
-            .map(|vessel| fleet.system(vessel).map_or_else(|| vessel.to_string(), hub::System::title)),
+        vessel_name: alarm.key.vessel.map(|vessel| fleet.title(vessel)),
         kind: alarm.key.kind.name().to_owned(),
         part: alarm.key.part.clone(),
         state: alarm.state.name().to_owned(),
@@ -162,13 +154,13 @@ pub(crate) async fn watch(state: AppState) {
     }
     let mut every = tokio::time::interval(EVERY);
     every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let (told, standing) = watch::channel(Vec::new());
+    state.tasks.spawn(keep(state.people.clone(), standing, state.stop.clone()));
     let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
     while state.stop.run_until_cancelled(every.tick()).await.is_some() {
         if looks.is_multiple_of(SLOW_EVERY) {
-            // While app.db cannot be read those are expected that were.
-            if let Ok(linked) = state.people.ask(|db| tokens::linked(db, clock::now())).await {
-                expected = linked.into_iter().map(Address).collect();
-            }
+            expected = state.people.linked().into_iter().map(Address).collect();
+            believe(&state, &expected).await;
             let folder = state.config.data.clone();
             disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
         }
@@ -187,25 +179,43 @@ pub(crate) async fn watch(state: AppState) {
         };
         let Ok((revision, standing)) = state.relay.look(look).await else { return };
         if let Some(mut standing) = standing {
-            name(&state.people, &mut standing).await;
+            name(&state.people, &mut standing);
             for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
                 let (vessel, text) = (&alarm.vessel_name, &alarm.text);
                 tracing::warn!(vessel, kind = alarm.kind, priority = alarm.priority, "alarm: {text}");
             }
             logged = standing.iter().map(|alarm| alarm.id).max().unwrap_or_default().max(logged);
-            kept = keep(&state.people, standing, revision, kept).await;
+            kept = revision;
+            told.send_replace(standing);
         }
     }
 }
 
-/// Writes down what stands; the revision that is kept now.
-async fn keep(people: &People, standing: Vec<api::Alarm>, revision: u64, before: u64) -> u64 {
-    match people.change(move |db| write(db, &standing)).await {
-        Ok(()) => revision,
-        Err(Fault::Stopped) => before,
-        Err(error) => {
-            tracing::error!(%error, "alarms are not kept over a restart");
-            before
+/// Tells the hub which vessels have a link, those too whose link stands while app.db does not say so yet.
+async fn believe(state: &AppState, expected: &[Address]) {
+    let up = state.links.status().into_iter().filter(|(_, status)| status.up).map(|(vessel, _)| vessel);
+    let linked: BTreeSet<Address> = expected.iter().copied().chain(up).collect();
+    state.relay.look(move |hub, _| hub.set_linked(linked)).await.ok();
+}
+
+/// Writes down what stands whenever that changed, until the server ends. Only the latest waits for a disk that hangs.
+async fn keep(people: People, mut standing: watch::Receiver<Vec<api::Alarm>>, stop: CancellationToken) {
+    let mut told = false;
+    while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
+        loop {
+            let now = standing.borrow_and_update().clone();
+            match people.change(move |db| write(db, &now)).await {
+                Ok(()) => break told = false,
+                Err(Fault::Stopped) => return,
+                Err(error) => {
+                    if !std::mem::replace(&mut told, true) {
+                        tracing::error!(%error, "alarms are not kept over a restart");
+                    }
+                    if stop.run_until_cancelled(tokio::time::sleep(EVERY)).await.is_none() {
+                        return;
+                    }
+                }
+            }
         }
     }
 }
@@ -229,6 +239,8 @@ fn outside(state: &AppState, disk: Option<(u64, u64)>, expected: Vec<Address>) -
         clocks: clocks.collect(),
         expected,
         charts: charts.collect(),
+        // The hub knows them itself.
+        contradictions: Vec::new(),
         recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
         history: recorder.history_behind.clone(),
         disk,

@@ -57,7 +57,7 @@ pub(crate) fn command(command: &Command) -> api::Command {
     api::Command {
         id: command.id.0,
         vessel: command.vessel.0,
-        by: command.by.clone(),
+        by: command.by.name.clone(),
         order: command.verb.to_owned(),
         subject: command.subject.clone(),
         steps: command.steps.iter().map(step).collect(),

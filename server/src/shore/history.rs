@@ -359,7 +359,7 @@ pub(crate) fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> st
             store::GapKind::NotDelivered => api::GapKind::NotDelivered,
             store::GapKind::Lost => api::GapKind::Lost,
         },
-        reason: gap.reason,
+        reason: gap.told(),
         declared_us: gap.declared.micros(),
     };
     let mut gaps: Vec<api::Gap> = reader.gaps(Some(vessel), range)?.into_iter().map(gap).collect();

@@ -22,6 +22,8 @@ pub(crate) use imports::Imports;
 use crate::charts::Charts;
 use crate::config::Config;
 use crate::doors::link::Links;
+use crate::http::stop::Stops;
+use crate::owners::Owners;
 use crate::people::{Grants, People};
 use crate::relay::{Recorder, Relay};
 use crate::sinks::SinkState;
@@ -58,10 +60,14 @@ pub(crate) struct AppState {
     pub(crate) links: Links,
     /// Who steers which vessel by hand.
     pub(crate) helms: Helms,
+    /// The stops of the last minutes.
+    pub(crate) stops: Stops,
     /// The hub: routing and the fleet's state.
     pub(crate) relay: Relay,
     /// The archive and history.
     pub(crate) recorder: Recorder,
+    /// Whether those who own state are there.
+    pub(crate) owners: Owners,
     /// How the InfluxDB that gets everything too gets on; `None` without one.
     pub(crate) influx: Option<watch::Receiver<SinkState>>,
 }

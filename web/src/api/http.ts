@@ -1,5 +1,8 @@
 // Asking the server for JSON, and telling it to do something.
 
+import { inTurn, question, type Rank } from "./traffic";
+import type { Ordered } from "./types.gen";
+
 /** What the server said instead of an answer. */
 export class Refusal extends Error {
   constructor(
@@ -21,10 +24,25 @@ export function reason(error: unknown): string {
   return "The server cannot be reached.";
 }
 
-export async function getJson<T>(path: string, signal?: AbortSignal): Promise<T> {
-  const response = await fetch(path, { headers: { accept: "application/json" }, ...(signal ? { signal } : {}) });
-  if (response.ok) return (await response.json()) as T;
-  throw await refused(response);
+export function getJson<T>(path: string, signal?: AbortSignal): Promise<T> {
+  return get("ask", path, async (response) => (await response.json()) as T, signal);
+}
+
+/** The bytes of something that is drawn, after all that is asked. */
+export function getTile(path: string): Promise<ArrayBuffer> {
+  return get("tile", path, (response) => response.arrayBuffer());
+}
+
+function get<T>(rank: Rank, path: string, read: (response: Response) => Promise<T>, signal?: AbortSignal): Promise<T> {
+  return question(
+    rank,
+    path,
+    async (response) => {
+      if (response.ok) return read(response);
+      throw await refused(response);
+    },
+    signal,
+  );
 }
 
 /** Tells the server to do something, with the token that shows that one of its own pages asks. */
@@ -42,7 +60,24 @@ export async function deleteAt(path: string, patienceMs: number): Promise<void> 
   await tell("DELETE", path, patienceMs);
 }
 
+/** Sends a form as the browser itself would, without leaving the page. */
+export async function postForm(path: string, fields: URLSearchParams, patienceMs: number): Promise<void> {
+  const signal = AbortSignal.timeout(patienceMs);
+  await inTurn("act", signal, () => fetch(path, { method: "POST", body: fields, redirect: "manual", signal }));
+}
+
+/** STOP waits for no turn: all others leave it a connection. `signal` ends the try. */
+export async function postStop(vessel: number, window: string, key: string, signal: AbortSignal): Promise<Ordered> {
+  const query = new URLSearchParams({ window, key });
+  return sent<Ordered>("POST", `/api/v1/vessels/${vessel}/abort?${query}`, signal);
+}
+
 async function tell<T>(method: string, path: string, patienceMs: number, body?: unknown): Promise<T> {
+  const signal = AbortSignal.timeout(patienceMs);
+  return inTurn("act", signal, () => sent<T>(method, path, signal, body));
+}
+
+async function sent<T>(method: string, path: string, signal: AbortSignal, body?: unknown): Promise<T> {
   const file = body instanceof Blob;
   const response = await fetch(path, {
     method,
@@ -52,7 +87,7 @@ async function tell<T>(method: string, path: string, patienceMs: number, body?: 
       ...(body === undefined ? {} : { "content-type": file ? "application/octet-stream" : "application/json" }),
     },
     ...(body === undefined ? {} : { body: file ? body : JSON.stringify(body) }),
-    signal: AbortSignal.timeout(patienceMs),
+    signal,
   });
   if (!response.ok) throw await refused(response);
   const text = await response.text();

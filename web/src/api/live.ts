@@ -1,10 +1,10 @@
 // The live socket: connects, subscribes, and comes back by itself when the link breaks, when the computer has slept,
-// and when what comes has waited too long on the way.
+// and when what comes has waited too long on the way. Stops go by it as well, by each new connection again until they
+// are answered.
 
 import { Arrivals, Awake } from "../state/arrival";
 import { getJson, Refusal } from "./http";
-import type { Me } from "./types.gen";
-import type { LiveFrame, Subscription } from "./types.gen";
+import type { LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Me, Subscription } from "./types.gen";
 
 /** The server sends a frame every second; after this silence it counts as gone. The page greys within 3 s. */
 const SILENCE_MS = 2_800;
@@ -12,6 +12,10 @@ const SILENCE_MS = 2_800;
 const BEGIN_MS = 10_000;
 /** How often it is looked whether the computer slept, ms. */
 const LOOK_MS = 250;
+/** Who stops a vessel does not wait so long for a connection that does not begin. */
+const HURRY_MS = 1_500;
+/** The server says within this whether somebody is still logged in, ms. */
+const LOGIN_MS = 8_000;
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 5_000;
 
@@ -22,6 +26,8 @@ export interface LiveHandlers {
   lost(): void;
   /** Nobody is logged in any more. */
   loggedOut(): void;
+  /** A stop was answered. */
+  stopped?(answer: LiveStopped): void;
 }
 
 export class Live {
@@ -34,6 +40,11 @@ export class Live {
   /** When something was heard last, ms of the steady clock; undefined before. */
   private heardMs: number | undefined;
   private readonly looks: number;
+  /** Stops without an answer, by their keys. */
+  private readonly stops = new Map<string, LiveStop>();
+  /** When the present connection was begun, ms of the steady clock, and until when the next one waits. */
+  private begunMs = 0;
+  private pause: number | undefined;
 
   constructor(
     private readonly subscription: Subscription,
@@ -52,22 +63,56 @@ export class Live {
     document.removeEventListener("visibilitychange", this.look);
     window.removeEventListener("pageshow", this.look);
     window.clearTimeout(this.watchdog);
+    window.clearTimeout(this.pause);
     this.socket?.close();
   }
 
+  /** Sends a stop at once if there is a connection, and by each new one until it is answered or given up. */
+  stop(stop: LiveStop): void {
+    this.stops.set(stop.key, stop);
+    if (this.socket?.readyState === WebSocket.OPEN) this.say({ stop });
+    else this.hurry();
+  }
+
+  /** A stop needs no answer by this way any more. */
+  giveUp(key: string): void {
+    this.stops.delete(key);
+  }
+
+  /** Somebody waits for a connection: a new one is tried in place of one that does not begin. */
+  hurry(): void {
+    if (this.ended || this.socket?.readyState === WebSocket.OPEN) return;
+    if (this.socket && performance.now() - this.begunMs < HURRY_MS) return;
+    const old = this.socket;
+    this.connect();
+    old?.close();
+  }
+
+  private say(request: LiveRequest): void {
+    this.socket?.send(JSON.stringify(request));
+  }
+
   private connect(): void {
+    window.clearTimeout(this.pause);
+    this.begunMs = performance.now();
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/api/live`);
     this.socket = socket;
     this.arrivals = new Arrivals();
     this.heardMs = undefined;
     this.watch(BEGIN_MS);
-    socket.onopen = () => socket.send(JSON.stringify({ subscribe: this.subscription }));
+    socket.onopen = () => {
+      if (socket !== this.socket) return;
+      for (const stop of this.stops.values()) this.say({ stop });
+      this.say({ subscribe: this.subscription });
+    };
     socket.onmessage = (event: MessageEvent<string>) => {
+      const frame = JSON.parse(event.data) as LiveFrame | LiveAnswer;
+      // What became of a stop is true however late it comes.
+      if ("stop" in frame) return this.handlers.stopped?.(frame.stop);
       // What was said before the computer slept is not what is.
       this.look();
       if (socket !== this.socket) return;
-      const frame = JSON.parse(event.data) as LiveFrame;
       const nowMs = performance.now();
       const dueMs = this.arrivals.dueMs(frame.now_us, nowMs);
       // Behind this one others wait that are old too; a new connection begins with the present.
@@ -102,14 +147,14 @@ export class Live {
     this.handlers.lost();
     void this.checkLogin();
     // Half to all of the wait, so that many browsers do not come back at the same moment.
-    window.setTimeout(() => this.ended || this.connect(), this.wait * (0.5 + Math.random() / 2));
+    this.pause = window.setTimeout(() => this.connect(), this.wait * (0.5 + Math.random() / 2));
     this.wait = Math.min(this.wait * 2, LONGEST_WAIT_MS);
   }
 
   /** A refused socket does not say why; an ordinary request does. */
   private async checkLogin(): Promise<void> {
     try {
-      await getJson<Me>("/api/v1/me");
+      await getJson<Me>("/api/v1/me", AbortSignal.timeout(LOGIN_MS));
     } catch (error) {
       if (error instanceof Refusal && (error.status === 401 || error.status === 403)) {
         this.close();

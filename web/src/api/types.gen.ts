@@ -892,7 +892,7 @@ text: string, };
 
 export type Import = { 
 /**
- * Its number, growing while the server runs.
+ * Its number, growing.
  */
 id: number, 
 /**
@@ -936,7 +936,7 @@ damaged_bytes: number,
  */
 problems: Array<string>, };
 
-export type ImportState = "running" | "done" | "failed";
+export type ImportState = "running" | "done" | "failed" | "cancelled";
 
 export type ImportedPlan = { 
 /**
@@ -1105,6 +1105,8 @@ connections: number,
  */
 chart: VesselChart, };
 
+export type LiveAnswer = { "stop": LiveStopped };
+
 export type LiveFrame = { 
 /**
  * The server's clock, µs since 1970 UTC.
@@ -1151,7 +1153,39 @@ alarms: Array<Alarm>,
  */
 recording: string | null, };
 
-export type LiveRequest = { "subscribe": Subscription };
+export type LiveRequest = { "subscribe": Subscription } | { "stop": LiveStop };
+
+export type LiveStop = { 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * Tells the windows of a person apart; empty for scripts. 64 bytes at most.
+ */
+window: string, 
+/**
+ * Names this stop; 1 to 64 bytes.
+ */
+key: string, };
+
+export type LiveStopped = { 
+/**
+ * IMC address of the vessel.
+ */
+vessel: number, 
+/**
+ * As it was sent.
+ */
+key: string, 
+/**
+ * The order; null where it was refused.
+ */
+ordered: Ordered | null, 
+/**
+ * Why it was refused; null where it was not.
+ */
+refused: string | null, };
 
 export type Liveness = "live" | "late" | "stale" | "lost";
 
@@ -1291,6 +1325,10 @@ window: string, };
 
 export type Ordered = { 
 /**
+ * The command's number. What was sent several times with one key has one number.
+ */
+id: number, 
+/**
  * When it was handed on, by the server's clock, µs since 1970 UTC.
  */
 time_us: number, 
@@ -1299,9 +1337,9 @@ time_us: number,
  */
 reached: boolean, 
 /**
- * Whether the audit log holds it. A stop goes out all the same.
+ * Whether it waits for a way: it is sent as soon as the vessel is heard, within ten minutes.
  */
-audited: boolean, };
+waits: boolean, };
 
 export type Parameter = { 
 /**

@@ -31,9 +31,14 @@ export function startFleet(root: HTMLElement): void {
   let state = EMPTY;
   let linked = true;
   let selected: number | undefined;
+  /** Whether a person chose it. */
+  let byPerson = false;
+  /** Systems that were heard while this page was open. */
+  const met = new Set<number>();
   const tracks = new Map<number, Track>();
   const select = (address: number): void => {
     selected = address;
+    byPerson = true;
     drawMap();
     drawTables();
   };
@@ -51,6 +56,14 @@ export function startFleet(root: HTMLElement): void {
     ]
       .map((system) => ({ ...system, name: names[String(system.address)] ?? system.name }))
       .sort((one, other) => systemName(one).localeCompare(systemName(other)));
+  const isOurs = (system: System): boolean => String(system.address) in names;
+  const isGone = (system: System): boolean => system.liveness === "lost" || system.liveness === "stale";
+  /** The vessel that is shown while nobody has chosen: one with a name from people before others, one that is heard before one that is not. */
+  const firstOf = (known: readonly System[]): System | undefined => {
+    const rank = (system: System): number => (isOurs(system) ? 4 : 0) + (isGone(system) ? 0 : 2) + (system.fix ? 1 : 0);
+    const best = Math.max(...known.map(rank));
+    return known.find((system) => rank(system) === best && (isOurs(system) || !isGone(system)));
+  };
   const labels = (system: System): Map<number, string> =>
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
@@ -66,11 +79,14 @@ export function startFleet(root: HTMLElement): void {
   const drawTables = (): void => {
     const nowUs = serverNowUs(state, performance.now());
     const known = systems();
-    if (selected === undefined) selected = (known.find((system) => system.fix) ?? known[0])?.address;
+    for (const system of known) if (!isGone(system)) met.add(system.address);
+    const before = known.find((system) => system.address === selected);
+    if (!byPerson && (!before || (isGone(before) && !isOurs(before)))) selected = firstOf(known)?.address ?? selected;
     list.update(known.map((system) => listed(system, nowUs)), selected, nowUs, linked);
     const chosen = known.find((system) => system.address === selected);
     setAttribute(valueBox, "hidden", chosen ? null : "");
-    chrome.stop?.target(chosen ? { address: chosen.address, name: systemName(chosen) } : undefined);
+    // A stranger that is gone does not come to where the STOP of a vessel of these people is looked for.
+    chrome.stop?.target(chosen && (isOurs(chosen) || met.has(chosen.address)) ? { address: chosen.address, name: systemName(chosen) } : undefined);
     if (chosen) values.update(systemName(chosen), [...(state.values.get(chosen.address)?.values() ?? [])], labels(chosen), nowUs);
   };
 
@@ -103,8 +119,10 @@ export function startFleet(root: HTMLElement): void {
       due = true;
       requestAnimationFrame(() => {
         due = false;
-        for (const system of state.systems.values()) follow(system);
-        drawMap();
+        chrome.draw("map", () => {
+          for (const system of state.systems.values()) follow(system);
+          drawMap();
+        });
       });
     },
     lost() {
@@ -114,8 +132,8 @@ export function startFleet(root: HTMLElement): void {
     },
   });
   window.setInterval(() => {
-    drawTables();
-    drawMap();
+    chrome.draw("tables", drawTables);
+    chrome.draw("map", drawMap);
   }, TABLES_MS);
   const form = document.querySelector<HTMLFormElement>("form#export");
   if (form) void fillExport(form);

@@ -1,12 +1,15 @@
 // Uploading logs, one after the other, and how far the server is with reading them.
 
-import { csrf, getJson, reason } from "../api/http";
+import { csrf, getJson, postJson, reason } from "../api/http";
+import { inTurn } from "../api/traffic";
 import type { Import, Recorded } from "../api/types.gen";
 import { make, setText } from "../ui/dom";
 import { hexAddress, utc } from "../ui/format";
 
 /** The server is asked how far it is so often, ms. */
 const AGAIN_MS = 1_000;
+/** So long it may take to answer that an import is to end, ms. */
+const CANCEL_MS = 5_000;
 
 export function startImport(form: HTMLFormElement): void {
   const field = form.elements.namedItem("files");
@@ -40,7 +43,8 @@ function send(file: File, root: HTMLElement): Promise<void> {
   const bar = make("progress", { max: "1", value: "0", "aria-label": `Upload of ${file.name}` });
   const text = make("span", {}, `${file.name}: uploading …`);
   root.append(make("p", { class: "row" }, text, bar));
-  return new Promise((done) => {
+  const never = new AbortController().signal;
+  return inTurn("act", never, () => new Promise((done) => {
     const request = new XMLHttpRequest();
     request.open("POST", `/api/v1/import?name=${encodeURIComponent(file.name)}`);
     request.setRequestHeader("x-csrf-token", csrf());
@@ -53,7 +57,7 @@ function send(file: File, root: HTMLElement): Promise<void> {
       done();
     };
     request.send(file);
-  });
+  }));
 }
 
 function told(request: XMLHttpRequest): string {
@@ -67,6 +71,9 @@ function told(request: XMLHttpRequest): string {
 async function list(root: HTMLElement): Promise<void> {
   try {
     const imports = await getJson<Import[]>("/api/v1/import");
+    const now = JSON.stringify(imports);
+    if (root.dataset["told"] === now) return;
+    root.dataset["told"] = now;
     if (!imports.length) {
       root.replaceChildren(make("p", { class: "dim" }, "None."));
       return;
@@ -76,12 +83,27 @@ async function list(root: HTMLElement): Promise<void> {
     const rows = imports.map((one) => {
       const damaged = one.damaged_bytes ? [`${one.damaged_bytes} bytes are no packets`] : [];
       const cells = [one.name, one.person, utc(one.since_us), one.state, String(one.packets), String(one.added), [...one.problems, ...damaged].join("; ")];
-      return make("tr", { "data-import": one.state }, ...cells.map((text, index) => make("td", index === 2 || index === 4 || index === 5 ? { class: "num" } : {}, text)));
+      const cancel = one.state === "running" ? [cancelButton(one)] : [];
+      return make("tr", { "data-import": one.state }, ...cells.map((text, index) => make("td", index === 2 || index === 4 || index === 5 ? { class: "num" } : {}, text, ...(index === 3 ? cancel : []))));
     });
     root.replaceChildren(make("div", { class: "wide", tabindex: "0", role: "region", "aria-label": "Imports" }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...rows))));
   } catch (error) {
+    delete root.dataset["told"];
     root.replaceChildren(make("p", { class: "bad-text" }, reason(error)));
   }
+}
+
+/** Ends an import; what was read stays. */
+function cancelButton({ id, name }: Import): HTMLElement {
+  const button = make("button", { type: "button", "aria-label": `Cancel the import of ${name}` }, "Cancel");
+  button.addEventListener("click", () => {
+    button.setAttribute("disabled", "");
+    postJson<Import>(`/api/v1/import/${id}/cancel`, CANCEL_MS).catch((error: unknown) => {
+      button.removeAttribute("disabled");
+      button.title = reason(error);
+    });
+  });
+  return button;
 }
 
 /** Everything that said where it was, with the way to the page on which it is replayed. */

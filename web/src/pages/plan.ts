@@ -469,8 +469,8 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
     const nowUs = serverNowUs(fleet, performance.now());
     map.update(systems.map((system) => asSeen(system, fleet.values.get(system.address), nowUs, linked)), undefined, nowUs);
   };
-  window.setInterval(drawVessels, VESSELS_MS);
-  createChrome({ messages: ["VehicleState", "EstimatedState", "GpsFix", "Announce"], events: false, every_ms: 500 }, {
+  window.setInterval(() => chrome.draw("vessels", drawVessels), VESSELS_MS);
+  const chrome = createChrome({ messages: ["VehicleState", "EstimatedState", "GpsFix", "Announce"], events: false, every_ms: 500 }, {
     lost() {
       linked = false;
       drawVessels();

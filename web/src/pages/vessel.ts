@@ -122,7 +122,7 @@ export function startVessel(root: HTMLElement): void {
   const point = (): void => {
     if (due) return;
     due = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame(() => chrome.draw("cursor", () => {
       due = false;
       if (whole) draw();
       whole = false;
@@ -136,7 +136,7 @@ export function startVessel(root: HTMLElement): void {
       setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
       drawPlace();
       drawBar();
-    });
+    }));
   };
   let byPlot = false;
   const hover = (us: number | null, plot = false): void => {
@@ -478,5 +478,7 @@ export function startVessel(root: HTMLElement): void {
       draw();
     },
   });
-  window.setInterval(draw, TABLES_MS);
+  // STOP waits for no frame.
+  chrome.stop?.target({ address, name: given ?? hexAddress(address) });
+  window.setInterval(() => chrome.draw("instruments", draw), TABLES_MS);
 }

@@ -9,7 +9,7 @@ let mine: string | undefined;
  * only while no page is open in the tab.
  */
 export function windowKey(): string {
-  mine ??= taken() ?? made();
+  mine ??= taken() ?? newKey();
   return mine;
 }
 
@@ -21,6 +21,7 @@ function taken(): string | null {
   return known;
 }
 
-function made(): string {
+/** A key that nobody else makes. */
+export function newKey(): string {
   return [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }

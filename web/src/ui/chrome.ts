@@ -1,15 +1,22 @@
 // What stands on every page: whether the server is heard, trouble with the recording, STOP, the palette.
 
+import { postForm } from "../api/http";
 import { Live } from "../api/live";
-import type { LiveFrame, Subscription, System } from "../api/types.gen";
+import { linkIs } from "../api/traffic";
+import type { LiveFrame, LiveStop, Subscription, System } from "../api/types.gen";
 import { type Alarms, NO_ALARMS } from "../state/alarms";
 import { EMPTY, type FleetState, withFrame } from "../state/fleet";
+import { unheard } from "../state/order";
 import { windowKey } from "../state/window";
 import { createAlarms } from "./alarms";
+import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
 import { asCalled, hexAddress, systemName } from "./format";
+
+/** The palette is kept by the server within this, or not at all, ms. */
+const PALETTE_MS = 8_000;
 
 export interface ChromeHandlers {
   /** A frame came. */
@@ -24,6 +31,8 @@ export interface Chrome {
   alarms(): Alarms;
   /** Sounds once as a warning does, where sound is on. */
   attention(): void;
+  /** Draws a part of the page. While a part fails, the page is grey and says so. */
+  draw(part: string, work: () => void): void;
 }
 
 /** Watches the server by the page's subscription. */
@@ -31,7 +40,11 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   const link = document.getElementById("link");
   const trouble = document.getElementById("trouble");
   const [buttons, orders] = [document.getElementById("stop"), document.getElementById("orders")];
-  const stop = buttons && orders ? createStop(buttons, orders) : undefined;
+  const line = {
+    stop: (stop: LiveStop): void => live.stop(stop),
+    giveUp: (key: string): void => live.giveUp(key),
+  };
+  const stop = buttons && orders ? createStop(buttons, orders, line) : undefined;
   const asked = document.getElementById("requests");
   const requests = asked ? createRequests(asked, asked.dataset["me"] ?? "") : undefined;
   const alarmBox = document.getElementById("alarms");
@@ -39,36 +52,58 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   const names = givenNames();
   let alarms = NO_ALARMS;
   let state = EMPTY;
+  let heard: boolean | undefined;
+  const boundary = createBoundary(() => tell());
+  /** Live is what was drawn of what is heard. */
+  const tell = (): void => {
+    const failed = boundary.failed();
+    if (heard === undefined && !failed) return;
+    setAttribute(document.body, "data-link", heard && !failed ? "up" : "down");
+    if (!link) return;
+    if (failed) setText(link, "This page failed: what you see may be old. STOP works. Load the page anew.");
+    else if (heard) setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
+    else setText(link, "No link to the server: what you see is old. Trying again …");
+  };
   palette();
   keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();
   const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+  stop?.vessels(named(EMPTY, names));
   if (stop && subscription.systems) everyVessel(stop, names, loggedOut);
-  new Live(subscription, {
+  const live = new Live(subscription, {
     frame(frame, atMs) {
-      state = withFrame(state, frame, atMs);
-      setAttribute(document.body, "data-link", "up");
-      if (link) setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
-      if (trouble) {
+      linkIs(true);
+      heard = true;
+      // Each by itself: what fails takes no other part with it, and STOP least of all.
+      boundary.take("state", () => (state = withFrame(state, frame, atMs)));
+      boundary.take("stop", () => {
+        stop?.frame(frame);
+        if (!subscription.systems) stop?.vessels(named(state, names));
+      });
+      boundary.take("trouble", () => {
+        if (!trouble) return;
         setAttribute(trouble, "hidden", state.recording ? null : "");
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
-      }
-      stop?.frame(frame);
-      if (!subscription.systems) stop?.vessels(named(state, names));
-      requests?.frame(frame, (address) => called(state, names, address));
-      if (bar) alarms = bar.frame(frame);
-      handlers.frame?.(state, frame);
+      });
+      boundary.take("requests", () => requests?.frame(frame, (address) => called(state, names, address)));
+      boundary.take("alarms", () => {
+        if (bar) alarms = bar.frame(frame);
+      });
+      boundary.take("page", () => handlers.frame?.(state, frame));
+      tell();
     },
     lost() {
-      setAttribute(document.body, "data-link", "down");
-      if (link) setText(link, "No link to the server: what you see is old. Trying again …");
-      bar?.lost();
-      handlers.lost?.();
+      linkIs(false);
+      heard = false;
+      tell();
+      boundary.take("alarms", () => bar?.lost());
+      boundary.take("page", () => handlers.lost?.());
     },
     loggedOut,
+    stopped: (answer) => stop?.stopped(answer),
   });
-  return { stop, alarms: () => alarms, attention: () => bar?.attention() };
+  return { stop, alarms: () => alarms, attention: () => bar?.attention(), draw: boundary.draw };
 }
 
 /** A page that follows some vessels only has all of them under STOP: what they do is heard beside it, and little of it. */
@@ -98,8 +133,10 @@ function givenNames(): Names {
   return JSON.parse(told?.["names"] ?? told?.["vessels"] ?? "{}") as Names;
 }
 
+/** All that there are, with those that have a name from people, whether they are heard or not. */
 function named(state: FleetState, names: Names): System[] {
-  return asCalled([...state.systems.values()], names).sort((one, other) => systemName(one).localeCompare(systemName(other)));
+  const silent = Object.entries(names).filter(([address]) => !state.systems.has(Number(address)));
+  return asCalled([...state.systems.values(), ...silent.map(([address, name]) => unheard(Number(address), name))], names).sort((one, other) => systemName(one).localeCompare(systemName(other)));
 }
 
 /** What gets the focus is scrolled to below what stays at the top. */
@@ -127,6 +164,6 @@ function palette(): void {
     const body = new URLSearchParams();
     for (const [name, value] of new FormData(form, button)) if (typeof value === "string") body.append(name, value);
     // Where the server is not reached it is this page's palette alone.
-    fetch(form.action, { method: "POST", body, redirect: "manual" }).catch(() => undefined);
+    postForm(form.action, body, PALETTE_MS).catch(() => undefined);
   });
 }

@@ -8,7 +8,7 @@ export function csv(head: readonly string[], rows: readonly (readonly (string | 
 function cell(value: string | number | null): string {
   if (value === null) return "";
   if (typeof value === "number") return String(value);
-  const guarded = /^[=+\-@\t\r']/.test(value) ? `'${value}` : value;
+  const guarded = /^[=+\-@＝＋－＠\t\r\n']/.test(value) ? `'${value}` : value;
   return /[",\r\n]/.test(guarded) ? `"${guarded.replaceAll('"', '""')}"` : guarded;
 }
 

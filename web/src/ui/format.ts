@@ -1,6 +1,7 @@
 // The one place where numbers become text. Fixed decimals, so that nothing jumps.
 
 import type { Field, Fix } from "../api/types.gen";
+import { named } from "../state/foreign";
 
 const DEG = 180 / Math.PI;
 const KNOTS = 3_600 / 1_852;
@@ -96,9 +97,6 @@ export function isShore(system: { doors: readonly string[] }): boolean {
   return system.doors.length > 0 && system.doors.every((door) => door === "shore");
 }
 
-/** Letters that turn the direction of what is read: a name with them looks like another. */
-const TURNING = /[\u200e\u200f\u202a-\u202e\u2066-\u2069]/g;
-
 /** An IMC address as people write it. */
 export function hexAddress(address: number): string {
   return `0x${address.toString(16).toUpperCase().padStart(4, "0")}`;
@@ -106,7 +104,7 @@ export function hexAddress(address: number): string {
 
 /** A system's name, or its address where nobody has named it. */
 export function systemName(system: { address: number; name: string | null }): string {
-  return system.name?.replace(TURNING, "") || `unknown ${hexAddress(system.address)}`;
+  return named(system.name ?? "") || `unknown ${hexAddress(system.address)}`;
 }
 
 /**

@@ -49,7 +49,7 @@ function whatItWillDo({ entity, words, saidUs, dueUs }: LinkLoss, nowUs: number)
   if (saidUs === null || !words) return `What it will do without the link is not known: ${entity} has said nothing.`;
   const left = dueUs === null ? "" : dueUs > nowUs ? ` That is in ${span((dueUs - nowUs) / 1e6)}.` : ` That time is past by ${span((nowUs - dueUs) / 1e6)}: it does so now unless it hears a console.`;
   // Words of a Lutra vessel that hears a console begin so; whether it still does is not what they are read for.
-  const then = words.replace(/^in contact; without: /, "");
+  const then = words.replace(/^(in contact|not heard for [^;]*); without: /, "");
   const heard = then === words ? "" : ", while it heard a console";
   return `What it will do without the link, as its ${entity} said ${utc(saidUs, false)}${heard}: ${then}.${left}`;
 }

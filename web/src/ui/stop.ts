@@ -1,18 +1,18 @@
 // STOP: always there, never asked back, and true about how far it got.
 
-import { postJson, reason } from "../api/http";
-import type { LiveFrame, Ordered, System, Update } from "../api/types.gen";
+import type { LiveFrame, LiveStopped, Ordered, System, Update } from "../api/types.gen";
+import { createStopping, type StopLine, type Stopping } from "../control/stopping";
 import { meaning } from "../state/vitals";
 import { make, setAttribute, setText } from "./dom";
 import { isShore, systemName, utc } from "./format";
 
-/** The server answers a stop within this, ms. */
-const PATIENCE_MS = 4_000;
 /** A vessel that has not told of the effect by then is said not to have stopped, s. */
 const EFFECT_S = 8;
 /** A vessel that stopped is watched for so long whether it goes on, s. */
 const WATCHED_S = 120;
-/** Orders that are shown; older ones go. */
+/** A stop that no way leads to waits so long for its vessel, µs. */
+const WAITS_US = 600_000_000;
+/** Orders that are shown; older ones go, but for those without an answer. */
 const SHOWN = 5;
 
 interface Order {
@@ -20,6 +20,8 @@ interface Order {
   readonly name: string;
   readonly root: HTMLElement;
   readonly text: HTMLElement;
+  /** While the server has not answered. */
+  asking: Stopping | undefined;
   ordered: Ordered | undefined;
   /** After so many seconds the effect was seen, in what came when (µs). */
   effectS: number | undefined;
@@ -30,46 +32,76 @@ interface Order {
 export interface Stop {
   /** The vessel that the page is about; undefined for none. */
   target(vessel: { address: number; name: string } | undefined): void;
+  /** The server answered a stop by the live socket. */
+  stopped(answer: LiveStopped): void;
   /** What vessels say, in which the effect of a stop is looked for. */
   frame(frame: LiveFrame): void;
   /** All that there are, of which those are offered that the person may stop. */
   vessels(systems: readonly System[]): void;
 }
 
-/** `root` holds the buttons, `orders` what became of each stop. */
-export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
+/** `root` holds the buttons, `orders` what became of each stop, which goes by `line` and by a request. */
+export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLine): Stop {
   const listed = root.dataset["stops"] ?? "";
   const may = (address: number): boolean => listed === "all" || listed.split(",").includes(String(address));
   const open: Order[] = [];
   let aim: { address: number; name: string } | undefined;
   let others = "";
 
-  const order = async (address: number, name: string): Promise<void> => {
+  const order = (address: number, name: string): void => {
+    // Whoever presses again while nothing was answered wants the same, sooner.
+    const before = open.find((one) => one.address === address && one.asking);
+    if (before) return before.asking?.again();
     const text = make("span", { class: "what" }, `STOP ${name}: asking the server …`);
     const away = make("button", { type: "button", class: "away", "aria-label": `Put away: STOP ${name}` }, "✕");
     const row = make("div", { class: "order", "data-stage": "asked" }, text, away);
-    const one: Order = { address, name, root: row, text, ordered: undefined, effectS: undefined, effectUs: 0, over: false };
+    const one: Order = { address, name, root: row, text, asking: undefined, ordered: undefined, effectS: undefined, effectUs: 0, over: false };
+    const since = utc(Date.now() * 1_000, false);
+    const answered = (): void => {
+      one.asking = undefined;
+      setText(away, "✕");
+      setAttribute(away, "aria-label", `Put away: STOP ${name}`);
+    };
     away.addEventListener("click", () => {
+      if (one.asking) {
+        one.asking.giveUp();
+        answered();
+        return end(one, "failed", `STOP ${name}: given up, without an answer since ${since}. Nobody knows whether it was sent.`);
+      }
       row.remove();
       one.over = true;
     });
     open.push(one);
     orders.prepend(row);
-    while (orders.children.length > SHOWN) orders.lastElementChild?.remove();
-    try {
-      const ordered = await postJson<Ordered>(`/api/v1/vessels/${address}/abort`, PATIENCE_MS);
-      one.ordered = ordered;
-      const audit = ordered.audited ? "" : " The audit log could not be written.";
-      if (ordered.reached) tell(one, "sent", `STOP ${name}: accepted, sent ${utc(ordered.time_us, false)}; waiting for the vessel to say that it stopped …${audit}`);
-      else end(one, "failed", `STOP ${name}: NOT SENT. No door leads to the vessel. Stop it by other means; try again when it is heard.${audit}`);
-    } catch (error) {
-      end(one, "failed", `STOP ${name}: NOT SENT. ${reason(error)}`);
-    }
+    one.asking = createStopping(line, address, {
+      answered(ordered) {
+        answered();
+        one.ordered = ordered;
+        if (ordered.reached) tell(one, "sent", sentText(name, ordered.time_us));
+        else if (ordered.waits) tell(one, "failed", `STOP ${name}: NOT SENT YET. No way leads to the vessel. It is sent as soon as the vessel is heard, until ${utc(ordered.time_us + WAITS_US, false)}. Until then stop it by other means.`);
+        else end(one, "failed", `STOP ${name}: NOT SENT. Stop the vessel by other means; try again.`);
+      },
+      refused(why) {
+        answered();
+        end(one, "failed", `STOP ${name}: NOT SENT. ${why}`);
+      },
+      unanswered(why) {
+        tell(one, "failed", `STOP ${name}: NOT SENT as far as is known. ${why} Trying again since ${since} … Stop it by other means.`);
+        setText(away, "Give up");
+        setAttribute(away, "aria-label", `Give up: STOP ${name}`);
+      },
+    });
+    tidy();
+  };
+  /** Takes away the oldest orders beyond those that are shown. */
+  const tidy = (): void => {
+    const done = [...orders.children].filter((row) => !open.some((one) => one.root === row && one.asking));
+    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - SHOWN))) row.remove();
   };
 
   const button = (address: number, name: string): HTMLButtonElement => {
     const made = make("button", { type: "button", class: "halt" }, `STOP ${name}`);
-    made.addEventListener("click", () => void order(address, name));
+    made.addEventListener("click", () => order(address, name));
     return made;
   };
   const form = root.querySelector("form");
@@ -79,8 +111,10 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
   const menu = make("details", { hidden: "" }, summary, list);
   if (form) {
     form.addEventListener("submit", (event) => {
+      // Before the script knows its vessel, the form goes as it is.
+      if (!aim) return;
       event.preventDefault();
-      if (aim) void order(aim.address, aim.name);
+      order(aim.address, aim.name);
     });
   }
   root.append(...(form ? [menu] : [main, menu]));
@@ -88,7 +122,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
     // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
     if (!(event.ctrlKey && event.key === ".") || event.repeat) return;
     event.preventDefault();
-    if (aim) return void order(aim.address, aim.name);
+    if (aim) return order(aim.address, aim.name);
     // Where the page is about no vessel, somebody has to say which.
     if (menu.hasAttribute("hidden")) return;
     menu.open = true;
@@ -105,6 +139,9 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
       root.title = aim ? "Ends what the vessel does and stops its motors. Ctrl and . do the same." : "";
       others = "";
     },
+    stopped(answer) {
+      for (const one of open) one.asking?.heard(answer);
+    },
     frame(frame) {
       for (const one of open) follow(one, frame);
       for (let at = open.length - 1; at >= 0; at--) if (open[at]?.over) open.splice(at, 1);
@@ -113,19 +150,39 @@ export function createStop(root: HTMLElement, orders: HTMLElement): Stop {
       const vessels = systems.filter((system) => may(system.address) && !isShore(system) && system.kind !== "CCU");
       const here = vessels.map((system) => `${system.address}/${systemName(system)}`).join("\n");
       if (here !== others) {
-        others = here;
         const rest = vessels.filter((system) => system.address !== aim?.address);
         setAttribute(menu, "hidden", rest.length ? null : "");
         setText(summary, aim ? "Others …" : "STOP …");
         list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
+        others = here;
       }
     },
   };
 }
 
+/** Looks whether a stop that waits for its vessel was sent meanwhile; then its effect is looked for from there. */
+function followWaiting(order: Order, ordered: Ordered, frame: LiveFrame): Ordered | undefined {
+  const steps = frame.commands.find(({ id }) => id === ordered.id)?.steps ?? [];
+  const sent = steps.find(({ stage }) => stage === "sent");
+  const last = steps.at(-1);
+  if (sent) {
+    order.ordered = { ...ordered, waits: false, reached: true, time_us: sent.time_us };
+    tell(order, "sent", sentText(order.name, sent.time_us));
+    return order.ordered;
+  }
+  if (last && ["expired", "refused", "timed out"].includes(last.stage)) {
+    end(order, "failed", `STOP ${order.name}: NOT SENT: ${last.text}. Stop the vessel by other means; try again.`);
+  }
+  return undefined;
+}
+
+function sentText(name: string, timeUs: number): string {
+  return `STOP ${name}: accepted, sent ${utc(timeUs, false)}; waiting for the vessel to say that it stopped …`;
+}
+
 /** Looks for the effect in what the vessel says. */
 function follow(order: Order, frame: LiveFrame): void {
-  const { ordered } = order;
+  const ordered = order.ordered?.waits ? followWaiting(order, order.ordered, frame) : order.ordered;
   if (order.over || !ordered) return;
   const after = (update: Update): boolean =>
     update.system === order.address && update.abbrev === "VehicleState" && update.received_us >= ordered.time_us;

@@ -54,6 +54,8 @@ pub enum Kind {
     NotHeard,
     /// Nothing came from a vessel that has a link since the server started.
     NeverHeard,
+    /// Somebody else speaks in the name of a vessel that has a link.
+    OtherSource,
     /// The vessel does not know where it is.
     Position,
     /// The vessel hears no console, though the shore hears the vessel.
@@ -84,10 +86,11 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Grounding,
         Self::NotHeard,
         Self::NeverHeard,
+        Self::OtherSource,
         Self::Position,
         Self::NoConsole,
         Self::Battery,
@@ -109,6 +112,7 @@ impl Kind {
             Self::Grounding => "grounding",
             Self::NotHeard => "not_heard",
             Self::NeverHeard => "never_heard",
+            Self::OtherSource => "other_source",
             Self::Position => "position",
             Self::NoConsole => "no_console",
             Self::Battery => "battery",
@@ -149,6 +153,13 @@ impl Kind {
                 "Where it is and what it does is not known here; what the history has of it is older.",
                 "Look at Admin, Doors, and at the vessel. Of one that is laid up revoke the link token, or forget it \
                  under Admin, Vessels.",
+            ),
+            Self::OtherSource => (
+                "The vessel has a link with a token; by a door without passwords another program, another vessel with the \
+                 same IMC address, or the vessel itself by a second way sends packets in its name.",
+                "They are refused: neither shown, nor recorded, nor passed on, and no order goes there.",
+                "Look at the address above. If it is the vessel itself, switch that way off aboard or name the door \
+                 in doors.trusted; if not, stop it, or narrow the door by its allow list.",
             ),
             Self::Position => (
                 "The satellite compass gives no good position, or navigation does not run.",
@@ -223,7 +234,12 @@ impl Kind {
     /// How long the trouble must last before it is one.
     pub(crate) const fn delay(self) -> Duration {
         Duration::from_secs(match self {
-            Self::Grounding | Self::LogBook | Self::Recording | Self::TooMany | Self::NotHeard => 0,
+            Self::Grounding
+            | Self::LogBook
+            | Self::OtherSource
+            | Self::Recording
+            | Self::TooMany
+            | Self::NotHeard => 0,
             Self::Motor => 2,
             Self::Position | Self::Part => 3,
             Self::Battery | Self::NoConsole => 5,
@@ -239,6 +255,11 @@ impl Kind {
             Self::Battery | Self::Disk | Self::Clock => 30,
             _ => 5,
         })
+    }
+
+    /// Whether it is told also of a vessel from which nothing comes.
+    pub(crate) const fn outlives_silence(self) -> bool {
+        matches!(self, Self::NotHeard | Self::OtherSource)
     }
 
     /// Whether a warning that nobody acknowledges becomes an alarm.

@@ -7,7 +7,7 @@ use super::{Key, Kind, Priority, Trouble};
 use crate::fleet::{Fleet, Liveness, Series, SeriesKey, System};
 use crate::{Door, Now};
 use imc::messages::{
-    EntityState, EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Payload,
+    Abort, EntityState, EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Payload,
     SystemType, TBRSensor, Teleoperation, VehicleState, VehicleStateOpMode,
 };
 use imc::{Address, PacketView};
@@ -30,6 +30,8 @@ const CLOCK_OFFSET_S: f64 = 0.1;
 const CLOCK_HYSTERESIS: f64 = 0.8;
 /// An error in a log book is an alarm for so long.
 const LOG_BOOK_LASTS: Duration = Duration::from_mins(1);
+/// What a log book says of an abort so soon after the order is no trouble.
+const ABORT_TOLD: Duration = Duration::from_secs(10);
 /// Errors of log books that are kept; the oldest goes first.
 const LOG_BOOK_KEPT: usize = 1_000;
 /// Free space of the server's disk below which that is told (bytes, and part of the whole).
@@ -47,6 +49,17 @@ pub struct LinkClock {
     pub uncertainty_s: f64,
 }
 
+/// Somebody else speaks in the name of a vessel that has a link, and is not believed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Contradiction {
+    /// The vessel.
+    pub vessel: Address,
+    /// Where the other came in.
+    pub door: Door,
+    /// What the other is called there: its address above all.
+    pub peer: String,
+}
+
 /// What the server says of itself.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outside {
@@ -56,6 +69,8 @@ pub struct Outside {
     pub expected: Vec<Address>,
     /// Vessels with a link that is up that hold another sea chart than the shore, and what of it.
     pub charts: Vec<(Address, String)>,
+    /// Who else speaks in the name of vessels that have a link.
+    pub contradictions: Vec<Contradiction>,
     /// Why nothing is recorded.
     pub recording: Option<String>,
     /// Why the history lags behind.
@@ -76,8 +91,8 @@ impl Seen {
     /// Whether nobody can say at the moment if this holds.
     pub(super) fn unknown(&self, key: &Key) -> bool {
         key.vessel.is_some_and(|vessel| match key.kind {
-            // Whether it came in since the start, and whether it is expected, is always known.
-            Kind::NeverHeard => false,
+            // Whether it came in since the start, whether it is expected and who else speaks is always known.
+            Kind::NeverHeard | Kind::OtherSource => false,
             Kind::NotHeard => !self.heard.contains(&vessel) && !self.silent.contains(&vessel),
             _ => !self.heard.contains(&vessel),
         })
@@ -96,6 +111,8 @@ pub(super) fn is_of_position(key: &Key) -> bool {
 pub(super) struct Look {
     /// Events up to here were read.
     events: u64,
+    /// When each vessel was last told to abort.
+    aborts: BTreeMap<Address, MonoTime>,
     /// Errors in log books, by vessel and part.
     entries: BTreeMap<(Address, String), (MonoTime, Priority, String)>,
     /// What was beyond its threshold at the last look.
@@ -122,6 +139,7 @@ impl Look {
         let began = *self.began.get_or_insert(now.utc);
         let never = outside.expected.iter().filter(|vessel| !came_in(fleet, **vessel));
         seen.troubles.extend(never.map(|vessel| never_heard(*vessel, began)));
+        seen.troubles.extend(outside.contradictions.iter().map(other_source));
         seen.troubles.extend(of_server(outside));
         seen
     }
@@ -159,19 +177,29 @@ impl Look {
     }
 
     fn read_log_books(&mut self, now: Now, fleet: &Fleet) {
-        let changes = fleet.changes(self.events, usize::MAX, |_, key| key.id == LogBookEntry::ID);
+        self.aborts.retain(|_, at| now.mono.since(*at) < ABORT_TOLD);
+        let wanted = |_, key: SeriesKey| matches!(key.id, LogBookEntry::ID | Abort::ID);
+        let changes = fleet.changes(self.events, usize::MAX, wanted);
         self.events = changes.revision;
         for event in &changes.events {
             let Ok(view) = PacketView::unchecked(&event.packet) else { continue };
+            if view.id() == Abort::ID && fleet.system(view.dst()).is_some() {
+                self.aborts.insert(view.dst(), now.mono);
+            }
             let Ok(Some(entry)) = imc::decode::<LogBookEntry>(&view) else { continue };
             let priority = match entry.r#type {
                 LogBookEntryType::Critical => Priority::Warning,
                 LogBookEntryType::Error => Priority::Caution,
                 _ => continue,
             };
+            let words = entry.text.to_str_lossy();
+            if self.aborts.contains_key(&view.src()) && words.to_lowercase().contains("abort") {
+                // It does what it was told.
+                continue;
+            }
             let label = fleet.system(view.src()).and_then(|system| system.entity(view.src_ent()));
             let part = label.map_or_else(|| format!("entity {}", view.src_ent()), str::to_owned);
-            let text = format!("{part}: {}", entry.text.to_str_lossy());
+            let text = format!("{part}: {words}");
             self.entries.insert((view.src(), part), (now.mono, priority, text));
         }
         self.entries.retain(|_, (at, ..)| now.mono.since(*at) < LOG_BOOK_LASTS);
@@ -361,6 +389,13 @@ fn never_heard(vessel: Address, began: UtcTime) -> Trouble {
     let day = format!("{:04}-{:02}-{:02}", at.year, at.month, at.day);
     let text = format!("not heard since the server started at {day} {}", clock_text(began));
     trouble(vessel, Kind::NeverHeard, "", Priority::Caution, text)
+}
+
+fn other_source(claim: &Contradiction) -> Trouble {
+    let Contradiction { vessel, door, peer } = claim;
+    let text =
+        format!("{peer} speaks in its name by the door {door} and is refused: it is believed by its link");
+    trouble(*vessel, Kind::OtherSource, door.name(), Priority::Warning, text)
 }
 
 fn not_heard(system: &System) -> Trouble {

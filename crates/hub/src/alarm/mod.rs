@@ -8,7 +8,7 @@
 //! | normal | nothing is wrong | trouble that lasts for the kind's delay: unacknowledged (a caution: acknowledged, as it needs nobody) |
 //! | unacknowledged | wrong, and nobody said they know | a person: acknowledged; the trouble's end: returned |
 //! | acknowledged | wrong, and known | the trouble's end: normal; a higher priority: unacknowledged |
-//! | returned | was wrong, and nobody said they know | a person: normal; new trouble: unacknowledged |
+//! | returned | was wrong, and nobody said they know | a person: normal; new trouble that is more than a caution: unacknowledged |
 //!
 //! Against chattering trouble must last before it is one and be gone for a while before it is over; what came
 //! [`CHATTERS_FROM`] times within a minute stands until a whole minute was quiet. One situation is one alert: what a
@@ -25,7 +25,7 @@ mod record;
 mod tests;
 
 pub use kind::{Advice, Kind, Priority};
-pub use look::{LinkClock, Outside};
+pub use look::{Contradiction, LinkClock, Outside};
 pub use record::{Alarm, AlarmId, AlarmRefused, Key, Note, Said, Saved, Shelf, State, Trouble};
 
 use crate::Now;
@@ -166,6 +166,8 @@ impl Alarms {
         }
         match alarm.state {
             State::Normal | State::Returned if now.mono.since(alarm.turned) < key.kind.delay() => {}
+            // What is a caution by now needs nobody: it raises nothing that was more.
+            State::Returned if *priority == Priority::Caution => {}
             State::Normal | State::Returned => self.raise(now, trouble),
             State::Unacknowledged | State::Acknowledged => {
                 let more = *priority > alarm.priority;
@@ -195,13 +197,12 @@ impl Alarms {
         let Some(alarm) = self.all.get_mut(key) else { return };
         let again = alarm.state == State::Returned;
         if again {
-            alarm.priority = alarm.priority.max(*priority);
             alarm.count += 1;
         } else {
             self.last_id += 1;
-            alarm.id = AlarmId(self.last_id);
-            (alarm.priority, alarm.count, alarm.escalated, alarm.sounded) = (*priority, 1, false, 0);
+            (alarm.id, alarm.count, alarm.sounded) = (AlarmId(self.last_id), 1, 0);
         }
+        (alarm.priority, alarm.escalated) = (*priority, false);
         alarm.state = state_of(alarm.priority);
         alarm.text.clone_from(text);
         (alarm.since, alarm.raised, alarm.acknowledged) = (now.utc, now.mono, None);
@@ -256,7 +257,7 @@ impl Alarms {
         let mut turned = Vec::new();
         for alarm in self.all.values_mut() {
             let Some(vessel) = alarm.key.vessel else { continue };
-            let within = if alarm.key.kind == Kind::NotHeard {
+            let within = if alarm.key.kind.outlives_silence() {
                 None
             } else if silent.contains(&vessel) {
                 Some(Kind::NotHeard)

@@ -1,16 +1,21 @@
 //! What vessels say, as far as it tells what became of commands.
 
 use super::{
-    Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, Stage, VESSELS, is_same_value,
+    Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, REST_SEEN, Stage, VESSELS,
+    is_same_value,
 };
 use crate::Now;
 use imc::messages::{
-    EntityParameter, EntityParameters, LogBookEntry, Payload as _, PlanControl, PlanControlOp,
+    Aborted, EntityParameter, EntityParameters, LogBookEntry, Payload as _, PlanControl, PlanControlOp,
     PlanControlState, PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp,
     PlanDBState, PlanDBType, PlanSpecification,
 };
 use imc::{Address, PacketView};
 use units::UtcTime;
+
+/// Plans of one vessel that single answers may add up to; further ones are known when the vessel tells all of its list,
+/// which fits one packet.
+const PLANS: usize = 1_000;
 
 impl Commands {
     /// A packet of the present from a vessel.
@@ -18,6 +23,7 @@ impl Commands {
         let vessel = view.src();
         self.told.heard(now, view);
         match view.id() {
+            Aborted::ID => self.aborted(now, vessel),
             LogBookEntry::ID => {
                 if let Ok(Some(entry)) = imc::decode::<LogBookEntry>(view) {
                     self.entry(now, vessel, &entry.text.to_str_lossy());
@@ -52,7 +58,8 @@ impl Commands {
 
     /// Open commands of a vessel of which this holds.
     fn open(&self, vessel: Address, holds: impl Fn(&Command) -> bool) -> Vec<CommandId> {
-        let sent = |one: &&Command| one.vessel == vessel && !one.is_over() && one.stage() >= Stage::Accepted;
+        let waits = |one: &Command| !one.is_over() || one.stage() == Stage::TimedOut;
+        let sent = |one: &&Command| one.vessel == vessel && waits(one) && one.stage() >= Stage::Accepted;
         self.all.values().filter(sent).filter(|one| holds(one)).map(|one| one.id).collect()
     }
 
@@ -92,9 +99,14 @@ impl Commands {
                 executing && *wanted == plan_id && (command.answered || command.ran.as_ref() != Some(wanted))
             }
             Effect::Rests => rests && (command.answered || command.ran.is_some()),
+            // What rested before rests by order once it had the time to hear of it.
+            Effect::Aborts => {
+                let long = command.sent.is_some_and(|sent| now.mono.since(sent) >= REST_SEEN);
+                rests && (command.ran.is_some() || long)
+            }
             _ => false,
         };
-        for id in self.open(vessel, seen) {
+        for id in self.open(vessel, |one| one.listens(now.mono) && seen(one)) {
             let text =
                 if executing { format!("executing {plan_id}") } else { "no plan is executed".to_owned() };
             self.works(now, id, "");
@@ -102,20 +114,42 @@ impl Commands {
         }
     }
 
-    /// Whoever asked: the state of a vessel's database is news.
+    /// The vessel says that it aborted.
+    fn aborted(&mut self, now: Now, vessel: Address) {
+        let stop = |one: &Command| one.effect == Effect::Aborts && one.listens(now.mono);
+        for id in self.open(vessel, stop) {
+            self.works(now, id, "");
+            self.advance(now, id, Stage::EffectSeen, "the vessel says that it aborted".to_owned());
+        }
+    }
+
+    /// Whoever asked: what a vessel stores is news. What it says of one plan changes the list at once; before it told
+    /// the whole list, that plan is all that is known.
     fn plans(&mut self, now: Now, vessel: Address, answer: &PlanDB) {
         if answer.r#type != PlanDBType::Success {
             return;
         }
-        let Some(state) = answer.arg.of::<PlanDBState>() else { return };
-        let plan = |one: PlanDBInformation| PlanAboard {
-            plan_id: one.plan_id.to_str_lossy().into_owned(),
-            size: one.plan_size,
-            changed: UtcTime::from_seconds(one.change_time),
-            changed_by: one.change_sname.to_str_lossy().into_owned(),
-            md5: one.md5,
+        let known = self.aboard.get(&vessel).map(|(_, aboard)| aboard.plans.as_slice());
+        let without = |plan_id: &str| -> Vec<PlanAboard> {
+            known.unwrap_or_default().iter().filter(|plan| plan.plan_id != plan_id).cloned().collect()
         };
-        let plans = state.plans_info.of::<PlanDBInformation>().map(plan).collect();
+        let named = answer.plan_id.to_str_lossy();
+        let plans = match (answer.op, answer.arg.of::<PlanDBState>(), answer.arg.of::<PlanDBInformation>()) {
+            (_, Some(state), _) => state.plans_info.of::<PlanDBInformation>().map(plan_aboard).collect(),
+            (PlanDBOp::Set, _, Some(stored)) => {
+                let stored = plan_aboard(stored);
+                let mut plans = without(&stored.plan_id);
+                if plans.len() < PLANS {
+                    let place = plans.partition_point(|plan| plan.plan_id < stored.plan_id);
+                    plans.insert(place, stored);
+                }
+                plans
+            }
+            // Of one that is stored without a digest it is not known what it is.
+            (PlanDBOp::Set | PlanDBOp::Del, ..) if known.is_some() => without(&named),
+            (PlanDBOp::Clear, ..) => Vec::new(),
+            _ => return,
+        };
         if self.aboard.len() >= VESSELS && !self.aboard.contains_key(&vessel) {
             let oldest = self.aboard.iter().min_by_key(|(_, (at, _))| *at).map(|(vessel, _)| *vessel);
             oldest.and_then(|oldest| self.aboard.remove(&oldest));
@@ -227,5 +261,15 @@ impl Commands {
             }
             self.forget(vessel);
         }
+    }
+}
+
+fn plan_aboard(told: PlanDBInformation) -> PlanAboard {
+    PlanAboard {
+        plan_id: told.plan_id.to_str_lossy().into_owned(),
+        size: told.plan_size,
+        changed: UtcTime::from_seconds(told.change_time),
+        changed_by: told.change_sname.to_str_lossy().into_owned(),
+        md5: told.md5,
     }
 }

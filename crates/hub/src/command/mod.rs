@@ -5,6 +5,9 @@
 //! the effect is what telemetry shows: the plan that PlanControlState says is executed, the digest that the plan
 //! database gives. Telemetry that could be from before the order counts only after an answer.
 //!
+//! A command that timed out is not forgotten: what shows later that the vessel has it, does it or refuses it moves it on,
+//! and says that it came late.
+//!
 //! Commands are kept, [`KEPT`] for each vessel, the oldest finished ones go first.
 
 mod answers;
@@ -17,10 +20,10 @@ pub use order::{GOTO_PLAN, Order, TELEOPERATION_PLAN};
 pub use told::{EntityTold, ParameterTold, PlanTold, Question, Told, is_same_value};
 
 use crate::Now;
-use bytes::Bytes;
+use crate::downlink::{Dispatched, STOP_LIFE, Tag, Telecommand, Urgency};
 use imc::{Address, Header, Packet};
 use order::Effect;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
 
@@ -36,10 +39,18 @@ const VESSELS: usize = 256;
 pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
 /// Most characters of what a stage says.
 const TEXT_CHARS: usize = 500;
+/// Why an order is not sent after a stop.
+pub(crate) const CALLED_OFF: &str = "a stop was ordered before it could be sent";
 /// How long each stage may take. The link gives its own verdict before the first.
 const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
 const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
 const EFFECT_WITHIN: Duration = Duration::from_secs(15);
+/// So long after it timed out the state of the vessel still tells of a command that it never answered.
+const LATE_STATE: Duration = Duration::from_mins(1);
+/// At rest so long after a stop was sent, a vessel that rested before has obeyed it.
+const REST_SEEN: Duration = Duration::from_secs(2);
+/// What happened to commands and was not fetched yet; the oldest goes first, counted.
+const EVENTS: usize = 10_000;
 
 /// A command's number; grows, also over restarts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,6 +63,8 @@ pub enum Stage {
     Asked,
     /// It is in the audit log.
     Accepted,
+    /// No way leads to the vessel: it waits for one, until its life ends.
+    Waiting,
     /// It is on its way.
     Sent,
     /// The vessel has it.
@@ -74,6 +87,7 @@ impl Stage {
         match self {
             Self::Asked => "asked",
             Self::Accepted => "accepted",
+            Self::Waiting => "waiting",
             Self::Sent => "sent",
             Self::Received => "received",
             Self::Executing => "executing",
@@ -142,7 +156,7 @@ pub struct Command {
     /// To whom.
     pub vessel: Address,
     /// Who ordered it.
-    pub by: String,
+    pub by: Asked,
     /// The lease under which it was ordered; 0 for what takes none.
     pub epoch: u64,
     /// Like `plan.start`.
@@ -156,11 +170,16 @@ pub struct Command {
     /// Parameters that the vessel did not take, with its words.
     refusals: BTreeMap<String, String>,
     order: Option<Order>,
+    /// Whether it commands, or only asks.
+    commands: bool,
     effect: Effect,
     request_id: u16,
     /// What ran when it was sent.
     ran: Option<String>,
     answered: bool,
+    /// When it was sent, and when it timed out.
+    sent: Option<MonoTime>,
+    timed_out: Option<MonoTime>,
     deadline: Option<MonoTime>,
     revision: u64,
 }
@@ -169,6 +188,17 @@ impl Command {
     /// How far it is.
     pub fn stage(&self) -> Stage {
         self.steps.last().map_or(Stage::Asked, |step| step.stage)
+    }
+
+    /// The furthest stage that it reached, whatever did not come in time.
+    fn furthest(&self) -> Stage {
+        let reached = self.steps.iter().map(|step| step.stage).filter(|stage| *stage != Stage::TimedOut);
+        reached.max().unwrap_or(Stage::Asked)
+    }
+
+    /// Whether what the vessel says of itself, which is no answer to anything, still tells of it.
+    fn listens(&self, now: MonoTime) -> bool {
+        self.answered || self.timed_out.is_none_or(|at| now.since(at) < LATE_STATE)
     }
 
     /// Whether nothing more is expected.
@@ -191,13 +221,30 @@ pub enum Receipt {
     Unanswered,
 }
 
-/// A packet to send.
+/// Who ordered something.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// The person.
+    pub name: String,
+    /// As the audit log names them: a script in a person's name is told from the person.
+    pub actor: String,
+    /// From which network address.
+    pub from: String,
+}
+
+/// That a command got further, for the audit log.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outgoing {
-    /// The lease that it carries.
-    pub epoch: u64,
-    /// The packet.
-    pub packet: Bytes,
+pub struct CommandEvent {
+    /// To whom.
+    pub vessel: Address,
+    /// Who ordered it.
+    pub by: Asked,
+    /// Like `plan.start`.
+    pub verb: &'static str,
+    /// What it is about.
+    pub subject: String,
+    /// How far it is.
+    pub step: Step,
 }
 
 /// The commands of all vessels.
@@ -211,6 +258,10 @@ pub struct Commands {
     next_request: u16,
     last_id: u64,
     revision: u64,
+    events: VecDeque<CommandEvent>,
+    forgotten: u64,
+    /// Stops that were ordered, of each vessel that was ever stopped.
+    stops: BTreeMap<Address, u64>,
 }
 
 impl Commands {
@@ -224,6 +275,9 @@ impl Commands {
             next_request: 0,
             last_id: 0,
             revision: 0,
+            events: VecDeque::new(),
+            forgotten: 0,
+            stops: BTreeMap::new(),
         }
     }
 
@@ -235,14 +289,18 @@ impl Commands {
         &mut self,
         now: Now,
         vessel: Address,
-        by: &str,
+        by: &Asked,
         epoch: u64,
         order: Order,
     ) -> Result<CommandId, String> {
         order.check()?;
         let open = self.all.values().filter(|one| one.vessel == vessel && !one.is_over()).count();
-        if open >= OPEN {
+        // Nothing is so urgent as a stop, however much else is under way.
+        if open >= OPEN && !order.is_stop() {
             return Err(format!("{open} commands to this vessel are open: wait for them"));
+        }
+        if order.is_stop() {
+            self.call_off_unsent(now, vessel);
         }
         // Milliseconds of UTC are exact in JavaScript.
         let millis = u64::try_from(now.utc.micros() / 1_000).unwrap_or_default();
@@ -257,7 +315,7 @@ impl Commands {
         let command = Command {
             id,
             vessel,
-            by: by.to_owned(),
+            by: by.clone(),
             epoch,
             verb: order.verb(),
             subject: self.subjects(vessel, &order).join("; "),
@@ -265,10 +323,13 @@ impl Commands {
             answer: None,
             refusals: BTreeMap::new(),
             effect: order.effect(),
+            commands: order.commands(),
             order: Some(order),
             request_id: self.next_request,
             ran: None,
             answered: false,
+            sent: None,
+            timed_out: None,
             deadline: Some(now.mono + RECEIVED_WITHIN),
             revision: self.revision,
         };
@@ -277,9 +338,28 @@ impl Commands {
         Ok(id)
     }
 
+    /// Stops that were ordered of a vessel. Whoever prepares an order looks before and after: one that a stop came in
+    /// between of is not given.
+    pub fn stops(&self, vessel: Address) -> u64 {
+        self.stops.get(&vessel).copied().unwrap_or_default()
+    }
+
+    /// A stop is ordered: what was asked for before it and was not sent is not sent after it.
+    fn call_off_unsent(&mut self, now: Now, vessel: Address) {
+        if self.stops.len() < VESSELS || self.stops.contains_key(&vessel) {
+            *self.stops.entry(vessel).or_default() += 1;
+        }
+        let unsent =
+            |one: &&Command| one.vessel == vessel && one.commands && one.order.is_some() && !one.is_over();
+        let off: Vec<CommandId> = self.all.values().filter(unsent).map(|one| one.id).collect();
+        for id in off {
+            self.refused(now, id, CALLED_OFF.to_owned());
+        }
+    }
+
     /// It is in the audit log: what to send. `ran` is the plan that the vessel said it executes. Nothing for a
     /// command that is over or was sent.
-    pub fn accepted(&mut self, now: Now, id: CommandId, ran: Option<String>) -> Option<Outgoing> {
+    pub fn accepted(&mut self, now: Now, id: CommandId, ran: Option<String>) -> Option<Telecommand> {
         let own = self.own;
         let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::Asked)?;
         let order = command.order.take()?;
@@ -291,14 +371,29 @@ impl Commands {
             dst_ent: u8::MAX,
         };
         command.ran = ran;
-        let (epoch, request_id) = (command.epoch, command.request_id);
+        let (vessel, epoch, request_id) = (command.vessel, command.epoch, command.request_id);
+        let (urgency, life) =
+            if order.is_stop() { (Urgency::Stop, STOP_LIFE) } else { (Urgency::Command, TIME_TO_LIVE) };
+        let tag = Tag { id: Some(id), epoch, expires: now.mono + life, urgency };
         self.step(now, id, Stage::Accepted, String::new());
         match Packet::new(header, order.message(request_id)).encode() {
-            Ok(packet) => Some(Outgoing { epoch, packet: packet.into() }),
+            Ok(packet) => Some(Telecommand { vessel, tag, packet: packet.into() }),
             Err(error) => {
                 self.refused(now, id, format!("it fits no packet: {error}"));
                 None
             }
+        }
+    }
+
+    /// What became of it when it was given to the doors.
+    pub fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched) {
+        match dispatched {
+            Dispatched::Sent(doors) => self.sent(now, id, &crate::downlink::by(doors)),
+            Dispatched::Waits => {
+                let text = "no way leads to the vessel; it is sent as soon as it is heard".to_owned();
+                self.advance(now, id, Stage::Waiting, text);
+            }
+            Dispatched::Refused(why) => self.refused(now, id, (*why).to_owned()),
         }
     }
 
@@ -314,7 +409,14 @@ impl Commands {
 
     /// What the vessel link says of it.
     pub fn receipt(&mut self, now: Now, id: CommandId, receipt: Receipt) {
+        let one_of_several = self.all.get(&id).is_some_and(|one| one.effect == Effect::Aborts);
         match receipt {
+            // A stop takes several ways; that one of them failed is not its end.
+            Receipt::Expired | Receipt::Refused(_) if one_of_several => {
+                let text = "by the link it did not arrive; whether another way brought it, the vessel tells"
+                    .to_owned();
+                self.advance(now, id, Stage::TimedOut, text);
+            }
             Receipt::Received => self.advance(now, id, Stage::Received, String::new()),
             Receipt::Refused(why) => self.advance(now, id, Stage::Refused, why),
             Receipt::Expired => {
@@ -328,6 +430,12 @@ impl Commands {
         }
     }
 
+    /// It found no way as long as it was worth anything.
+    pub(crate) fn expired(&mut self, now: Now, id: CommandId) {
+        let text = "no way led to the vessel in time; it will not get it any more".to_owned();
+        self.advance(now, id, Stage::Expired, text);
+    }
+
     /// Time passes: what was to come by now and did not is told. Call it about once a second.
     pub fn tick(&mut self, now: Now) {
         let due =
@@ -336,7 +444,7 @@ impl Commands {
             self.all.values().filter(due).map(|one| (one.id, one.stage())).collect();
         for (id, stage) in late {
             let text = match stage {
-                Stage::Asked | Stage::Accepted => "it was not sent",
+                Stage::Asked | Stage::Accepted | Stage::Waiting => "it was not sent",
                 Stage::Sent => "the vessel did not say that it has it",
                 Stage::Received => "the vessel has it and does not answer",
                 _ => "the vessel answered, but nothing shows the effect",
@@ -391,11 +499,28 @@ impl Commands {
         self.revision
     }
 
-    /// Goes on to a later stage; what is over stays as it is.
+    /// What happened to commands since the last call, and how much before it was forgotten because nobody fetched it.
+    pub fn drain(&mut self) -> (Vec<CommandEvent>, u64) {
+        (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
+    }
+
+    /// Goes on to a later stage; what is over stays as it is, but for what timed out: later evidence tells more than that
+    /// none came in time.
     fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: String) {
-        if self.all.get(&id).is_some_and(|one| !one.is_over() && one.stage() < stage) {
-            self.step(now, id, stage, text);
+        let Some(command) = self.all.get(&id) else { return };
+        let goes_on = !command.is_over() && command.stage() < stage;
+        let revives =
+            command.stage() == Stage::TimedOut && command.furthest() < stage && stage != Stage::TimedOut;
+        if !(goes_on || revives) {
+            return;
         }
+        let late = command.timed_out.is_some() && stage != Stage::TimedOut;
+        let text = match (late, text.as_str()) {
+            (false, _) => text,
+            (true, "") => "late".to_owned(),
+            (true, text) => format!("late: {text}"),
+        };
+        self.step(now, id, stage, text);
     }
 
     fn step(&mut self, now: Now, id: CommandId, stage: Stage, mut text: String) {
@@ -405,9 +530,32 @@ impl Commands {
         if let Some((end, _)) = text.char_indices().nth(TEXT_CHARS) {
             text.truncate(end);
         }
-        command.steps.push(Step { stage, at: now.utc, text });
+        let step = Step { stage, at: now.utc, text };
+        match stage {
+            Stage::Sent => command.sent = Some(now.mono),
+            Stage::TimedOut => command.timed_out = Some(now.mono),
+            _ => {}
+        }
+        // Questions are nobody's act; what is asked and accepted is written down by who asks.
+        if command.commands && stage >= Stage::Waiting {
+            let event = CommandEvent {
+                vessel: command.vessel,
+                by: command.by.clone(),
+                verb: command.verb,
+                subject: command.subject.clone(),
+                step: step.clone(),
+            };
+            if self.events.len() >= EVENTS {
+                self.events.pop_front();
+                self.forgotten += 1;
+            }
+            self.events.push_back(event);
+        }
+        command.steps.push(step);
         command.deadline = match stage {
             Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
+            // Its life ends before, and tells so.
+            Stage::Waiting => Some(now.mono + STOP_LIFE + RECEIVED_WITHIN),
             Stage::Received => Some(now.mono + ANSWERED_WITHIN),
             Stage::Executing => Some(now.mono + EFFECT_WITHIN),
             _ => None,

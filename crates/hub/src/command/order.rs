@@ -2,7 +2,7 @@
 
 use imc::Address;
 use imc::messages::{
-    EntityParameter, Goto, Message, PlanControl, PlanControlOp, PlanControlType, PlanDB, PlanDBOp,
+    Abort, EntityParameter, Goto, Message, PlanControl, PlanControlOp, PlanControlType, PlanDB, PlanDBOp,
     PlanDBType, PlanManeuver, PlanSpecification, PlanTransition, QueryEntityParameters, SaveEntityParameters,
     SetEntityParameters, SpeedUnits, StationKeeping, Teleoperation, TeleoperationDone, ZUnits,
 };
@@ -25,6 +25,8 @@ const LONGEST_VALUE: usize = 1_000;
 /// An order to a vessel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Order {
+    /// Stop: whatever it does, it does no more. Anybody may give it, without control.
+    Stop,
     /// Start a plan that is stored aboard.
     StartPlan {
         /// Its name.
@@ -89,6 +91,8 @@ pub(super) enum Effect {
     Runs(String),
     /// The vessel executes no plan.
     Rests,
+    /// The vessel says that it aborted, or executes no plan.
+    Aborts,
     /// The vessel stores this plan with this digest.
     Stores(String, [u8; 16]),
     /// It says that the plan is gone.
@@ -116,6 +120,7 @@ impl Order {
     /// A stable word for people and machines.
     pub fn verb(&self) -> &'static str {
         match self {
+            Self::Stop => "vessel.abort",
             Self::StartPlan { .. } => "plan.start",
             Self::StopPlan => "plan.stop",
             Self::Goto { .. } => "goto",
@@ -136,7 +141,7 @@ impl Order {
         match self {
             Self::StartPlan { plan_id } | Self::Delete { plan_id } | Self::Get { plan_id } => plan_id.clone(),
             Self::Upload(plan) => plan.plan_id.to_str_lossy().into_owned(),
-            Self::StopPlan | Self::List | Self::Teleoperate { .. } => String::new(),
+            Self::Stop | Self::StopPlan | Self::List | Self::Teleoperate { .. } => String::new(),
             Self::EndTeleoperation { why } => why.clone(),
             Self::Goto { place, speed_mps } => {
                 format!("{:.6}, {:.6} at {speed_mps:.1} m/s", place.lat_deg(), place.lon_deg())
@@ -149,9 +154,19 @@ impl Order {
         }
     }
 
-    /// Whether it commands the vessel, so that it takes the lease; else it only asks.
+    /// Whether it commands the vessel; else it only asks.
     pub fn commands(&self) -> bool {
         !matches!(self, Self::List | Self::Get { .. } | Self::QueryParameters { .. })
+    }
+
+    /// Whether it is the stop that goes ahead of everything.
+    pub fn is_stop(&self) -> bool {
+        matches!(self, Self::Stop)
+    }
+
+    /// Whether it takes the lease of who gives it.
+    pub fn takes_lease(&self) -> bool {
+        self.commands() && !self.is_stop()
     }
 
     /// Whether it is one at all.
@@ -168,7 +183,11 @@ impl Order {
                 name("plan_id", plan_id)?;
                 imc::plan_digest::plan_md5(plan).map(drop).map_err(|error| format!("the plan: {error}"))
             }
-            Self::StopPlan | Self::List | Self::Teleoperate { .. } | Self::EndTeleoperation { .. } => Ok(()),
+            Self::Stop
+            | Self::StopPlan
+            | Self::List
+            | Self::Teleoperate { .. }
+            | Self::EndTeleoperation { .. } => Ok(()),
             Self::Goto { speed_mps, .. } if SPEEDS_MPS.contains(speed_mps) => Ok(()),
             Self::Goto { speed_mps, .. } => {
                 let (least, most) = SPEEDS_MPS.into_inner();
@@ -203,6 +222,7 @@ impl Order {
             PlanDB { r#type, op, request_id, plan_id, arg, ..PlanDB::default() }.into()
         };
         match self {
+            Self::Stop => Abort.into(),
             Self::StartPlan { plan_id } => control(PlanControlOp::Start, plan_id, None),
             Self::StopPlan => control(PlanControlOp::Stop, "", None),
             Self::Goto { place, speed_mps } => {
@@ -243,6 +263,7 @@ impl Order {
             Self::StartPlan { plan_id } => Effect::Runs(plan_id.clone()),
             Self::Goto { .. } => Effect::Runs(GOTO_PLAN.to_owned()),
             Self::Teleoperate { .. } => Effect::Runs(TELEOPERATION_PLAN.to_owned()),
+            Self::Stop => Effect::Aborts,
             Self::StopPlan | Self::EndTeleoperation { .. } => Effect::Rests,
             Self::Upload(plan) => {
                 // What does not fit a packet has been refused.

@@ -26,9 +26,9 @@ impl Bench {
 
     /// Orders and sends; the command and the packet's message.
     fn order(&mut self, seconds: u64, order: Order, ran: Option<&str>) -> (CommandId, Message) {
-        let id = self.commands.begin(at(seconds), BOAT, "nils", 7, order).unwrap();
+        let id = self.commands.begin(at(seconds), BOAT, &nils(), 7, order).unwrap();
         let out = self.commands.accepted(at(seconds), id, ran.map(str::to_owned)).unwrap();
-        assert_eq!(out.epoch, 7);
+        assert_eq!(out.tag.epoch, 7);
         self.commands.sent(at(seconds), id, "link");
         let packet = Packet::decode(&out.packet).unwrap();
         assert_eq!((packet.header.src, packet.header.dst), (SHORE, BOAT));
@@ -64,6 +64,10 @@ impl Bench {
         let step = self.commands.get(id).unwrap().steps.last().unwrap();
         (step.stage, step.text.clone())
     }
+}
+
+fn nils() -> Asked {
+    Asked { name: "nils".to_owned(), ..Asked::default() }
 }
 
 fn start(plan_id: &str) -> Order {
@@ -138,7 +142,7 @@ fn a_refusal_gives_the_vessels_reason() {
 #[test]
 fn every_stage_times_out_with_what_was_missing() {
     let mut bench = Bench::new();
-    let unsent = bench.commands.begin(at(0), BOAT, "nils", 7, start("a")).unwrap();
+    let unsent = bench.commands.begin(at(0), BOAT, &nils(), 7, start("a")).unwrap();
     let (sent, _) = bench.order(0, start("b"), None);
     let (received, _) = bench.order(0, start("c"), None);
     bench.commands.receipt(at(0), received, Receipt::Received);
@@ -211,6 +215,60 @@ fn the_list_of_plans_is_kept_whoever_asked() {
     let Message::PlanDB(request) = request else { panic!() };
     bench.says(1, SHORE, PlanDB { request_id: request.request_id, ..reply });
     assert_eq!(bench.last(id).0, Stage::EffectSeen);
+}
+
+#[test]
+fn a_plan_that_a_vessel_says_it_stores_or_removed_is_known_without_asking() {
+    let mut bench = Bench::new();
+    let plan = PlanSpecification { plan_id: "survey".into(), ..PlanSpecification::default() };
+    let md5 = imc::plan_digest::plan_md5(&plan).unwrap().to_vec();
+    let stored = |plan_id: &str, md5: &[u8]| PlanDBInformation {
+        plan_id: plan_id.into(),
+        plan_size: 120,
+        change_sname: "lutra".into(),
+        md5: md5.to_vec(),
+        ..PlanDBInformation::default()
+    };
+    let done = |op, request_id, plan_id: &str, arg: Option<Message>| PlanDB {
+        r#type: PlanDBType::Success,
+        op,
+        request_id,
+        plan_id: plan_id.into(),
+        arg: arg.into(),
+        info: "OK".into(),
+    };
+    let known = |bench: &Bench| -> Vec<(String, Vec<u8>)> {
+        let plans = bench.commands.aboard(BOAT).into_iter().flat_map(|aboard| &aboard.plans);
+        plans.map(|plan| (plan.plan_id.clone(), plan.md5.clone())).collect()
+    };
+    // Another console's plan, told to all.
+    bench.says(
+        0,
+        Address(0xFFFF),
+        done(PlanDBOp::Set, 9, "transit", Some(stored("transit", &[7; 16]).into())),
+    );
+    let (id, request) = bench.order(1, Order::Upload(Box::new(plan)), None);
+    let Message::PlanDB(request) = request else { panic!() };
+    let request = request.request_id;
+    bench.says(2, SHORE, done(PlanDBOp::Set, request, "survey", Some(stored("survey", &md5).into())));
+    assert_eq!(bench.last(id).0, Stage::EffectSeen);
+    assert_eq!(known(&bench), [("survey".to_owned(), md5), ("transit".to_owned(), vec![7; 16])]);
+    assert_eq!(bench.commands.aboard(BOAT).unwrap().at, at(2).utc);
+    // One of that name takes its place; of one without a digest it is not known what is stored.
+    bench.says(3, SHORE, done(PlanDBOp::Set, 9, "survey", Some(stored("survey", &[8; 16]).into())));
+    assert_eq!(known(&bench)[0], ("survey".to_owned(), vec![8; 16]));
+    bench.says(4, SHORE, done(PlanDBOp::Set, 9, "survey", None));
+    assert_eq!(known(&bench), [("transit".to_owned(), vec![7; 16])]);
+    bench.says(5, SHORE, done(PlanDBOp::Del, 9, "transit", None));
+    assert_eq!((known(&bench), bench.commands.aboard(BOAT).is_some()), (Vec::new(), true));
+    // A vessel that stores without end is kept within bounds.
+    for number in 0..3_000 {
+        let name = format!("p{number:04}");
+        bench.says(6, SHORE, done(PlanDBOp::Set, 9, &name, Some(stored(&name, &[1; 16]).into())));
+    }
+    assert_eq!(known(&bench).len(), 1_000);
+    bench.says(7, SHORE, done(PlanDBOp::Clear, 9, "", None));
+    assert_eq!(known(&bench), []);
 }
 
 #[test]
@@ -316,6 +374,33 @@ fn steering_by_hand_begins_as_a_plan_for_this_server_alone_and_ends() {
 }
 
 #[test]
+fn what_timed_out_follows_the_evidence_that_comes_late() {
+    let mut bench = Bench::new();
+    let (id, request) = bench.order(0, start("survey"), None);
+    bench.commands.receipt(at(5), id, Receipt::Unanswered);
+    assert_eq!(bench.last(id).0, Stage::TimedOut);
+    bench.answers(400, PlanControlType::Success, &request, "plan loaded");
+    assert_eq!(bench.last(id), (Stage::Executing, "late: plan loaded".to_owned()));
+    assert!(!bench.commands.get(id).unwrap().is_over(), "its effect is looked for");
+    bench.state(401, EXECUTING, "survey");
+    assert_eq!(bench.last(id), (Stage::EffectSeen, "late: executing survey".to_owned()));
+    // A refusal is evidence too.
+    let (id, request) = bench.order(500, start("other"), None);
+    bench.commands.tick(at(516));
+    bench.answers(517, PlanControlType::Failure, &request, "no such plan");
+    assert_eq!(bench.last(id), (Stage::Refused, "late: no such plan".to_owned()));
+    // Without an answer the state of the vessel tells for a minute: after that it may be by somebody else's order.
+    let (id, _) = bench.order(600, start("third"), None);
+    bench.commands.tick(at(616));
+    bench.state(640, EXECUTING, "third");
+    assert_eq!(bench.last(id).0, Stage::EffectSeen);
+    let (id, _) = bench.order(700, start("fourth"), None);
+    bench.commands.tick(at(716));
+    bench.state(800, EXECUTING, "fourth");
+    assert_eq!(bench.last(id).0, Stage::TimedOut);
+}
+
+#[test]
 fn nonsense_is_refused_with_the_place() {
     let place = LatLon::from_deg(63.4, 10.4).unwrap();
     for (order, wrong) in [
@@ -326,7 +411,7 @@ fn nonsense_is_refused_with_the_place() {
         (Order::Goto { place, speed_mps: f32::NAN }, "speed_mps"),
         (Order::SetParameters { entity: "x".to_owned(), values: Vec::new() }, "values"),
     ] {
-        let refused = Commands::new(SHORE).begin(at(0), BOAT, "nils", 7, order).unwrap_err();
+        let refused = Commands::new(SHORE).begin(at(0), BOAT, &nils(), 7, order).unwrap_err();
         assert!(refused.contains(wrong), "{refused}");
     }
 }
@@ -344,6 +429,6 @@ fn what_is_kept_is_bounded_and_no_open_command_goes() {
     for _ in 1..OPEN {
         bench.order(300, start("y"), None);
     }
-    let refused = bench.commands.begin(at(300), BOAT, "nils", 7, start("z")).unwrap_err();
+    let refused = bench.commands.begin(at(300), BOAT, &nils(), 7, start("z")).unwrap_err();
     assert!(refused.contains("wait"), "{refused}");
 }

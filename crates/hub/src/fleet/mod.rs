@@ -154,6 +154,13 @@ impl Fleet {
         self.systems.get(&address)
     }
 
+    /// What to call a system: its name, with its address where another announced the same, or its address.
+    pub fn title(&self, address: Address) -> String {
+        let Some(name) = self.system(address).and_then(System::name) else { return address.to_string() };
+        let shared = self.systems.values().filter(|system| system.name() == Some(name)).count() > 1;
+        if shared { format!("{name} ({:#06x})", address.0) } else { name.to_owned() }
+    }
+
     /// The system that announced a name; the one heard last when several did.
     pub fn named(&self, name: &str) -> Option<&System> {
         self.systems

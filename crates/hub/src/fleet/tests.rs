@@ -107,6 +107,23 @@ fn names_come_from_announcements_and_entity_lists_and_go_with_a_restart() {
 }
 
 #[test]
+fn systems_of_one_name_are_told_apart() {
+    let mut fleet = Fleet::default();
+    let announces = |fleet: &mut Fleet, src: u16| {
+        let header = Header { timestamp: 1.0, src: Address(src), ..Header::default() };
+        let announce = messages::Announce { sys_name: "otter-1".into(), ..messages::Announce::default() };
+        let bytes = Packet::new(header, announce).encode().unwrap();
+        fleet.update(at(0.0), &PacketView::new(&bytes).unwrap(), Door::Udp);
+    };
+    announces(&mut fleet, 0x2810);
+    assert_eq!(fleet.title(Address(0x2810)), "otter-1");
+    announces(&mut fleet, 0x0999);
+    assert_eq!(fleet.title(Address(0x2810)), "otter-1 (0x2810)");
+    assert_eq!(fleet.title(Address(0x0999)), "otter-1 (0x0999)");
+    assert_eq!(fleet.title(Address(0x0998)), Address(0x0998).to_string());
+}
+
+#[test]
 fn each_event_is_given_once_and_the_missed_are_counted() {
     let mut fleet = Fleet::default();
     let entry = |n: u32| LogBookEntry { text: n.to_string().as_str().into(), ..LogBookEntry::default() };

@@ -45,7 +45,7 @@ pub(crate) fn pass(hub: &mut Hub, now: Now, from: PeerId, packet: &Bytes) -> Vec
 pub(crate) fn drain(hub: &mut Hub) -> BTreeMap<PeerId, Vec<Bytes>> {
     let mut out = BTreeMap::new();
     hub.drain_deliveries(|peer, packets| {
-        out.insert(peer, packets);
+        out.insert(peer, packets.into_iter().map(|delivery| delivery.packet).collect());
     });
     out
 }

@@ -11,6 +11,7 @@ mod disk;
 mod layout;
 mod recover;
 mod scan;
+pub(crate) mod shortened;
 mod streams;
 
 pub use arrival::Arrival;

@@ -1,13 +1,18 @@
 //! Text in a cell of a CSV file: quoted by RFC 4180 and harmless in spreadsheets.
 //!
-//! A spreadsheet takes a cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return for a formula,
-//! which can read files or call programs. Such *text* gets an apostrophe before it, as does text that begins
+//! A spreadsheet takes a cell that begins with `=`, `+`, `-`, `@` (some also by their wide forms), a tab or a line's end
+//! for a formula, which can read files or call programs. Such *text* gets an apostrophe before it, as does text that begins
 //! with an apostrophe; to get the text back, take one apostrophe from cells of text that begin with one.
 //! Numbers are never changed.
 
+/// What some spreadsheets take for `=`, `+`, `-` and `@`.
+const WIDE: [&str; 4] = ["＝", "＋", "－", "＠"];
+
 /// Appends text as one cell.
 pub(crate) fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
-    let risky = guard && matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@' | b'\t' | b'\r' | b'\''));
+    let risky = guard
+        && (matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@' | b'\t' | b'\r' | b'\n' | b'\''))
+            || WIDE.iter().any(|sign| text.starts_with(sign.as_bytes())));
     let quoted = text.iter().any(|byte| matches!(byte, b'"' | b',' | b'\n' | b'\r'));
     if quoted {
         out.push(b'"');
@@ -49,7 +54,21 @@ mod tests {
 
     #[test]
     fn formulas_become_text_and_come_back() {
-        for value in ["=cmd|' /C calc'!A0", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "'x", "''=1"] {
+        for value in [
+            "=cmd|' /C calc'!A0",
+            "+1",
+            "-1",
+            "@SUM(A1)",
+            "\tx",
+            "\rx",
+            "\nx",
+            "'x",
+            "''=1",
+            "＝1",
+            "＋1",
+            "－1",
+            "＠a",
+        ] {
             let written = cell(value);
             let read = written.trim_matches('"').replace("\"\"", "\"");
             assert!(read.starts_with('\''), "{written}");

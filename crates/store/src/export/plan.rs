@@ -349,7 +349,7 @@ pub(super) fn described(columns: &[Value], selection: &Selection, options: CsvOp
         "time_zone": "UTC",
         "datum": "WGS 84 (EPSG:4326)",
         "missing_value": "",
-        "text_guard": if options.guard { "one apostrophe before text that begins with one of = + - @ tab CR '" } else { "none" },
+        "text_guard": if options.guard { "one apostrophe before text that begins with one of = + - @ (also wide) tab CR LF '" } else { "none" },
         "from": text(selection.range.from_us),
         "to": text(selection.range.to_us),
     })

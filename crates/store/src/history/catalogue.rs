@@ -1,6 +1,7 @@
 //! `catalogue.sqlite`: who is who, what the messages' fields mean, and how far the archive was read.
 
-use super::month::{Extent, WRITER};
+use super::MonthKey;
+use super::month::{Extent, VERSION as LAYOUT, WRITER};
 use super::runs::{Run, Runs};
 use crate::archive::{DayKey, Lengths};
 use crate::error::{Named as _, Result};
@@ -25,6 +26,7 @@ CREATE TABLE IF NOT EXISTS archived (
   address INTEGER NOT NULL, day INTEGER NOT NULL, data_bytes INTEGER NOT NULL, arrival_bytes INTEGER NOT NULL,
   packets INTEGER NOT NULL, first_us INTEGER NOT NULL, last_us INTEGER NOT NULL,
   PRIMARY KEY (address, day)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS month (name TEXT PRIMARY KEY) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS stream (stream INTEGER PRIMARY KEY, seq INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS message (
   id INTEGER PRIMARY KEY, abbrev TEXT NOT NULL, name TEXT NOT NULL, summary TEXT);
@@ -75,6 +77,9 @@ pub(crate) struct Catalogue {
     changed_entities: BTreeSet<(u16, u8)>,
     progress: BTreeMap<DayKey, Progress>,
     changed_progress: BTreeSet<DayKey>,
+    /// The months' files that must be there.
+    months: BTreeSet<MonthKey>,
+    new_months: BTreeSet<MonthKey>,
 }
 
 impl Catalogue {
@@ -87,10 +92,12 @@ impl Catalogue {
             connection.execute_batch("PRAGMA synchronous = FULL")?;
             connection.execute_batch(TABLES)?;
             describe(&mut connection)?;
+            connection.pragma_update(None, "user_version", LAYOUT)?;
             let (names, progress) = (load_names(&connection)?, load_progress(&connection)?);
-            Ok((connection, names, progress))
+            let months = load_months(&connection)?;
+            Ok((connection, names, progress, months))
         };
-        let (connection, names, progress) = open().named(&path)?;
+        let (connection, names, progress, months) = open().named(&path)?;
         Ok(Self {
             connection,
             path,
@@ -99,11 +106,71 @@ impl Catalogue {
             changed_entities: BTreeSet::new(),
             progress,
             changed_progress: BTreeSet::new(),
+            months,
+            new_months: BTreeSet::new(),
         })
+    }
+
+    /// Whether a month's file was there when the progress was last saved, or was made since.
+    pub(crate) fn has_month(&self, key: MonthKey) -> bool {
+        self.months.contains(&key)
+    }
+
+    /// The months' files that must be there.
+    pub(crate) fn months(&self) -> Vec<MonthKey> {
+        self.months.iter().copied().collect()
+    }
+
+    /// A month's file is there; it is remembered with the next save of the progress.
+    pub(crate) fn add_month(&mut self, key: MonthKey) {
+        if self.months.insert(key) {
+            self.new_months.insert(key);
+        }
+    }
+
+    /// A month's file is given up: it need not be there any more.
+    pub(crate) fn forget_month(&mut self, key: MonthKey) -> Result<()> {
+        self.months.remove(&key);
+        self.new_months.remove(&key);
+        let sql = "DELETE FROM month WHERE name=?1";
+        self.connection.execute(sql, [key.file_name()]).map(drop).named(&self.path)
+    }
+
+    /// What a month's file held is lost: all days of which some may have been in it are read anew. This is on the
+    /// disk before it returns.
+    pub(crate) fn unread_month(&mut self, key: MonthKey) -> Result<()> {
+        let days: Vec<DayKey> = self
+            .progress
+            .iter()
+            .filter(|(_, progress)| key.may_hold(progress.extent))
+            .map(|(day, _)| *day)
+            .collect();
+        let unread = || -> rusqlite::Result<()> {
+            let transaction = self.connection.unchecked_transaction()?;
+            for day in &days {
+                transaction
+                    .execute("DELETE FROM archived WHERE address=?1 AND day=?2", (day.src.0, day.day))?;
+            }
+            transaction.execute("DELETE FROM month WHERE name=?1", [key.file_name()])?;
+            transaction.commit()
+        };
+        unread().named(&self.path)?;
+        for day in days {
+            self.progress.remove(&day);
+            self.changed_progress.remove(&day);
+        }
+        self.months.remove(&key);
+        self.new_months.remove(&key);
+        Ok(())
     }
 
     pub(crate) fn progress(&self, key: DayKey) -> Progress {
         self.progress.get(&key).copied().unwrap_or_default()
+    }
+
+    /// Every day of which something was read, and how far.
+    pub(crate) fn all_progress(&self) -> Vec<(DayKey, Progress)> {
+        self.progress.iter().map(|(key, progress)| (*key, *progress)).collect()
     }
 
     pub(crate) fn set_progress(&mut self, key: DayKey, progress: Progress) {
@@ -164,6 +231,7 @@ impl Catalogue {
         self.changed_entities.clear();
         if streams.is_some() {
             self.changed_progress.clear();
+            self.new_months.clear();
         }
         Ok(())
     }
@@ -200,6 +268,10 @@ impl Catalogue {
                     extent.first_us,
                     extent.last_us,
                 ))?;
+            }
+            let mut add = connection.prepare_cached("INSERT OR IGNORE INTO month VALUES (?1)")?;
+            for key in &self.new_months {
+                add.execute([key.file_name()])?;
             }
             let mut add = connection.prepare_cached("INSERT OR REPLACE INTO stream VALUES (?1,?2)")?;
             for LinkSeq { stream, seq } in streams {
@@ -261,6 +333,17 @@ pub(crate) fn load_names(connection: &Connection) -> rusqlite::Result<Names> {
         runs.runs.insert(row.get(2)?, Run { name: row.get(4)?, last_us: row.get(3)? });
     }
     Ok(names)
+}
+
+/// The months' files that must be there. A catalogue of an earlier version does not say.
+pub(crate) fn load_months(connection: &Connection) -> rusqlite::Result<BTreeSet<MonthKey>> {
+    let there = "SELECT EXISTS (SELECT 1 FROM sqlite_schema WHERE type='table' AND name='month')";
+    if !connection.query_row(there, (), |row| row.get::<_, bool>(0))? {
+        return Ok(BTreeSet::new());
+    }
+    let mut statement = connection.prepare("SELECT name FROM month")?;
+    let names: Vec<String> = statement.query_map((), |row| row.get(0))?.collect::<rusqlite::Result<_>>()?;
+    Ok(names.iter().filter_map(|name| MonthKey::from_file_name(name)).collect())
 }
 
 /// How far each day of the archive was read.

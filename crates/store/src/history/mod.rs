@@ -4,6 +4,7 @@
 //! the archive; a row that is there already is left alone, so nothing is ever there twice.
 
 mod catalogue;
+pub(crate) mod look;
 mod month;
 mod month_key;
 mod nested;
@@ -12,19 +13,21 @@ mod row;
 mod runs;
 pub(crate) mod schema;
 
-pub(crate) use catalogue::{FILE as CATALOGUE, Names, Progress, load_names, load_progress};
-pub(crate) use month::columns;
+pub(crate) use catalogue::{FILE as CATALOGUE, Names, Progress, load_months, load_names, load_progress};
 pub use month::{Extent, GroupKey};
+pub(crate) use month::{VERSION, columns};
 pub use month_key::MonthKey;
 pub use schema::{Column, ColumnKind, Table};
 
 use crate::archive::DayKey;
+use crate::aside;
 use crate::error::{Named as _, Result};
 use crate::fingerprint;
 use crate::packet::LinkSeq;
 use catalogue::{Catalogue, SystemName};
 use imc::PacketView;
 use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _};
+use look::Sound;
 use month::{Entry, Month};
 use row::Sample;
 use schema::Schema;
@@ -52,21 +55,83 @@ pub(crate) struct History {
     months: BTreeMap<MonthKey, (u64, Month)>,
     catalogue: Catalogue,
     commit: u64,
+    is_new: bool,
     /// Databases that were written to since the progress was saved.
     unsynced: BTreeSet<PathBuf>,
 }
 
 impl History {
-    pub(crate) fn open(folder: PathBuf) -> Result<Self> {
+    /// Opens it. What is damaged goes aside, `distrusted` too, and its days count as not read; what that was, in
+    /// words.
+    ///
+    /// # Errors
+    /// When files cannot be read or written. A history of a later version is left as it is.
+    pub(crate) fn open(folder: PathBuf, distrusted: Option<&Path>) -> Result<(Self, Vec<String>)> {
         fs::create_dir_all(&folder).named(&folder)?;
-        Ok(Self {
+        let mut found = look::look(&folder)?;
+        look::refuse_newer(&folder, &found)?;
+        for (name, sound) in &mut found {
+            if *sound == Sound::Yes && distrusted == Some(&folder.join(name)) {
+                *sound = Sound::No("it cannot be read everywhere".to_owned());
+            }
+        }
+        let mut notes = Vec::new();
+        if let Some((_, Sound::No(why))) = found.iter().find(|(name, _)| name == CATALOGUE) {
+            notes.push(put_aside(&folder, CATALOGUE, why)?);
+        }
+        let mut history = Self {
             schema: Schema::new(),
             months: BTreeMap::new(),
             catalogue: Catalogue::open(&folder)?,
+            is_new: !found.iter().any(|(name, sound)| name == CATALOGUE && *sound == Sound::Yes),
             folder,
             commit: 0,
             unsynced: BTreeSet::new(),
-        })
+        };
+        history.take_stock(&found, &mut notes)?;
+        Ok((history, notes))
+    }
+
+    /// Holds the months that were found against those that must be there.
+    fn take_stock(&mut self, found: &[(String, Sound)], notes: &mut Vec<String>) -> Result<()> {
+        for (name, sound) in found {
+            let Some(key) = MonthKey::from_file_name(name) else { continue };
+            let why = match sound {
+                Sound::No(why) => why,
+                Sound::Empty if self.catalogue.has_month(key) => "it is empty",
+                Sound::Empty | Sound::Newer => continue,
+                Sound::Yes => {
+                    self.catalogue.add_month(key);
+                    continue;
+                }
+            };
+            self.catalogue.unread_month(key)?;
+            notes.push(put_aside(&self.folder, name, why)?);
+        }
+        for key in self.catalogue.months() {
+            let name = key.file_name();
+            if !found.iter().any(|(there, _)| *there == name) {
+                self.catalogue.unread_month(key)?;
+                notes.push(format!("history/{name} is gone: it is made again from the archive"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether there was no catalogue, and so nothing that says what was read.
+    pub(crate) fn is_new(&self) -> bool {
+        self.is_new
+    }
+
+    /// A month that is given up.
+    pub(crate) fn forget_month(&mut self, key: MonthKey) -> Result<()> {
+        self.months.remove(&key);
+        self.catalogue.forget_month(key)
+    }
+
+    /// Every day of which something was read, and how far.
+    pub(crate) fn all_progress(&self) -> Vec<(DayKey, Progress)> {
+        self.catalogue.all_progress()
     }
 
     /// Adds the packets that are not there yet; how many those were, and what times they state.
@@ -199,6 +264,7 @@ impl History {
                 self.months.remove(&oldest);
             }
             self.months.insert(key, (0, Month::open(&self.folder, key)?));
+            self.catalogue.add_month(key);
         }
         if let Some((used, _)) = self.months.get_mut(&key) {
             *used = self.commit;
@@ -230,6 +296,14 @@ impl History {
             _ => false,
         }
     }
+}
+
+/// Moves a damaged file away; what people are told of it.
+fn put_aside(folder: &Path, name: &str, why: &str) -> Result<String> {
+    let data = folder.parent().unwrap_or(folder);
+    let kept = aside::put(data, &folder.join(name))?;
+    let kept = kept.strip_prefix(data).unwrap_or(&kept).display();
+    Ok(format!("history/{name} is damaged ({why}): it is kept as {kept} and is made again from the archive"))
 }
 
 fn entry(packet: Arrived<'_>) -> Entry<'_> {

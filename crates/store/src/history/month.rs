@@ -26,7 +26,7 @@ PRAGMA journal_size_limit = 67108864;
 /// Prepared statements that are kept: an INSERT and a roll-up of each message a fleet sends.
 const STATEMENTS: usize = 256;
 /// Version of the layout.
-const VERSION: i64 = 1;
+pub(crate) const VERSION: i64 = 1;
 /// Commits after which a window that nothing more came to is rolled up, when a later one has begun.
 const QUIET_COMMITS: u64 = 2;
 /// The same when none has: the entity fell silent.
@@ -223,6 +223,7 @@ impl Month {
                     Err(RowError::Sqlite(error)) => return Err(error),
                 }
                 if insert.raw_execute()? == 0 {
+                    keep_first(&self.connection, &table.earlier, entry)?;
                     continue;
                 }
                 let time_us = entry.sample.time_us;
@@ -338,7 +339,32 @@ fn write_raw(connection: &Connection, entry: &Entry<'_>, problem: &str) -> rusql
             view.payload(),
             problem,
         ))?;
+    if rows == 0 {
+        keep_first(connection, EARLIER_RAW, entry)?;
+    }
     Ok(rows as u64)
+}
+
+/// What of `_raw` came earlier than is known.
+const EARLIER_RAW: &str = "UPDATE _raw SET received_us=?5,dst=?6,dst_ent=?7 \
+     WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4 AND id=?8 AND received_us>?5";
+
+/// A row that is there stands for the first arrival of its message, in whatever order the archive is read.
+fn keep_first(connection: &Connection, earlier: &str, entry: &Entry<'_>) -> rusqlite::Result<()> {
+    let Sample { view, received_us, time_us, hash } = &entry.sample;
+    let mut update = connection.prepare_cached(earlier)?;
+    update
+        .execute((
+            view.src().0,
+            view.src_ent(),
+            time_us,
+            hash,
+            received_us,
+            view.dst().0,
+            view.dst_ent(),
+            view.id(),
+        ))
+        .map(drop)
 }
 
 fn mark_stale(connection: &Connection, group: GroupKey, window: i64) -> rusqlite::Result<()> {

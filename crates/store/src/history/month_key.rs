@@ -1,5 +1,6 @@
 //! Which file a sample belongs to.
 
+use super::month::Extent;
 use crate::range::TimeRange;
 use units::{Civil, UtcTime};
 
@@ -54,6 +55,15 @@ impl MonthKey {
         let (year, month) = name.strip_suffix(".sqlite")?.split_once('-')?;
         let key = Self::Month { year: year.parse().ok()?, month: month.parse().ok()? };
         (key.file_name() == name && key.range_us().is_some()).then_some(key)
+    }
+
+    /// Whether samples of these times may lie in this file.
+    pub(crate) fn may_hold(self, extent: Extent) -> bool {
+        extent.count > 0
+            && match self.range_us() {
+                Some((from_us, to_us)) => extent.first_us < to_us && extent.last_us >= from_us,
+                None => extent.first_us < FIRST_US || extent.last_us >= END_US,
+            }
     }
 
     /// The files that hold a range, with the part that each holds, in order of time. What is undated lies

@@ -78,6 +78,8 @@ pub struct Table {
     pub(crate) numbers: Vec<usize>,
     pub(crate) roll_up: String,
     pub(crate) find: String,
+    /// Lets a row stand for an earlier arrival than it knows.
+    pub(crate) earlier: String,
 }
 
 impl Table {
@@ -115,7 +117,12 @@ impl Table {
             "SELECT received_us FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us=?3 AND hash=?4",
             desc.abbrev
         );
-        Self { desc, columns, insert, numbers, roll_up, find }
+        let earlier = format!(
+            "UPDATE \"{}\" SET received_us=?5,dst=?6,dst_ent=?7 WHERE src=?1 AND src_ent=?2 AND time_us=?3 \
+             AND hash=?4 AND received_us>?5 AND ?8>=0",
+            desc.abbrev
+        );
+        Self { desc, columns, insert, numbers, roll_up, find, earlier }
     }
 
     /// The column with this name.

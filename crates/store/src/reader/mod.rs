@@ -22,6 +22,7 @@ pub use track::{Track, TrackPoint};
 
 use crate::error::{Named as _, Result, StoreError};
 use crate::gaps::{self, Gap};
+use crate::history::look;
 use crate::history::schema::Schema;
 use crate::history::{self, CATALOGUE, GroupKey, MonthKey, Names, Table};
 use crate::range::TimeRange;
@@ -127,7 +128,7 @@ impl Reader {
         for (key, _) in &parts {
             if !self.months.contains_key(key) {
                 let path = self.folder.join(key.file_name());
-                self.months.insert(*key, open(&path, self.memory).named(&path)?);
+                self.months.insert(*key, open_known(&path, self.memory)?);
             }
         }
         Ok(parts)
@@ -157,12 +158,22 @@ impl Reader {
         if !path.exists() {
             return Ok(None);
         }
-        open(&path, Memory::EXPORT).and_then(|connection| ask(&connection)).named(&path).map(Some)
+        let connection = open_known(&path, Memory::EXPORT)?;
+        ask(&connection).named(&path).map(Some)
     }
 
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
+}
+
+/// As [`open`], but refuses what a later version wrote: what its tables mean is not known.
+fn open_known(path: &Path, memory: Memory) -> Result<Connection> {
+    let connection = open(path, memory).named(path)?;
+    if look::version(&connection).named(path)? > history::VERSION {
+        return Err(StoreError::Newer { path: path.to_owned() });
+    }
+    Ok(connection)
 }
 
 /// Opens a database for reading, beside its writer or where nobody may write.

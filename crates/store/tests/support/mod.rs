@@ -78,7 +78,7 @@ pub(crate) fn dump(folder: &Path) -> Vec<String> {
         for table in tables {
             // Numbers of series and times of saving depend on the order of events; what they stand for does not.
             let sql = match table.as_str() {
-                "meta" | "archived" | "stream" | "_field" | "sqlite_stat1" => continue,
+                "meta" | "archived" | "month" | "stream" | "_field" | "sqlite_stat1" => continue,
                 "_rollup" => "SELECT f.id,f.src,f.src_ent,f.field,r.level_s,r.cell,r.first_us,r.count,r.min,r.max,\
                               r.sum,r.first,r.last FROM _rollup r JOIN _field f USING (series) ORDER BY 1,2,3,4,5,6"
                     .to_owned(),

@@ -85,6 +85,7 @@ pub(super) fn import(db: &Path, json: bool, arguments: &ImportArguments) -> anyh
         keep_going: arguments.keep_going,
         ..ImportOptions::new(clock::now())
     };
+    crate::private::begin();
     let mut progress = Progress::new();
     let report = chartdb::import(db, &arguments.paths, &options, &mut |at| {
         progress.tell(|| format!("{} of {}: {}", at.done, at.of, at.name));

@@ -15,7 +15,6 @@ use crate::charts::{Charts, ChartsAboard};
 use crate::relay::{Recorder, Relay};
 use api::VesselChart;
 use bytes::Bytes;
-use hub::{CommandId, Outgoing};
 use imc::Address;
 use link::{ConnectionId, ShoreStatus};
 use std::collections::BTreeMap;
@@ -39,10 +38,6 @@ enum Event {
     Message(ConnectionId, Bytes),
     /// It is gone.
     Closed(ConnectionId),
-    /// Somebody orders this.
-    Order(CommandId, Outgoing),
-    /// Somebody steers: this, within that time or never.
-    Sticks(Outgoing, Duration),
 }
 
 /// What a vessel's task tells a connection.
@@ -103,28 +98,6 @@ impl Links {
     pub(crate) fn status(&self) -> Vec<(Address, ShoreStatus)> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         vessels.iter().map(|(address, handle)| (Address(*address), *handle.status.borrow())).collect()
-    }
-
-    /// Whether a vessel's link stands; nothing for one that never came in by the link since the start.
-    pub(crate) fn is_up(&self, vessel: Address) -> Option<bool> {
-        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
-        vessels.get(&vessel.0).map(|handle| handle.status.borrow().up)
-    }
-
-    /// Hands a command to a vessel's link, which tells the hub what becomes of it. False when its queue is full.
-    pub(crate) fn order(&self, vessel: Address, id: CommandId, order: Outgoing) -> bool {
-        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
-        let handle = vessels.get(&vessel.0);
-        handle.is_some_and(|handle| handle.events.try_send(Event::Order(id, order)).is_ok())
-    }
-
-    /// Hands stick positions to a vessel's link while it stands. They are dropped when it does not, when its queue is
-    /// full, and when `ttl` has passed: newer ones follow.
-    pub(crate) fn steer(&self, vessel: Address, sticks: Outgoing, ttl: Duration) {
-        let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(handle) = vessels.get(&vessel.0).filter(|handle| handle.status.borrow().up) {
-            handle.events.try_send(Event::Sticks(sticks, ttl)).ok();
-        }
     }
 
     /// How many stick positions came to a vessel too late or never, since the start.

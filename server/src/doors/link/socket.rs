@@ -2,6 +2,7 @@
 
 use super::{Event, Links, OUTGOING, Out};
 use crate::http::guard::LinkOf;
+use crate::http::outgoing;
 use crate::people::People;
 use crate::shore::AppState;
 use axum::extract::State;
@@ -16,6 +17,9 @@ use tokio::sync::mpsc;
 
 /// How long good-bye may take.
 const GOOD_BYE: Duration = Duration::from_secs(1);
+/// Bytes that may wait in a connection's socket: two of the longest messages. A vessel that pings and takes nothing gets
+/// one pong for all of its pings.
+const WAITING_BYTES: usize = 2 * MAX_MESSAGE_BYTES;
 /// How often a connection's token is looked at anew: one that was revoked or ended holds no door open.
 const LOOK: Duration = Duration::from_secs(5);
 
@@ -30,9 +34,7 @@ pub(crate) async fn open(
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
     let token = given.and_then(|given| given.strip_prefix("Bearer ")).unwrap_or_default().trim().to_owned();
     let invalid = until_invalid(state.people, token, vessel);
-    upgrade
-        .max_message_size(MAX_MESSAGE_BYTES)
-        .max_frame_size(MAX_MESSAGE_BYTES)
+    outgoing::bounded(upgrade, MAX_MESSAGE_BYTES, WAITING_BYTES)
         .on_upgrade(move |socket| tasks.track_future(serve(links, vessel, socket, invalid)))
 }
 
@@ -56,7 +58,7 @@ async fn until_invalid(people: People, token: String, vessel: u16) {
     loop {
         tokio::time::sleep(LOOK).await;
         // Trouble with the database is no reason to part with a vessel.
-        if people.by_link_token(token.clone()).await.is_ok_and(|holder| holder != Some(vessel)) {
+        if people.by_link_token(&token).await.is_ok_and(|holder| holder != Some(vessel)) {
             return;
         }
     }

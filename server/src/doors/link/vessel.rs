@@ -5,7 +5,10 @@ use super::{Event, Out};
 use crate::charts::{ChartsAboard, Parcel};
 use crate::relay::{Connection, Recorder, Relay};
 use bytes::Bytes;
-use hub::{CommandId, Door, Incoming, Lane, LinkSeq, Outgoing, Peer, Receipt, Role, Sources, TIME_TO_LIVE};
+use hub::{
+    CommandId, Delivery, Door, Incoming, Lane, LinkSeq, Peer, Receipt, Role, Sources, TIME_TO_LIVE, Tag,
+    Urgency,
+};
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use link::{
@@ -132,7 +135,7 @@ impl Task {
                 packets = hub.outbox.take() => {
                     if let Ok(packets) = packets {
                         for packet in packets {
-                            self.command(packet);
+                            self.hand_down(packet);
                         }
                     } else {
                         tracing::warn!(vessel = %self.vessel, "too many commands at once: some are lost");
@@ -188,21 +191,6 @@ impl Task {
                 self.connections.remove(&id);
                 self.handle(ShoreInput::Closed(id));
             }
-            Event::Order(command, Outgoing { epoch, packet }) => {
-                let id = self.next_command;
-                self.next_command += 1;
-                self.orders.insert(id, command);
-                // Of the lease under which it is given the vessel hears first.
-                self.tell_control();
-                self.handle(ShoreInput::Command { id, ttl: TIME_TO_LIVE, lease: epoch, packet });
-            }
-            Event::Sticks(Outgoing { epoch, packet }, ttl) => {
-                let id = self.next_command;
-                self.next_command += 1;
-                self.sticks.insert(id);
-                self.tell_control();
-                self.handle(ShoreInput::Command { id, ttl, lease: epoch, packet });
-            }
         }
     }
 
@@ -215,12 +203,27 @@ impl Task {
         }
     }
 
-    /// A packet for the vessel.
-    fn command(&mut self, packet: Bytes) {
+    /// A packet for the vessel: an order, or what somebody else says to it.
+    fn hand_down(&mut self, Delivery { packet, tag }: Delivery) {
         let id = self.next_command;
         self.next_command += 1;
-        let ttl = time_to_live(&packet);
-        self.handle(ShoreInput::Command { id, ttl, lease: 0, packet });
+        let (mut ttl, mut lease, mut overtakes) = (time_to_live(&packet), 0, false);
+        if let Some(Tag { id: command, epoch, expires, urgency }) = tag {
+            (ttl, lease, overtakes) = (expires.since(self.now().mono), epoch, urgency == Urgency::Stop);
+            match command {
+                Some(command) => drop(self.orders.insert(id, command)),
+                None => drop(self.sticks.insert(id)),
+            }
+            // Of the lease under which it is given the vessel hears first.
+            self.tell_control();
+        }
+        self.handle(ShoreInput::Command { id, ttl, lease, overtakes, packet });
+    }
+
+    /// Tells the hub whether the link stands: orders take it from now on, or other ways.
+    async fn tell_stands(&self, hub: &Connection, stands: bool) -> Result<(), crate::relay::Stopped> {
+        let peer = hub.id;
+        self.relay.look(move |hub, now| hub.link_stands(now, peer, stands)).await
     }
 
     /// Does what the session asks for.
@@ -241,11 +244,13 @@ impl Task {
                     tracing::info!(vessel = %self.vessel, "the link stands");
                     self.relay.ledger().link_changed(self.vessel);
                     self.tell_status();
+                    self.tell_stands(hub, true).await?;
                 }
                 ShoreOutput::Down => {
                     tracing::warn!(vessel = %self.vessel, "the link is down");
                     self.relay.ledger().link_changed(self.vessel);
                     self.tell_status();
+                    self.tell_stands(hub, false).await?;
                 }
                 ShoreOutput::Records { stream, records } => {
                     let now = self.now();
@@ -305,12 +310,11 @@ impl Task {
     fn answered(&mut self, answer: Answer) {
         match answer {
             Answer::Durable(id, stream, durable) => {
-                if self.stream.replace(stream) != Some(stream) {
-                    self.gaps.clear();
-                    self.durable = None;
-                }
-                self.durable = self.durable.max(durable);
-                let durable = self.acknowledgeable();
+                // What was only declared missing holds for the connection over which it was: who still has it
+                // sends it, and who has not says so again.
+                self.stream = Some(stream);
+                self.gaps.clear();
+                self.durable = durable;
                 self.handle(ShoreInput::Resume(id, durable));
             }
             Answer::Part(id, ask, bytes) => self.handle(ShoreInput::ChartPart(id, ask, bytes)),
@@ -357,14 +361,13 @@ impl Task {
                 GapReason::NotRecorded | GapReason::Killed => GapKind::NotRecorded,
                 _ => GapKind::Lost,
             },
-            reason: match gap.reason {
-                // Its number counts nothing.
-                GapReason::Killed => reason(gap.reason).to_owned(),
-                _ => format!("{} packets: {}", gap.to.saturating_sub(gap.from), reason(gap.reason)),
-            },
+            reason: reason(gap.reason).to_owned(),
+            // The number of what was killed counts nothing.
+            packets: (gap.reason != GapReason::Killed).then(|| gap.to.saturating_sub(gap.from)),
+            numbers: Some(store::Numbers { stream, from: gap.from, to: gap.to }),
             declared: self.now().utc,
         };
-        tracing::warn!(vessel = %self.vessel, reason = %declared.reason, "packets will never come");
+        tracing::warn!(vessel = %self.vessel, reason = %declared.told(), "packets will never come");
         tokio::spawn(async move {
             match recorder.with_store(move |store| store.declare_gap(&declared)).await {
                 Some(Ok(())) => {
@@ -465,8 +468,8 @@ fn time_to_live(packet: &[u8]) -> Duration {
         m::RemoteActions::ID => Duration::from_millis(500),
         m::Heartbeat::ID => Duration::from_secs(1),
         m::Reference::ID => Duration::from_secs(2),
-        m::Abort::ID => Duration::from_mins(10),
-        _ => Duration::from_secs(10),
+        m::Abort::ID => hub::STOP_LIFE,
+        _ => TIME_TO_LIVE,
     }
 }
 

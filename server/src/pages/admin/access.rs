@@ -67,7 +67,7 @@ pub(in crate::pages) async fn sessions(
 ) -> Result<Response, PageError> {
     let own = match who.via {
         Via::Session { id, .. } => Some(id),
-        Via::Token => None,
+        Via::Token { .. } => None,
     };
     let sessions = state.people.ask(|db| session::list(db, None)).await?;
     let sessions = sessions.into_iter().map(|session| rows::session(session, own)).collect();

@@ -4,7 +4,6 @@ use crate::clock::{self, written};
 use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
-use crate::people::vessels;
 use crate::relay::{DoorRecord, Happened, PeerFigures};
 use crate::shore::AppState;
 use api::Vessel;
@@ -32,6 +31,7 @@ struct DoorRow {
     here: usize,
     received: u64,
     refused: u64,
+    lost: u64,
     refusal: String,
     error: String,
 }
@@ -74,7 +74,7 @@ pub(in crate::pages) async fn page(
     State(state): State<AppState>,
     frame: Frame,
 ) -> Result<Response, PageError> {
-    let known = state.people.ask(vessels::list).await?;
+    let known = state.people.vessels();
     let peers = state.relay.peers().await.map_err(|_| ApiError::stopping())?;
     let (ledger, status) = (state.relay.ledger(), state.links.status());
     let nodes = &state.config.doors.tcp.connect;
@@ -115,8 +115,8 @@ fn door_row(
     let told = |happened: Option<Happened>| {
         happened.map_or_else(String::new, |Happened { at, text }| format!("{}: {text}", written(at)))
     };
-    let DoorRecord { address, refused, refusal, error } = record;
-    DoorRow { name, address, key, here, received, refused, refusal: told(refusal), error: told(error) }
+    let DoorRecord { address, refused, refusal, error, lost } = record;
+    DoorRow { name, address, key, here, received, refused, lost, refusal: told(refusal), error: told(error) }
 }
 
 fn peer_row(figures: PeerFigures, known: &[Vessel]) -> PeerRow {

@@ -6,7 +6,6 @@ use crate::doctor;
 use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
-use crate::people::vessels;
 use crate::relay::RecorderState;
 use crate::shore::{AppState, alarms};
 use crate::sinks::SinkState;
@@ -121,7 +120,7 @@ pub(in crate::pages) async fn page(
     let config = state.config.clone();
     let looked = tokio::task::spawn_blocking(move || look(&config, before));
     let looked = looked.await.map_err(|error| ApiError::internal(&error))??;
-    let known = state.people.ask(vessels::list).await?;
+    let known = state.people.vessels();
     let recorder: RecorderState = state.recorder.state().borrow().clone();
     let (free, total) = looked.room.unwrap_or_default();
     let usage = &looked.usage;

@@ -151,8 +151,8 @@ pub(in crate::pages) async fn token(
 ) -> Result<Response, PageError> {
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("SERVER");
     let encrypted = caller.encrypted;
-    let known = state.people.ask(vessels::list).await?;
-    let vessel = known.into_iter().find(|vessel| vessel.address == address);
+    let known = state.people.vessels();
+    let vessel = known.iter().find(|vessel| vessel.address == address).cloned();
     let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
     let label = vessel.name.clone();
     let done = act(&state, (&who, caller), "token.make", &vessel.name, move |db| {

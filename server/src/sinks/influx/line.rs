@@ -2,7 +2,9 @@
 //!
 //! A measurement for each message; tags `src` and `ent` are the numbers of system and entity, and `id` where the
 //! message has one, which keeps port and starboard apart. All numbers are floats, as InfluxDB holds a field to the
-//! type that it had first; what is no finite number is left out. Latitude and longitude are also there in degrees.
+//! type that it had first; what is no finite number is left out. Latitude and longitude are also there in degrees, as
+//! `latdeg` and `londeg`. Of EstimatedState, whose `lat` and `lon` are a reference point, those are where the vessel
+//! truly is, as are `true_lat_deg` and `true_lon_deg`, by which history and CSV call it.
 //! The time is the sender's in microseconds, or of arrival where the sender gave none.
 
 use imc::PacketView;
@@ -97,6 +99,8 @@ impl Line {
             if let Some(place) = state.and_then(|state| imc::position::place(&state).ok()) {
                 self.number("latdeg", place.lat_deg());
                 self.number("londeg", place.lon_deg());
+                self.number("true_lat_deg", place.lat_deg());
+                self.number("true_lon_deg", place.lon_deg());
             }
             return;
         }
@@ -185,6 +189,30 @@ mod tests {
         let fix = line(GpsFix { lat: 1.0, lon: f64::NAN, hdop: f32::INFINITY, ..GpsFix::default() });
         assert!(fix.contains(",lat=1,") && fix.contains(",latdeg=57.29577951308232"), "{fix}");
         assert!(!fix.contains("lon=") && !fix.contains("londeg") && !fix.contains("hdop"), "{fix}");
+    }
+
+    #[test]
+    fn an_estimated_state_has_the_raw_reference_and_the_true_place_by_the_names_of_the_history() {
+        let reference = EstimatedState {
+            lat: 63.44_f64.to_radians(),
+            lon: 10.35_f64.to_radians(),
+            x: 1_000.0,
+            y: -500.0,
+            ..EstimatedState::default()
+        };
+        let text = line(reference.clone());
+        let field = |name: &str| -> f64 {
+            let found = text.split([',', ' ']).find_map(|one| one.strip_prefix(name)?.strip_prefix('='));
+            found.unwrap_or_else(|| panic!("{name} is not in {text}")).parse().unwrap()
+        };
+        assert_eq!((field("lat"), field("lon"), field("x")), (reference.lat, reference.lon, 1_000.0));
+        // 1 000 m are 0.00897 degrees north at 63.44, 500 m are 0.01002 degrees east (WGS-84).
+        assert!((field("true_lat_deg") - 63.448_97).abs() < 2e-5, "{text}");
+        assert!((field("true_lon_deg") - 10.339_98).abs() < 2e-5, "{text}");
+        assert_eq!((field("latdeg"), field("londeg")), (field("true_lat_deg"), field("true_lon_deg")));
+        // A place that is none has no true place.
+        let nowhere = line(EstimatedState { lat: f64::NAN, ..reference });
+        assert!(!nowhere.contains("true_lat_deg") && nowhere.contains(",x=1000,"), "{nowhere}");
     }
 
     #[test]

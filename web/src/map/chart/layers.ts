@@ -6,8 +6,10 @@ import type RenderFeature from "ol/render/Feature";
 import MVT from "ol/format/MVT";
 import VectorTileLayer from "ol/layer/VectorTile";
 import VectorTileSource from "ol/source/VectorTile";
+import type VectorTile from "ol/VectorTile";
 import { linearRingsContainsXY } from "ol/geom/flat/contains";
 import { transformExtent } from "ol/proj";
+import { getTile } from "../../api/http";
 import type { ChartSet } from "../../api/types.gen";
 import type { ChartStyles } from "./style";
 
@@ -54,6 +56,8 @@ export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => voi
         tileSize: TILE_PX,
         url: `/api/v1/chart/tiles/{z}/{x}/{y}?set=${shown}`,
         wrapX: true,
+        // Tiles are many: they leave the connections to what is asked and ordered.
+        tileLoadFunction: (tile, url) => load(tile as VectorTile<RenderFeature>, url),
       });
       source.on("tileloadend", arrived);
       source.on("tileloaderror", failed);
@@ -87,6 +91,14 @@ export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => voi
       return found;
     },
   };
+}
+
+function load(tile: VectorTile<RenderFeature>, url: string): void {
+  tile.setLoader((extent, _resolution, projection) => {
+    getTile(url)
+      .then((bytes) => tile.onLoad(tile.getFormat().readFeatures(bytes, { extent, featureProjection: projection }), projection))
+      .catch(() => tile.onError());
+  });
 }
 
 function contains(feature: RenderFeature, x: number, y: number): boolean {

@@ -5,6 +5,8 @@ use imc::{Header, Packet, PacketView};
 use proptest::prelude::*;
 use units::MonoTime;
 
+mod returned;
+
 const BOAT: Address = Address(0x2810);
 
 /// A fleet and its alarms, by a clock of their own.

@@ -2,20 +2,33 @@
 //!
 //! The first free of the discovery ports is listened on, the multicast group joined; our own announcement goes to
 //! all of them every ten seconds, and by unicast to every node that announced itself to us. A node is a peer from
-//! its first packet by an announced address until it was silent for the contact timeout. What comes from an
-//! address that never announced itself is dropped, as DUNE does.
+//! its first packet by an announced address and port until it was silent for the contact timeout. What comes from a
+//! socket that nobody announced is dropped, as DUNE does; announced nodes are remembered over a restart ([`memory`]).
+//!
+//! The socket and not the source says whose a datagram is: a DUNE sends what other consoles of its host told it from
+//! its own, which is an echo, and not from theirs. Several may announce the same IMC address; it is the one that spoke
+//! first for as long as it goes on speaking.
+//!
+//! Datagrams wait nowhere that does not count what it loses: the kernel ([`drops`]), then the [`reader`]'s inbox.
+
+mod drops;
+mod memory;
+mod reader;
 
 use super::Access;
 use crate::config::Udp as UdpConfig;
 use crate::relay::{Connection, Outbox, Relay};
 use anyhow::Context as _;
-use bytes::Bytes;
+use drops::Counted;
 use hub::{Door, Incoming, Peer, Role, Sources};
 use imc::messages::{Announce, Payload as _, SystemType};
 use imc::{Address, PacketView};
+use memory::{Announced, Memory};
+use reader::{Datagram, Inbox};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::net::UdpSocket;
@@ -37,12 +50,49 @@ const FORGET_EVERY: Duration = Duration::from_secs(1);
 const OUTBOX_BYTES: usize = 256 * 1024;
 /// Nodes that announced themselves and are remembered; further ones are not until an old one is forgotten.
 const NODES_KEPT: usize = 256;
-/// Datagrams that are taken before the hub gets them.
-const BATCH: usize = 128;
+/// Packets that the hub gets at once.
+const BATCH: usize = 256;
+/// What the kernel is asked to keep for us (bytes): some seconds of many vessels.
+const KERNEL_BYTES: usize = 8 << 20;
+/// A node that spoke within this is there, and no other takes its IMC address. Vessels speak each second.
+const STEADY: Duration = Duration::from_secs(5);
 /// Ports tried after the configured one.
 const NEXT_PORTS: u16 = 5;
 
 impl Known {
+    fn new(announced: &Announced) -> Self {
+        let Announced { name, sockets, .. } = announced.clone();
+        let (heard, kind) = (Instant::now(), announced.kind());
+        Self { name, kind, sockets, heard, contact: None, refused: false }
+    }
+
+    /// What it announces; whether that is new.
+    fn is_now(&mut self, announced: &Announced) -> bool {
+        let Announced { name, sockets, .. } = announced.clone();
+        let (before, now) = ((&self.name, self.kind, &self.sockets), (&name, announced.kind(), &sockets));
+        let differs = before != now;
+        (self.name, self.kind, self.sockets) = (name, announced.kind(), sockets);
+        differs
+    }
+
+    fn announced(&self, address: Address) -> Announced {
+        let (name, sockets) = (self.name.clone(), self.sockets.clone());
+        Announced { address: address.0, name, kind: self.kind.value(), sockets }
+    }
+
+    /// Whether who announces these sockets from there is another than the one that speaks from its own.
+    fn is_another(&self, sockets: &[SocketAddrV4], from: IpAddr) -> bool {
+        let speaks = self.contact.is_some() && self.heard.elapsed() < STEADY;
+        let is_its_own =
+            |socket: &SocketAddrV4| IpAddr::V4(*socket.ip()) == from && self.sockets.contains(socket);
+        speaks && !sockets.iter().any(is_its_own)
+    }
+
+    /// Its name and where it is, for people.
+    fn title(&self) -> String {
+        self.sockets.first().map_or_else(|| self.name.clone(), |socket| format!("{} at {socket}", self.name))
+    }
+
     /// Ends the contact, if there is one.
     async fn part(&mut self) {
         if let Some(contact) = self.contact.take() {
@@ -55,10 +105,11 @@ impl Known {
 
 /// The sockets.
 pub(super) struct Node {
-    data: Arc<UdpSocket>,
-    discovery: Option<UdpSocket>,
+    data: std::net::UdpSocket,
+    discovery: Option<std::net::UdpSocket>,
     announce_ports: Vec<u16>,
     access: Access,
+    memory: Memory,
 }
 
 /// A node that announced itself.
@@ -83,7 +134,12 @@ struct Contact {
 
 impl Node {
     /// Opens the sockets.
-    pub(super) fn open(listen: SocketAddr, config: &UdpConfig, access: Access) -> anyhow::Result<Self> {
+    pub(super) fn open(
+        listen: SocketAddr,
+        config: &UdpConfig,
+        access: Access,
+        folder: &Path,
+    ) -> anyhow::Result<Self> {
         let IpAddr::V4(ip) = listen.ip() else {
             anyhow::bail!("doors.udp.listen: IMC's discovery knows IPv4 only, {listen} is no such address");
         };
@@ -96,15 +152,16 @@ impl Node {
         match &discovery {
             Some(socket) => {
                 // Without a network there is no group to join; loopback and unicast still work.
-                if let Err(error) = socket.join_multicast_v4(GROUP, Ipv4Addr::UNSPECIFIED) {
+                if let Err(error) = socket.join_multicast_v4(&GROUP, &Ipv4Addr::UNSPECIFIED) {
                     tracing::warn!(%error, "cannot join the discovery group {GROUP}");
                 }
             }
             None if config.announce_ports.is_empty() => {}
             None => tracing::warn!("no discovery port is free: nodes must be told where this server is"),
         }
+        widen(&data);
         let announce_ports = config.announce_ports.clone();
-        Ok(Self { data: Arc::new(data), discovery, announce_ports, access })
+        Ok(Self { data, discovery, announce_ports, access, memory: Memory::open(folder) })
     }
 
     /// Where datagrams are taken.
@@ -121,24 +178,32 @@ impl Node {
     pub(super) async fn run(self, relay: Relay, tasks: TaskTracker, stop: CancellationToken) {
         let services = self.services();
         relay.look(move |hub, _| hub.set_services(&services)).await.ok();
-        let mut party = Party { node: self, relay, tasks, known: BTreeMap::new() };
-        let (mut data, mut discovery) = (vec![0; 65_536], vec![0; 65_536]);
+        let mut party = match Party::join(self, relay.clone(), tasks, stop.clone()) {
+            Ok(party) => party,
+            Err(error) => {
+                tracing::error!(%error, "the UDP door cannot be served");
+                return relay.ledger().failed(Door::Udp, &format!("cannot be served: {error}"));
+            }
+        };
+        let inbox = Arc::clone(&party.inbox);
         let mut announce = tokio::time::interval(ANNOUNCE_EVERY);
         let mut second = tokio::time::interval(FORGET_EVERY);
         loop {
             tokio::select! {
                 () = stop.cancelled() => break,
                 _ = announce.tick() => party.announce().await,
-                _ = second.tick() => party.forget().await,
-                received = party.node.data.recv_from(&mut data) => party.data(&mut data, received).await,
-                received = from(party.node.discovery.as_ref(), &mut discovery) => {
-                    party.discovered(&discovery, received).await;
+                _ = second.tick() => {
+                    party.forget().await;
+                    party.count_lost();
                 }
+                datagrams = inbox.take() => party.take(datagrams).await,
             }
+            party.remember();
         }
         for known in party.known.values_mut() {
             known.part().await;
         }
+        party.memory.close().await;
     }
 
     /// The services by which others reach us: each address of this host that they may see.
@@ -163,72 +228,114 @@ fn facing() -> Option<Ipv4Addr> {
     }
 }
 
-fn bind(ip: Ipv4Addr, port: u16) -> io::Result<UdpSocket> {
+fn bind(ip: Ipv4Addr, port: u16) -> io::Result<std::net::UdpSocket> {
     let socket = std::net::UdpSocket::bind((ip, port))?;
     socket.set_nonblocking(true)?;
-    UdpSocket::from_std(socket)
+    Ok(socket)
 }
 
-async fn from(socket: Option<&UdpSocket>, buffer: &mut [u8]) -> io::Result<(usize, SocketAddr)> {
-    match socket {
-        Some(socket) => socket.recv_from(buffer).await,
-        None => std::future::pending().await,
+/// Asks for room for bursts, and says how to give more where the system does not.
+fn widen(socket: &std::net::UdpSocket) {
+    let options = socket2::SockRef::from(socket);
+    options.set_recv_buffer_size(KERNEL_BYTES).ok();
+    // Linux counts its own bookkeeping as much again.
+    let granted_kib = options.recv_buffer_size().unwrap_or_default() / 2 / 1_024;
+    let asked_kib = KERNEL_BYTES / 1_024;
+    if granted_kib < asked_kib {
+        tracing::warn!(
+            granted_kib,
+            asked_kib,
+            "bursts of datagrams may be lost: the system gives the UDP door a smaller buffer than it asks for; \
+             set net.core.rmem_max = {KERNEL_BYTES} (sysctl)"
+        );
+    } else {
+        tracing::info!(granted_kib, "the UDP door's buffer in the kernel");
     }
 }
 
 /// The node and those it knows.
 struct Party {
-    node: Node,
+    /// To send by; the reader's thread serves it.
+    socket: Arc<UdpSocket>,
+    inbox: Arc<Inbox>,
+    counted: Option<Counted>,
+    address: SocketAddr,
+    announce_ports: Vec<u16>,
+    access: Access,
+    memory: Memory,
     relay: Relay,
     tasks: TaskTracker,
     known: BTreeMap<Address, Known>,
+    /// Whether somebody is known otherwise than it is remembered.
+    changed: bool,
 }
 
 impl Party {
-    /// Datagrams: the one that came and what else is there.
-    async fn data(&mut self, buffer: &mut [u8], first: io::Result<(usize, SocketAddr)>) {
+    fn join(node: Node, relay: Relay, tasks: TaskTracker, stop: CancellationToken) -> io::Result<Self> {
+        let (address, counted) = (node.address(), Counted::of(&node.data));
+        let Node { data, discovery, announce_ports, access, memory } = node;
+        let reader::Sockets { data: socket, inbox } = reader::start(data, discovery, stop)?;
+        let admitted =
+            |node: &&Announced| node.sockets.iter().any(|socket| access.admits(IpAddr::V4(*socket.ip())));
+        let known = memory.nodes().iter().filter(admitted).take(NODES_KEPT);
+        let known = known.map(|node| (node.address(), Known::new(node))).collect();
+        Ok(Self {
+            socket,
+            inbox,
+            counted,
+            address,
+            announce_ports,
+            access,
+            memory,
+            relay,
+            tasks,
+            known,
+            changed: false,
+        })
+    }
+
+    /// What came, in order.
+    async fn take(&mut self, datagrams: impl IntoIterator<Item = Datagram>) {
         let mut batches: BTreeMap<Address, Vec<Incoming>> = BTreeMap::new();
-        let mut next = first;
-        for _ in 0..BATCH {
-            // An error is an earlier datagram's: its receiver was not there.
-            if let Ok((length, from)) = next
-                && let Ok(view) = PacketView::new(&buffer[..length])
-            {
-                if view.id() == Announce::ID {
-                    self.announced(&view, from);
+        for Datagram { from, bytes, discovery } in datagrams {
+            let Ok(view) = PacketView::new(&bytes) else { continue };
+            let announces = view.id() == Announce::ID;
+            let welcome = announces && self.announced(&view, from);
+            let node = match (welcome, discovery) {
+                // Nodes may announce themselves from a socket that serves nothing else.
+                (true, _) => Some(view.src()),
+                (false, true) => None,
+                (false, false) => self.node_at(view.src(), from),
+            };
+            if let Some(node) = node {
+                let batch = batches.entry(node).or_default();
+                batch.push(bytes.into());
+                if batch.len() >= BATCH {
+                    let batch = std::mem::take(batch);
+                    self.give(node, batch).await;
                 }
-                if self.is_known(view.src(), from.ip()) {
-                    let packet = Bytes::copy_from_slice(&buffer[..length]);
-                    batches.entry(view.src()).or_default().push(packet.into());
-                } else {
-                    metrics::counter!("lutra_refused_total", "door" => "udp").increment(1);
-                    // An announcement that was refused is told already.
-                    if view.id() != Announce::ID {
-                        let why = "a datagram of a node that has not announced itself from there";
-                        self.relay.ledger().refused(Door::Udp, from.ip(), why);
-                    }
+            } else if !discovery {
+                metrics::counter!("lutra_refused_total", "door" => "udp").increment(1);
+                // An announcement that was refused is told already.
+                if !announces {
+                    let why = "a datagram of a node that has not announced itself from there";
+                    self.relay.ledger().refused(Door::Udp, from.ip(), why);
                 }
-            }
-            match self.node.data.try_recv_from(buffer) {
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                received => next = received,
             }
         }
-        for (source, batch) in batches {
-            self.give(source, batch).await;
+        for (node, batch) in batches.into_iter().filter(|(_, batch)| !batch.is_empty()) {
+            self.give(node, batch).await;
         }
     }
 
-    /// A datagram at the discovery port.
-    async fn discovered(&mut self, buffer: &[u8], received: io::Result<(usize, SocketAddr)>) {
-        let Ok((length, from)) = received else { return };
-        let Ok(view) = PacketView::new(&buffer[..length]) else { return };
-        if view.id() != Announce::ID || !self.announced(&view, from) {
-            return;
+    /// The node that a socket belongs to: of its source if that announced it, else of who did.
+    fn node_at(&self, source: Address, from: SocketAddr) -> Option<Address> {
+        let SocketAddr::V4(from) = from else { return None };
+        let owns = |known: &Known| known.sockets.contains(&from);
+        if self.known.get(&source).is_some_and(owns) {
+            return Some(source);
         }
-        let source = view.src();
-        let packet = Bytes::copy_from_slice(view.bytes());
-        self.give(source, vec![packet.into()]).await;
+        self.known.iter().find(|(_, known)| owns(known)).map(|(address, _)| *address)
     }
 
     /// Takes an announcement in. Whether its node is one to talk with.
@@ -237,7 +344,7 @@ impl Party {
         if ours || view.src().is_everyone() {
             return false;
         }
-        if !self.node.access.admits(from.ip()) {
+        if !self.access.admits(from.ip()) {
             self.relay.ledger().refused(Door::Udp, from.ip(), "not in doors.udp.allow");
             return false;
         }
@@ -254,25 +361,22 @@ impl Party {
             self.relay.ledger().refused(Door::Udp, from.ip(), "too many nodes have announced themselves");
             return false;
         }
-        let name = announce.sys_name.to_str_lossy().chars().take(100).collect();
-        let kind = announce.sys_type;
-        let entry = self.known.entry(view.src());
-        let known = entry.or_insert_with(|| Known {
-            name: String::new(),
-            kind,
-            sockets: Vec::new(),
-            heard: Instant::now(),
-            contact: None,
-            refused: false,
-        });
-        (known.name, known.kind, known.sockets) = (name, kind, sockets);
+        let name: String = announce.sys_name.to_str_lossy().chars().take(100).collect();
+        let announced = Announced { address: view.src().0, name, kind: announce.sys_type.value(), sockets };
+        match self.known.get_mut(&view.src()) {
+            Some(known) if known.is_another(&announced.sockets, from.ip()) => {
+                let there = known.sockets.first().map(SocketAddrV4::to_string).unwrap_or_default();
+                let why = format!("{} is {} at {there}, which is still speaking", view.src(), known.name);
+                self.relay.ledger().refused(Door::Udp, from.ip(), &why);
+                return false;
+            }
+            Some(known) => self.changed |= known.is_now(&announced),
+            None => {
+                self.known.insert(view.src(), Known::new(&announced));
+                self.changed = true;
+            }
+        }
         true
-    }
-
-    fn is_known(&self, source: Address, ip: IpAddr) -> bool {
-        self.known
-            .get(&source)
-            .is_some_and(|known| known.sockets.iter().any(|socket| IpAddr::V4(*socket.ip()) == ip))
     }
 
     /// Hands packets of a node to the hub; the first makes it a peer.
@@ -284,7 +388,7 @@ impl Party {
             known.part().await;
         }
         if known.contact.is_none() {
-            let Some(place) = self.node.access.permit() else {
+            let Some(place) = self.access.permit() else {
                 if !std::mem::replace(&mut known.refused, true) {
                     tracing::warn!(name = %known.name, "refused at the UDP door: doors.udp.max_peers are connected");
                     let ip = known.sockets.first().map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip());
@@ -294,7 +398,7 @@ impl Party {
             };
             let role = if known.kind == SystemType::Ccu { Role::Console } else { Role::Vessel };
             let sources = Sources::Only(vec![source]);
-            let peer = Peer { door: Door::Udp, role, name: known.name.clone(), sources };
+            let peer = Peer { door: Door::Udp, role, name: known.title(), sources };
             let Ok(connection) = self.relay.join(peer, OUTBOX_BYTES).await else { return };
             known.refused = false;
             tracing::info!(name = %known.name, %source, "an IMC node is here");
@@ -302,7 +406,7 @@ impl Party {
             let to = known.sockets.clone();
             let receiver = to.clone();
             let outbox = Arc::clone(&connection.outbox);
-            let socket = Arc::clone(&self.node.data);
+            let socket = Arc::clone(&self.socket);
             let ended = stop.clone();
             self.tasks.spawn(async move {
                 ended.run_until_cancelled(send(socket, receiver, outbox)).await;
@@ -318,7 +422,7 @@ impl Party {
     async fn announce(&mut self) {
         let Ok(Some(packet)) = self.relay.look(hub::Hub::announcement).await else { return };
         let mut hosts = vec![Ipv4Addr::LOCALHOST];
-        if !self.node.address().ip().is_loopback() {
+        if !self.address.ip().is_loopback() {
             hosts.extend([GROUP, Ipv4Addr::BROADCAST]);
         }
         let known = self.known.values().flat_map(|known| &known.sockets).map(|socket| *socket.ip());
@@ -326,9 +430,9 @@ impl Party {
         hosts.sort_unstable();
         hosts.dedup();
         for host in hosts {
-            for port in self.node.announce_ports.iter().filter(|port| **port != 0) {
+            for port in self.announce_ports.iter().filter(|port| **port != 0) {
                 // A host without a network cannot send to the group; that is no news every ten seconds.
-                self.node.data.send_to(&packet, (host, *port)).await.ok();
+                self.socket.send_to(&packet, (host, *port)).await.ok();
             }
         }
     }
@@ -338,13 +442,38 @@ impl Party {
         for known in self.known.values_mut().filter(|known| known.heard.elapsed() >= CONTACT) {
             known.part().await;
         }
+        let before = self.known.len();
         self.known.retain(|_, known| known.heard.elapsed() < KNOWN);
+        self.changed |= self.known.len() < before;
+    }
+
+    /// Tells what was lost, in the kernel or for want of room here.
+    fn count_lost(&self) {
+        let (kernel, here) =
+            (self.counted.and_then(Counted::drops).unwrap_or_default(), self.inbox.dropped());
+        metrics::counter!("lutra_udp_lost_total", "where" => "kernel").absolute(kernel);
+        metrics::counter!("lutra_udp_lost_total", "where" => "server").absolute(here);
+        self.relay.ledger().lost(Door::Udp, kernel + here);
+    }
+
+    /// Keeps who is known for the next start.
+    fn remember(&mut self) {
+        if self.changed {
+            let known = &self.known;
+            self.changed =
+                !self.memory.keep(|| known.iter().map(|(at, known)| known.announced(*at)).collect());
+        }
     }
 }
 
 /// Sends what waits for a node to the first of its sockets that the network knows a way to.
 async fn send(socket: Arc<UdpSocket>, to: Vec<SocketAddrV4>, outbox: Arc<Outbox>) {
-    while let Ok(packets) = outbox.take().await {
+    loop {
+        let Ok(packets) = outbox.take_packets().await else {
+            tracing::error!(?to, "too much at once for an IMC node: what waited for it is lost");
+            outbox.reopen();
+            continue;
+        };
         for packet in packets {
             for address in &to {
                 if socket.send_to(&packet, address).await.is_ok() {

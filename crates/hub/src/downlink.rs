@@ -1,0 +1,278 @@
+//! The one way down: what people and programs order goes to its vessel by whatever door leads there.
+//!
+//! Every order has a number, the epoch of the lease that it is given under, an end of its life, and an urgency. It goes by
+//! the vessel's link while that stands, else by the best of the other ways. What finds no way waits here until its life
+//! ends, and goes out when the vessel is heard again. A stop takes every way there is, goes ahead of everything that
+//! waits, waits all the same where the vessel was not heard for some seconds, and calls off what was ordered before it and is not sent: a start that comes after the stop that was meant to
+//! end it would be worse than none.
+//!
+//! | urgency | without a way | life |
+//! |---|---|---|
+//! | stop | waits | [`STOP_LIFE`] |
+//! | command | waits if the vessel has a link, else it is refused | [`crate::TIME_TO_LIVE`] |
+//! | sticks | is dropped: newer ones follow | what the hands' samples are worth |
+
+use crate::command::{CALLED_OFF, CommandId};
+use crate::{Door, Hub, Now, PeerId};
+use bytes::Bytes;
+use imc::{Address, PacketView};
+use std::collections::BTreeMap;
+use std::time::Duration;
+use units::MonoTime;
+
+/// A stop is worth delivering for as long as this.
+pub const STOP_LIFE: Duration = Duration::from_mins(10);
+/// A stop that another way took is not worth more than any order on a way that does not answer: whoever starts anew
+/// after it must not be stopped by its copy.
+const COPY_LIFE: Duration = crate::TIME_TO_LIVE;
+/// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
+const WAITING: usize = 20;
+/// Vessels for which orders may wait.
+const VESSELS: usize = 1_024;
+
+/// How urgent an order is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Urgency {
+    /// Stick positions: the next ones replace them.
+    Sticks,
+    /// Any order but a stop.
+    Command,
+    /// A stop.
+    Stop,
+}
+
+/// What an order carries besides its packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tag {
+    /// The command that it is; none for stick positions.
+    pub id: Option<CommandId>,
+    /// The lease under which it is given; 0 for what takes none.
+    pub epoch: u64,
+    /// It is not delivered from here on.
+    pub expires: MonoTime,
+    /// How urgent it is.
+    pub urgency: Urgency,
+}
+
+/// A packet for a peer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Delivery {
+    /// The packet.
+    pub packet: Bytes,
+    /// What it is as an order; nothing for what is only passed on.
+    pub tag: Option<Tag>,
+}
+
+impl From<Bytes> for Delivery {
+    fn from(packet: Bytes) -> Self {
+        Self { packet, tag: None }
+    }
+}
+
+/// An order for a vessel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Telecommand {
+    /// To whom.
+    pub vessel: Address,
+    /// What it carries.
+    pub tag: Tag,
+    /// The packet.
+    pub packet: Bytes,
+}
+
+/// What became of an order when it was given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Dispatched {
+    /// It is on its way by these doors.
+    Sent(Vec<Door>),
+    /// It waits for a way, until its life ends.
+    Waits,
+    /// There is no way, for this reason.
+    Refused(&'static str),
+}
+
+/// What waits for a way, by vessel, in the order in which it was given.
+#[derive(Debug, Default)]
+pub(crate) struct Waiting(BTreeMap<Address, Vec<Telecommand>>);
+
+impl Waiting {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn has(&self, vessel: Address) -> bool {
+        self.0.contains_key(&vessel)
+    }
+
+    /// Lets an order wait.
+    fn put(&mut self, order: Telecommand) -> Result<(), &'static str> {
+        let vessel = order.vessel;
+        if self.0.len() >= VESSELS && !self.has(vessel) {
+            return Err("orders wait for too many vessels");
+        }
+        let waiting = self.0.entry(vessel).or_default();
+        if waiting.len() >= WAITING {
+            return Err("too many orders wait for this vessel");
+        }
+        waiting.push(order);
+        Ok(())
+    }
+
+    fn take(&mut self, vessel: Address) -> Vec<Telecommand> {
+        self.0.remove(&vessel).unwrap_or_default()
+    }
+
+    /// Takes out what is not worth delivering any more.
+    fn expired(&mut self, now: MonoTime) -> Vec<Telecommand> {
+        let mut over = Vec::new();
+        self.0.retain(|_, waiting| {
+            over.extend(waiting.extract_if(.., |one| one.tag.expires <= now));
+            !waiting.is_empty()
+        });
+        over
+    }
+}
+
+/// A way to a vessel that is no link.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    peer: PeerId,
+    /// Whether the vessel was heard there in the last seconds.
+    alive: bool,
+}
+
+impl Hub {
+    /// Gives an order to its vessel. It is recorded as soon as it is given.
+    pub fn dispatch(&mut self, now: Now, order: Telecommand) -> Dispatched {
+        self.record_own(now, &order.packet);
+        self.send_down(now, order)
+    }
+
+    /// Whether a vessel's link stands, as its peer says. What waits goes out when it does.
+    pub fn link_stands(&mut self, now: Now, peer: PeerId, stands: bool) {
+        let Some(slot) = self.peers.get_mut(&peer) else { return };
+        slot.stands = stands;
+        let vessels = slot.own_vessels();
+        if stands {
+            for vessel in vessels {
+                self.flush(now, vessel);
+            }
+        }
+    }
+
+    /// Whether an order to a vessel would go by its link: it stands, or it is the only way there is.
+    pub fn goes_by_link(&self, now: MonoTime, vessel: Address) -> bool {
+        let links = || self.peers.values().filter(|slot| slot.is_link_of(vessel));
+        links().any(|slot| slot.stands)
+            || (links().next().is_some() && self.other_ways(now, vessel).is_empty())
+    }
+
+    /// A way to a vessel may be there again: what waits for it goes out.
+    pub(crate) fn flush(&mut self, now: Now, vessel: Address) {
+        for order in self.waiting.take(vessel) {
+            self.give_again(now, order);
+        }
+    }
+
+    /// What a peer that is gone did not take goes by another way, if it is still worth anything.
+    pub fn give_again(&mut self, now: Now, order: Telecommand) {
+        let id = order.tag.id;
+        let dispatched = self.send_down(now, order);
+        if let Some(id) = id.filter(|_| dispatched != Dispatched::Waits) {
+            self.commands_mut().dispatched(now, id, &dispatched);
+        }
+    }
+
+    /// Ends what waited for too long.
+    pub(crate) fn expire_waiting(&mut self, now: Now) {
+        for order in self.waiting.expired(now.mono) {
+            if let Some(id) = order.tag.id {
+                self.commands_mut().expired(now, id);
+            }
+        }
+    }
+
+    fn send_down(&mut self, now: Now, order: Telecommand) -> Dispatched {
+        let Telecommand { vessel, tag, ref packet } = order;
+        if tag.expires <= now.mono {
+            return Dispatched::Refused("it came too late");
+        }
+        let stop = tag.urgency == Urgency::Stop;
+        if stop {
+            self.call_off(now, vessel);
+        }
+        let (link, others) = (self.standing_link(vessel), self.other_ways(now.mono, vessel));
+        let one_is_alive = others.iter().any(|way| way.alive);
+        let mut doors = Vec::new();
+        if let Some(link) = link {
+            let expires =
+                if stop && one_is_alive { tag.expires.min(now.mono + COPY_LIFE) } else { tag.expires };
+            doors.extend(self.hand(link, packet, Tag { expires, ..tag }));
+        }
+        if doors.is_empty() || stop {
+            let count = if stop { others.len() } else { 1 };
+            for way in others.into_iter().take(count) {
+                doors.extend(self.hand(way.peer, packet, tag));
+            }
+        }
+        // A way on which the vessel was not heard lately may lead nowhere: a stop waits all the same, until it is heard.
+        if !doors.is_empty() && (link.is_some() || one_is_alive || !stop) {
+            return Dispatched::Sent(doors);
+        }
+        let has_link = self.peers.values().any(|slot| slot.is_link_of(vessel));
+        match tag.urgency {
+            Urgency::Sticks => return Dispatched::Refused("no way leads to the vessel at present"),
+            Urgency::Command if !has_link => {
+                return Dispatched::Refused("no door leads to the vessel at present");
+            }
+            Urgency::Command | Urgency::Stop => {}
+        }
+        match self.waiting.put(order) {
+            Ok(()) => Dispatched::Waits,
+            Err(why) => Dispatched::Refused(why),
+        }
+    }
+
+    /// Calls off what waits for a vessel.
+    fn call_off(&mut self, now: Now, vessel: Address) {
+        for id in self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id) {
+            self.commands_mut().refused(now, id, CALLED_OFF.to_owned());
+        }
+    }
+
+    fn hand(&mut self, peer: PeerId, packet: &Bytes, tag: Tag) -> Option<Door> {
+        let slot = self.peers.get_mut(&peer)?;
+        slot.delivered += 1;
+        slot.out.push(Delivery { packet: packet.clone(), tag: Some(tag) });
+        let door = slot.peer.door;
+        self.counters.delivered += 1;
+        Some(door)
+    }
+
+    fn standing_link(&self, vessel: Address) -> Option<PeerId> {
+        let stands = |(_, slot): &(&PeerId, &crate::slot::Slot)| slot.stands && slot.is_link_of(vessel);
+        self.peers.iter().find(stands).map(|(id, _)| *id)
+    }
+
+    /// The ways to a vessel but for its link, the best one first.
+    fn other_ways(&self, now: MonoTime, vessel: Address) -> Vec<Way> {
+        let ways = self.peers.iter().filter(|(_, slot)| !slot.is_link_of(vessel));
+        let mut ways: Vec<_> =
+            ways.filter_map(|(id, slot)| slot.way_to(vessel, now).map(|way| (way, *id))).collect();
+        ways.sort_unstable();
+        ways.into_iter().rev().map(|((alive, ..), peer)| Way { peer, alive }).collect()
+    }
+
+    /// A packet of the present came from a vessel: a way leads there.
+    pub(crate) fn way_back(&mut self, now: Now, view: &PacketView<'_>) {
+        if !self.waiting.is_empty() && self.waiting.has(view.src()) {
+            self.flush(now, view.src());
+        }
+    }
+}
+
+/// By which doors an order went, in words.
+pub(crate) fn by(doors: &[Door]) -> String {
+    let names: Vec<&str> = doors.iter().map(|door| door.name()).collect();
+    format!("by {}", names.join(" and "))
+}

@@ -1,0 +1,79 @@
+//! Vessels that have a link with a token, and what others say in their names.
+//!
+//! A link proves who speaks; the other doors have no passwords. So a vessel that has a link is believed there, and by
+//! the other doors that the configuration trusts. What comes in its name by another door is refused and counted, and
+//! told for [`CLAIM_LASTS`] after the last of it.
+
+use crate::alarm::Contradiction;
+use crate::peer::Door;
+use imc::Address;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+use units::MonoTime;
+
+/// How long it is told that another speaks in a vessel's name.
+const CLAIM_LASTS: Duration = Duration::from_mins(1);
+/// Characters of a peer's name that are told.
+const NAME_CHARS: usize = 100;
+
+/// Whom to believe where.
+#[derive(Debug, Default)]
+pub(crate) struct Linked {
+    vessels: BTreeSet<Address>,
+    trusted: BTreeSet<Door>,
+    /// At most one for each vessel and door.
+    claims: BTreeMap<(Address, Door), Claim>,
+}
+
+/// Packets in a vessel's name.
+#[derive(Debug)]
+struct Claim {
+    peer: String,
+    last: MonoTime,
+}
+
+impl Linked {
+    pub(crate) fn trust(&mut self, doors: impl IntoIterator<Item = Door>) {
+        self.trusted = doors.into_iter().collect();
+    }
+
+    pub(crate) fn set(&mut self, vessels: BTreeSet<Address>) {
+        self.claims.retain(|(vessel, _), _| vessels.contains(vessel));
+        self.vessels = vessels;
+    }
+
+    pub(crate) fn vessels(&self) -> impl Iterator<Item = Address> {
+        self.vessels.iter().copied()
+    }
+
+    /// Whether vessels that have a link are believed at a door.
+    pub(crate) fn is_trusted(&self, door: Door) -> bool {
+        door == Door::Link || self.trusted.contains(&door)
+    }
+
+    /// Whether a vessel is not believed at a door.
+    pub(crate) fn denies(&self, source: Address, door: Door) -> bool {
+        self.vessels.contains(&source) && !self.is_trusted(door)
+    }
+
+    /// Somebody spoke in a vessel's name.
+    pub(crate) fn claimed(&mut self, now: MonoTime, vessel: Address, door: Door, peer: &str) {
+        let empty = || Claim { peer: String::new(), last: now };
+        let claim = self.claims.entry((vessel, door)).or_insert_with(empty);
+        if claim.peer != peer {
+            claim.peer = peer.chars().take(NAME_CHARS).collect();
+        }
+        claim.last = now;
+    }
+
+    /// What must be told now.
+    pub(crate) fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
+        self.claims.retain(|_, claim| now.since(claim.last) < CLAIM_LASTS);
+        let told = self.claims.iter().map(|((vessel, door), claim)| Contradiction {
+            vessel: *vessel,
+            door: *door,
+            peer: claim.peer.clone(),
+        });
+        told.collect()
+    }
+}

@@ -1,0 +1,88 @@
+//! A server whose parts are lost to faults, or hang.
+
+use super::serve::{Serving, serve};
+use super::testing::{Boats, FIRST, boat};
+use crate::clock;
+use crate::config::Config;
+use http_body_util::BodyExt as _;
+use hyper_util::rt::TokioIo;
+use std::path::Path;
+
+async fn start(folder: &Path) -> Serving {
+    let mut config = Config { data: folder.to_owned(), ..Config::default() };
+    config.http.listen = "127.0.0.1:0".parse().unwrap();
+    config.imc.active = false;
+    serve(config).await.unwrap()
+}
+
+async fn get(serving: &Serving, path: &str) -> (u16, String) {
+    let stream = tokio::net::TcpStream::connect(serving.address).await.unwrap();
+    let (mut sender, connection) = hyper::client::conn::http1::handshake(TokioIo::new(stream)).await.unwrap();
+    tokio::spawn(connection);
+    let request = hyper::Request::get(path).header("host", "boat").body(String::new()).unwrap();
+    let response = sender.send_request(request).await.unwrap();
+    let status = response.status().as_u16();
+    let body = response.into_body().collect().await.unwrap().to_bytes();
+    (status, String::from_utf8_lossy(&body).into_owned())
+}
+
+/// Loses the owner of this name to a fault, as a bug in it would.
+async fn lose(serving: &Serving, owner: &str) {
+    let state = serving.state.clone();
+    match owner {
+        "the hub" => {
+            let lost = state.relay.look(|_, _| -> () { panic!("a fault in the hub") }).await;
+            assert!(lost.is_err());
+        }
+        "the recorder" => {
+            let lost = state.recorder.with_store(|_| -> () { panic!("a fault in the recorder") }).await;
+            assert!(lost.is_none(), "who asks gets an answer all the same");
+        }
+        "app.db" => {
+            let lost = state.people.ask(|_| -> Result<(), _> { panic!("a fault in app.db") }).await;
+            assert!(lost.is_err());
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// The packets of the boat's in the archive.
+fn kept(folder: &Path) -> usize {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let count = |path: &Path| {
+        let mut deframer = imc::Deframer::new();
+        deframer.push(&std::fs::read(path).unwrap());
+        let mut count = 0;
+        while let Some(frame) = deframer.next_frame() {
+            count += usize::from(matches!(frame, imc::Frame::Packet { view, .. } if view.src().0 == FIRST));
+        }
+        count
+    };
+    entries
+        .map(|path| match path.file_name().and_then(|name| name.to_str()) {
+            _ if path.is_dir() => kept(&path),
+            Some("Data.lsf") => count(&path),
+            _ => 0,
+        })
+        .sum()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
+    for owner in ["the hub", "the recorder", "app.db"] {
+        let folder = tempfile::tempdir().unwrap();
+        let serving = start(folder.path()).await;
+        assert_eq!(get(&serving, "/healthz").await.0, 200);
+        assert_eq!(get(&serving, "/readyz").await.0, 200);
+        let boats = Boats::join(&serving.relay).await;
+        let said = boat(0, clock::now());
+        boats.say(said.clone()).await;
+        lose(&serving, owner).await;
+        assert_eq!(serving.failed().await, owner);
+        let (status, body) = get(&serving, "/healthz").await;
+        assert!(status == 503 && body.contains(&format!("{owner} was lost to a fault")), "{status} {body}");
+        assert_eq!(get(&serving, "/readyz").await.0, 503);
+        serving.stop().await;
+        assert_eq!(kept(folder.path()), said.len(), "{owner}");
+    }
+}
