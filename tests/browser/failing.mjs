@@ -53,7 +53,7 @@ await inBrowser(async (open) => {
     check(page.told.filter((text) => text.includes("sabotage")).length === 1, `${path}: told once: ${page.told}`);
     // Whatever else fails, a vessel is stopped.
     await page.locator("#stop .halt").first().click();
-    await page.locator("#orders .order").first().getByText(/accepted, sent|NO EFFECT|effect seen/).waitFor();
+    await page.locator("#orders .order").first().getByText(/accepted, sent|sent .*, but the vessel is silent/).waitFor();
     await page.evaluate(() => window.mend());
     // What is told once and could not be drawn is missing until the page is loaded anew.
     if (part.startsWith(".alarm")) {

@@ -14,9 +14,10 @@ pub struct Ordered {
     /// When it was handed on, by the server's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
-    /// Whether a door leads to the vessel at present, so that the order is on its way; else nobody heard it.
+    /// Whether it was sent: a door leads to the vessel.
     pub reached: bool,
-    /// Whether it waits for a way: it is sent as soon as the vessel is heard, within ten minutes.
+    /// Whether the vessel was not heard lately: the order is sent, perhaps once more, as soon as the vessel is heard
+    /// within ten minutes.
     pub waits: bool,
 }
 

@@ -85,8 +85,9 @@ pub struct Telecommand {
 pub enum Dispatched {
     /// It is on its way by these doors.
     Sent(Vec<Door>),
-    /// It waits for a way, until its life ends.
-    Waits,
+    /// It waits until its vessel is heard or its life ends. It was given to these doors all the same, where the vessel
+    /// was not heard lately.
+    Waits(Vec<Door>),
     /// There is no way, for this reason.
     Refused(&'static str),
 }
@@ -178,7 +179,7 @@ impl Hub {
     pub fn give_again(&mut self, now: Now, order: Telecommand) {
         let id = order.tag.id;
         let dispatched = self.send_down(now, order);
-        if let Some(id) = id.filter(|_| dispatched != Dispatched::Waits) {
+        if let Some(id) = id.filter(|_| !matches!(dispatched, Dispatched::Waits(_))) {
             self.commands_mut().dispatched(now, id, &dispatched);
         }
     }
@@ -228,7 +229,7 @@ impl Hub {
             Urgency::Command | Urgency::Stop => {}
         }
         match self.waiting.put(order) {
-            Ok(()) => Dispatched::Waits,
+            Ok(()) => Dispatched::Waits(doors),
             Err(why) => Dispatched::Refused(why),
         }
     }

@@ -127,9 +127,9 @@ fn a_stop_waits_for_its_vessel_and_goes_out_first_when_it_is_heard() {
     let mut world = World::new();
     let link = world.link();
     let (early, dispatched) = world.order(0, start());
-    assert_eq!(dispatched, Dispatched::Waits);
+    assert_eq!(dispatched, Dispatched::Waits(vec![]));
     let (stop, dispatched) = world.order(1_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits);
+    assert_eq!(dispatched, Dispatched::Waits(vec![]));
     assert_eq!(world.stage(early), (Stage::Refused, "a stop was ordered before it could be sent".to_owned()));
     let (late, _) = world.order(300_000, start());
     for second in 1..=305 {
@@ -151,7 +151,7 @@ fn a_stop_that_nobody_was_there_to_hear_expires_and_any_other_order_sooner() {
     world.link();
     let (command, _) = world.order(0, start());
     let (other, dispatched) = world.order(1, Order::Stop);
-    assert_eq!((dispatched, world.stage(command).0), (Dispatched::Waits, Stage::Refused));
+    assert_eq!((dispatched, world.stage(command).0), (Dispatched::Waits(vec![]), Stage::Refused));
     let (command, _) = world.order(2, start());
     for second in 1..=12 {
         world.hub.tick(at(second * 1_000));
@@ -169,7 +169,7 @@ fn a_vessel_without_a_link_gets_a_stop_when_it_is_heard_again_and_other_orders_a
     let (_, dispatched) = world.order(0, start());
     assert_eq!(dispatched, Dispatched::Refused("no door leads to the vessel at present"));
     let (stop, dispatched) = world.order(1_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits);
+    assert_eq!(dispatched, Dispatched::Waits(vec![]));
     world.heard(2_000, udp);
     assert_eq!(world.ids(udp), [stop]);
     assert_eq!(world.stage(stop).0, Stage::Sent);
@@ -263,7 +263,7 @@ fn a_stop_is_given_again_to_a_vessel_that_was_out_of_reach() {
     world.heard(0, udp);
     // In a radio shadow: the node is still known, and a datagram goes into nothing.
     let (stop, dispatched) = world.order(10_000, Order::Stop);
-    assert_eq!(dispatched, Dispatched::Waits);
+    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Udp]));
     assert_eq!(world.ids(udp), [stop]);
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), [stop]);

@@ -13,7 +13,7 @@ use crate::relay::Relay;
 use crate::shore::{AppState, control};
 use api::Command;
 use axum::http::StatusCode;
-use hub::{Change, Holder, Hub, LeaseEvent, LeaseRefused, Order};
+use hub::{Change, Dispatched, Holder, Hub, LeaseEvent, LeaseRefused, Order};
 use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
 use imc::{Address, PacketView};
 use std::time::Duration;
@@ -161,16 +161,17 @@ pub(super) fn dispatch(
     id: hub::CommandId,
     vessel: Address,
     holder: Option<&Holder>,
-) {
+) -> Option<Dispatched> {
     let epoch = hub.commands().get(id).map_or(0, |command| command.epoch);
     if epoch != 0 && holder.is_none_or(|holder| hub.leases().epoch(now, vessel, holder) != Ok(epoch)) {
-        return hub.commands_mut().refused(now, id, "control was lost before it was sent".to_owned());
+        hub.commands_mut().refused(now, id, "control was lost before it was sent".to_owned());
+        return None;
     }
     let ran = running(hub, vessel);
-    if let Some(order) = hub.commands_mut().accepted(now, id, ran) {
-        let dispatched = hub.dispatch(now, order);
-        hub.commands_mut().dispatched(now, id, &dispatched);
-    }
+    let order = hub.commands_mut().accepted(now, id, ran)?;
+    let dispatched = hub.dispatch(now, order);
+    hub.commands_mut().dispatched(now, id, &dispatched);
+    Some(dispatched)
 }
 
 /// The plan that a vessel said it executes.

@@ -9,7 +9,7 @@ use super::orders::{self, Issuer};
 use crate::people::Line;
 use crate::shore::AppState;
 use api::Ordered;
-use hub::{Hub, Order, Stage};
+use hub::{Dispatched, Hub, Order};
 use imc::Address;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -140,9 +140,11 @@ async fn carry_out(state: &AppState, vessel: Address, by: &Issuer) -> Outcome {
     let asked = by.asked();
     let give = move |hub: &mut Hub, now| -> Result<Ordered, String> {
         let id = hub.commands_mut().begin(now, vessel, &asked, 0, Order::Stop)?;
-        orders::dispatch(hub, now, id, vessel, None);
-        let stage = hub.commands().get(id).map_or(Stage::Refused, hub::Command::stage);
-        let (reached, waits) = (stage == Stage::Sent, stage == Stage::Waiting);
+        let (reached, waits) = match orders::dispatch(hub, now, id, vessel, None) {
+            Some(Dispatched::Sent(_)) => (true, false),
+            Some(Dispatched::Waits(doors)) => (!doors.is_empty(), true),
+            Some(Dispatched::Refused(_)) | None => (false, false),
+        };
         Ok(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
     };
     state.people.note(Line {

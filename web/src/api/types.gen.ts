@@ -1333,11 +1333,12 @@ id: number,
  */
 time_us: number, 
 /**
- * Whether a door leads to the vessel at present, so that the order is on its way; else nobody heard it.
+ * Whether it was sent: a door leads to the vessel.
  */
 reached: boolean, 
 /**
- * Whether it waits for a way: it is sent as soon as the vessel is heard, within ten minutes.
+ * Whether the vessel was not heard lately: the order is sent, perhaps once more, as soon as the vessel is heard
+ * within ten minutes.
  */
 waits: boolean, };
 

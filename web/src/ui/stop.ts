@@ -77,8 +77,8 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       answered(ordered) {
         answered();
         one.ordered = ordered;
-        if (ordered.reached) tell(one, "sent", sentText(name, ordered.time_us));
-        else if (ordered.waits) tell(one, "failed", `STOP ${name}: NOT SENT YET. No way leads to the vessel. It is sent as soon as the vessel is heard, until ${utc(ordered.time_us + WAITS_US, false)}. Until then stop it by other means.`);
+        if (ordered.waits) tell(one, "failed", waitsText(name, ordered));
+        else if (ordered.reached) tell(one, "sent", sentText(name, ordered.time_us));
         else end(one, "failed", `STOP ${name}: NOT SENT. Stop the vessel by other means; try again.`);
       },
       refused(why) {
@@ -171,9 +171,17 @@ function followWaiting(order: Order, ordered: Ordered, frame: LiveFrame): Ordere
     return order.ordered;
   }
   if (last && ["expired", "refused", "timed out"].includes(last.stage)) {
-    end(order, "failed", `STOP ${order.name}: NOT SENT: ${last.text}. Stop the vessel by other means; try again.`);
+    end(order, "failed", `STOP ${order.name}: ${ordered.reached ? "NO EFFECT SEEN" : "NOT SENT"}: ${last.text}. Stop the vessel by other means; try again.`);
   }
   return undefined;
+}
+
+/** What the vessel has probably not heard. */
+function waitsText(name: string, { reached, time_us }: Ordered): string {
+  const until = utc(time_us + WAITS_US, false);
+  return reached
+    ? `STOP ${name}: sent ${utc(time_us, false)}, but the vessel is silent. It is sent again as soon as the vessel is heard, until ${until}. Until then stop it by other means.`
+    : `STOP ${name}: NOT SENT YET. No way leads to the vessel. It is sent as soon as the vessel is heard, until ${until}. Until then stop it by other means.`;
 }
 
 function sentText(name: string, timeUs: number): string {

@@ -389,8 +389,14 @@ impl Commands {
     pub fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched) {
         match dispatched {
             Dispatched::Sent(doors) => self.sent(now, id, &crate::downlink::by(doors)),
-            Dispatched::Waits => {
-                let text = "no way leads to the vessel; it is sent as soon as it is heard".to_owned();
+            Dispatched::Waits(doors) => {
+                let text = match &**doors {
+                    [] => "no way leads to the vessel; it is sent as soon as the vessel is heard".to_owned(),
+                    doors => {
+                        let by = crate::downlink::by(doors);
+                        format!("sent {by}, where the vessel was not heard lately; again as soon as it is heard")
+                    }
+                };
                 self.advance(now, id, Stage::Waiting, text);
             }
             Dispatched::Refused(why) => self.refused(now, id, (*why).to_owned()),
