@@ -60,6 +60,20 @@ impl Owners {
         Duty { owners: self.clone(), pulse, done: false }
     }
 
+    /// A task that is an owner as long as it runs.
+    pub(crate) fn watch<T, F: Future<Output = T>>(
+        &self,
+        name: &'static str,
+        task: F,
+    ) -> impl Future<Output = T> + use<T, F> {
+        let duty = self.duty(name);
+        async move {
+            let outcome = task.await;
+            duty.done();
+            outcome
+        }
+    }
+
     /// Waits until an owner is lost, and says which.
     pub(crate) async fn failed(&self) -> &'static str {
         let mut lost = self.0.lost.subscribe();
@@ -153,12 +167,12 @@ mod tests {
     #[tokio::test]
     async fn a_task_that_panics_is_an_owner_that_is_lost() {
         let owners = Owners::default();
-        let duty = owners.duty("the task");
-        let task = tokio::spawn(async move {
-            let _duty = duty;
+        tokio::spawn(owners.watch("what ends", tokio::task::yield_now())).await.unwrap();
+        assert!(owners.are_there());
+        let task = tokio::spawn(owners.watch("the task", async {
             tokio::task::yield_now().await;
             panic!("a fault");
-        });
+        }));
         assert!(task.await.is_err());
         assert_eq!(owners.failed().await, "the task");
     }

@@ -1,15 +1,19 @@
-//! The memory of a real server that is attacked: floods of logins, sockets that ping and are never read. It stays within
-//! 100 MB of what it is at rest.
+//! The memory of a real server that is attacked: floods of logins, sockets that ping and are never read, texts and names
+//! as long as packets may be. It stays within 100 MB of what it is at rest.
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
 mod support;
 
+use futures_util::SinkExt as _;
+use imc::messages::{Announce, LogBookEntry, Message};
+use imc::{Address, Header, Packet};
 use std::io::{Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use support::program::{Server, add_admin, link_token, run};
 use tempfile::TempDir;
+use tokio_tungstenite::tungstenite::Message as Frame;
 
 /// What an attack may cost.
 const MOST_BYTES: u64 = 100 << 20;
@@ -61,6 +65,14 @@ fn form(server: SocketAddr) -> (String, String) {
     (cut("lutra_login=", ';'), cut("name=\"csrf\" value=\"", '"'))
 }
 
+/// A packet of a made-up system. Each comes once, and as if from now.
+fn packet(number: u32, message: impl Into<Message>) -> Frame {
+    let src = Address(0x3000 + (number % 5_000) as u16);
+    let timestamp = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64();
+    let header = Header { timestamp, src, ..Header::default() };
+    Frame::Binary(Packet::new(header, message.into()).encode().unwrap().into())
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_attack_takes_no_more_than_a_hundred_megabytes() {
     let folder = TempDir::new().unwrap();
@@ -99,4 +111,20 @@ async fn an_attack_takes_no_more_than_a_hundred_megabytes() {
     most("beside sockets that ping and are not read");
 
     drop(sockets);
+
+    let (mut peer, _) = tokio_tungstenite::connect_async(format!("ws://{}", server.proxy)).await.unwrap();
+    let long = "t".repeat(60_000);
+    for number in 0..1_000 {
+        let entry = LogBookEntry { text: long.as_str().into(), ..LogBookEntry::default() };
+        peer.send(packet(number, entry)).await.unwrap();
+        if number % 250 == 249 {
+            most(&format!("after {} MB of texts", (number + 1) * 60 / 1_000));
+        }
+    }
+    let name = "n".repeat(10_000);
+    for number in 0..5_000 {
+        let announce = Announce { sys_name: name.as_str().into(), ..Announce::default() };
+        peer.send(packet(number, announce)).await.unwrap();
+    }
+    most("after 5 000 systems with names of 10 kB");
 }

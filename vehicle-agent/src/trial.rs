@@ -2,7 +2,7 @@
 //!
 //! Gains that are too strong for the delays between compass and propellers make both motors swing for ever, also in
 //! a flat calm; that wears the drives, takes energy and top speed, and no error on the track tells of it. Here the
-//! controller holds a heading from rest, then turns by a step, at three speeds, in still water with a compass
+//! controller holds a course from rest, then turns by a step, at three speeds, in still water with a compass
 //! without errors: whatever still moves at the end of a stretch, the controller does by itself.
 
 use crate::setup;
@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::time::Duration;
 use units::{MonoTime, UtcTime, wrap_pi};
 
-/// The step of the wanted heading (rad): a usual corner of a plan, beyond what most files let turn under way.
+/// The step of the wanted course (rad): a usual corner of a plan, beyond what most files let turn under way.
 const STEP_RAD: f64 = FRAC_PI_3;
 /// When it comes (s); until then the vessel gathers way and settles.
 const STEP_AT_S: f64 = 60.0;
@@ -56,9 +56,14 @@ struct Trial {
 }
 
 impl Trial {
-    /// Whether the controller moves motors or bow without a reason.
+    /// Whether the controller moves the motors without a reason.
     fn oscillates(&self) -> bool {
-        self.activity_per_s > MOST_ACTIVITY_PER_S || self.swing_rad > MOST_SWING_RAD
+        self.activity_per_s > MOST_ACTIVITY_PER_S
+    }
+
+    /// Whether the bow still moves though the motors hardly do: the controller is too weak to settle.
+    fn is_unsettled(&self) -> bool {
+        !self.oscillates() && self.swing_rad > MOST_SWING_RAD
     }
 
     /// Whether the vessel comes short of the speed asked for.
@@ -111,6 +116,16 @@ fn faults(trials: &[Trial]) -> Option<String> {
             worst.asked_mps,
             worst.activity_per_s,
             worst.swing_rad.to_degrees()
+        ));
+    }
+    if let Some(worst) =
+        trials.iter().filter(|trial| trial.is_unsettled()).max_by(by(|trial| trial.swing_rad))
+    {
+        faults.push(format!(
+            "it does not settle: at {:.1} m/s the heading still moves by {:.1}° {:.0} s after a turn",
+            worst.asked_mps,
+            2.0 * worst.swing_rad.to_degrees(),
+            END_S - STEP_AT_S - SETTLED_S
         ));
     }
     if let Some(worst) = trials.iter().filter(|trial| trial.is_slow()).max_by(by(|trial| trial.asked_mps)) {
@@ -176,7 +191,7 @@ struct Sailing {
 #[derive(Default)]
 struct Settled {
     activity: MotorActivity,
-    /// Least and greatest deviation from the wanted heading (rad).
+    /// Least and greatest deviation of the heading from the wanted course (rad).
     deviation_rad: Option<(f64, f64)>,
     speeds_mps: Vec<f64>,
 }
@@ -201,10 +216,10 @@ fn sail(settings: &Settings, vessel: &VesselConfig, asked_mps: f64) -> anyhow::R
 }
 
 impl Sailing {
-    /// Holds a heading until the end of a stretch, and tells of the stretch.
-    fn settle(&mut self, period: Duration, heading_rad: f64, stretch_s: Range<f64>) -> Settled {
+    /// Holds a course until the end of a stretch, and tells of the stretch.
+    fn settle(&mut self, period: Duration, course_rad: f64, stretch_s: Range<f64>) -> Settled {
         let wanted = Setpoint {
-            yaw: Some(YawTarget::Heading(heading_rad)),
+            yaw: Some(YawTarget::Course { course_rad, turn_rate_rad_s: 0.0 }),
             speed: Some(SpeedTarget::MetresPerSecond(self.asked_mps)),
         };
         let mut settled = Settled::default();
@@ -219,7 +234,7 @@ impl Sailing {
             if now_s >= stretch_s.start {
                 settled.activity.see(now, motors);
                 let truth = self.vessel.truth();
-                settled.see(wrap_pi(truth.heading_rad - heading_rad), truth.speed_mps);
+                settled.see(wrap_pi(truth.heading_rad - course_rad), truth.speed_mps);
             }
         }
     }

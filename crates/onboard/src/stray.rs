@@ -14,12 +14,24 @@ pub(crate) struct Stray {
     /// How long it may take; zero fails at once.
     patience: Duration,
     limit_m: f64,
-    since: Option<MonoTime>,
+    back: Option<Back>,
 }
+
+/// A way back that is under way.
+#[derive(Debug, Clone)]
+struct Back {
+    /// How long it may still take.
+    left: Duration,
+    /// When that was reckoned.
+    at: MonoTime,
+}
+
+/// The longest time between two steps of a vessel that steers; what is longer it waited, for a position or an operator.
+const STEP: Duration = Duration::from_secs(1);
 
 impl Stray {
     pub(crate) fn new(settings: &Settings) -> Self {
-        let mut stray = Self { patience: Duration::ZERO, limit_m: 0.0, since: None };
+        let mut stray = Self { patience: Duration::ZERO, limit_m: 0.0, back: None };
         stray.reconfigure(settings);
         stray
     }
@@ -32,23 +44,27 @@ impl Stray {
 
     /// Another path, or none.
     pub(crate) fn forget(&mut self) {
-        self.since = None;
+        self.back = None;
     }
 
-    /// When it gives up, if it is on its way back.
+    /// When it gives up, if it is on its way back and steers all the time.
     pub(crate) fn until(&self) -> Option<MonoTime> {
-        self.since.map(|since| since + self.patience)
+        self.back.as_ref().map(|back| back.at + back.left)
     }
 
     /// What is wrong with the path, as far as the plan is concerned.
     pub(crate) fn judge(&mut self, bus: &mut Bus, status: &PathStatus) -> Option<PathFault> {
         let now = bus.mono();
         let is_off = status.fault == Some(PathFault::OffTrack);
-        if self.since.is_some() && status.geometry.cross_m().abs() <= self.limit_m {
-            self.since = None;
+        if let Some(back) = &mut self.back {
+            back.left = back.left.saturating_sub(now.since(back.at).min(STEP));
+            back.at = now;
+        }
+        if self.back.is_some() && status.geometry.cross_m().abs() <= self.limit_m {
+            self.back = None;
             bus.entry(Entity::Path, Level::Info, "back on the track");
-        } else if self.since.is_none() && is_off && !self.patience.is_zero() {
-            self.since = Some(now);
+        } else if self.back.is_none() && is_off && !self.patience.is_zero() {
+            self.back = Some(Back { left: self.patience, at: now });
             let patience_s = self.patience.as_secs();
             let text = format!(
                 "too far from the track; it steers back, and fails if that takes more than {patience_s} s"

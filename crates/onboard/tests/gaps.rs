@@ -165,6 +165,29 @@ fn a_vessel_that_is_found_off_its_track_comes_back_to_it() {
 }
 
 #[test]
+fn what_a_vessel_waits_for_a_position_is_no_part_of_its_way_back() {
+    let mut sea = under_way(
+        |settings| {
+            settings.path.jump.recovery_mps = 10.0;
+            settings.path.cross_track =
+                Some(CrossTrackConfig { limit_m: 25.0, uncertainty_factor: None, time_limit_s: 3.0 });
+            settings.mission.track_recovery = Duration::from_secs(60);
+            settings.mission.engine.position_patience = Duration::from_secs(120);
+        },
+        0.0,
+    );
+    sea.world.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
+    sea.run(12.0);
+    assert!(told(&sea, "too far from the track; it steers back"));
+    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.run(80.0);
+    assert!(runs(&sea, "far") && stopped(&sea), "{:?}", sea.plan_state());
+    sea.world.vessel.faults_mut().gnss_silent = false;
+    assert!(sea.run_until(60.0, |sea| told(sea, "back on the track")), "{:?}", sea.position());
+    assert!(runs(&sea, "far"));
+}
+
+#[test]
 fn a_track_that_cannot_be_come_back_to_fails_and_the_vessel_holds() {
     // The stream is stronger than the speed that the plan asks for.
     let mut sea = under_way(

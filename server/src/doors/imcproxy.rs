@@ -9,7 +9,7 @@ use super::Access;
 use crate::relay::{AT_ONCE_BYTES, Connection, Relay};
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
-use futures_util::{SinkExt as _, StreamExt as _};
+use futures_util::{FutureExt as _, SinkExt as _, StreamExt as _};
 use hub::{Door, Incoming, Peer, Role, Sources};
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -30,6 +30,8 @@ const SOCKET_BYTES: usize = 256 * 1024;
 const _: () = assert!(OUTBOX_BYTES + AT_ONCE_BYTES + WRITE_BYTES + SOCKET_BYTES <= 1 << 20);
 /// Packets handed to the hub at once.
 const BATCH: usize = 256;
+/// Bytes of packets after which none are added to them.
+const BATCH_BYTES: usize = 256 * 1024;
 /// How long a peer may take for its handshake.
 const HANDSHAKE: Duration = Duration::from_secs(10);
 /// A peer that takes nothing for this long is let go, as the original does.
@@ -115,27 +117,33 @@ async fn peer(
 }
 
 /// Takes what the peer says, in batches of what is there.
-async fn receive(stream: SplitStream<Socket>, connection: &Connection) -> anyhow::Result<()> {
-    let mut ready = stream.ready_chunks(BATCH);
-    while let Some(messages) = ready.next().await {
-        let mut batch = Vec::with_capacity(messages.len());
-        let mut end = None;
-        for message in messages {
+async fn receive(mut stream: SplitStream<Socket>, connection: &Connection) -> anyhow::Result<()> {
+    let mut next = stream.next().await;
+    while next.is_some() {
+        let (mut batch, mut bytes, mut end) = (Vec::new(), 0, None);
+        while let Some(message) = next.take() {
             match message {
-                Ok(Message::Binary(packet)) => batch.push(Incoming::from(packet)),
-                Ok(Message::Close(_)) => end = Some(Ok(())),
+                Ok(Message::Binary(packet)) => {
+                    bytes += packet.len();
+                    // Copied: a message is a part of what was read at once, and would hold all of it for as long as one
+                    // packet is remembered.
+                    batch.push(Incoming::from(Bytes::copy_from_slice(&packet)));
+                }
+                Ok(Message::Close(_)) | Err(Error::ConnectionClosed) => end = Some(Ok(())),
                 Ok(_) => {}
-                Err(error) => end = Some(Err(error)),
+                Err(error) => end = Some(Err(error.into())),
+            }
+            if end.is_none() && batch.len() < BATCH && bytes < BATCH_BYTES {
+                next = stream.next().now_or_never().flatten();
             }
         }
         if !batch.is_empty() {
             connection.give(batch).await?;
         }
-        match end {
-            Some(Ok(()) | Err(Error::ConnectionClosed)) => return Ok(()),
-            Some(Err(error)) => return Err(error.into()),
-            None => {}
+        if let Some(end) = end {
+            return end;
         }
+        next = stream.next().await;
     }
     Ok(())
 }

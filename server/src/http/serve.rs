@@ -150,10 +150,11 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     if let Some(sink) = sink {
         tasks.spawn(sink.run(stop.clone()));
     }
-    tasks.spawn(orders::keep_log(relay.clone(), state.people.clone(), stop.clone()));
+    let kept = orders::keep_log(relay.clone(), state.people.clone(), stop.clone());
+    tasks.spawn(owners.watch("the log of orders", kept));
     tasks.spawn(alarms::watch(state.clone()));
     let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
-    let web = tokio::spawn(web.run(stop.clone()));
+    let web = tokio::spawn(owners.watch("the web server", web.run(stop.clone())));
     Ok(Serving { address, doors: open, relay, recorder, state, owners, recording, stop, first, web, tasks })
 }
 

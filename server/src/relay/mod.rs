@@ -29,7 +29,7 @@ use units::{MonoTime, UtcTime};
 /// Batches and questions that may wait for the hub.
 const WAITING: usize = 256;
 /// Bytes of packets that may wait for the hub; doors wait, and so their peers' sockets do, when there are more.
-const UNHEARD_BYTES: u32 = 16 << 20;
+const UNHEARD_BYTES: u32 = 4 << 20;
 /// How many of them are taken at once before what came of them is handed on.
 const AT_ONCE: usize = 16;
 /// How often the hub is told that time passes.

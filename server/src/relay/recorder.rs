@@ -23,9 +23,9 @@ const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
 /// Bytes of packets of other doors than the link that may wait.
-pub(crate) const WAITING_BYTES: usize = 32 << 20;
+pub(crate) const WAITING_BYTES: usize = 16 << 20;
 /// Bytes of packets that are given to the store before a commit: until then it holds them a second time.
-const SLICE_BYTES: usize = 4 << 20;
+const SLICE_BYTES: usize = 2 << 20;
 /// What a waiting packet costs beside its bytes.
 const OVERHEAD_BYTES: usize = size_of::<Record>();
 
@@ -82,6 +82,7 @@ struct Shared {
 #[derive(Default)]
 struct Waiting {
     records: Vec<Record>,
+    /// What is not on disk yet, whoever holds it.
     bytes: usize,
     work: Vec<Work>,
     not_recorded: u64,
@@ -103,7 +104,8 @@ impl Recorder {
         });
         let recorder = Self { shared: Arc::clone(&shared) };
         let duty = owners.duty("the recorder");
-        let thread = Thread { store, shared, taken: Vec::new(), committed: Instant::now(), dirty: false };
+        let (taken, committed) = (Vec::new(), Instant::now());
+        let thread = Thread { store, shared, taken, committed, accepted_bytes: 0, dirty: false };
         let handle = std::thread::Builder::new().name("recorder".to_owned()).spawn(|| thread.serve(duty))?;
         Ok((recorder, handle))
     }
@@ -184,6 +186,8 @@ struct Thread {
     /// Records that were taken from the queue and are not accepted yet, first one last.
     taken: Vec<Record>,
     committed: Instant,
+    /// What was accepted since the last commit: it waits for the disk as well as what is not.
+    accepted_bytes: usize,
     /// Whether something was accepted since the last commit.
     dirty: bool,
 }
@@ -257,7 +261,6 @@ impl Thread {
     }
 
     fn take_records(&mut self, waiting: &mut Waiting) {
-        waiting.bytes = 0;
         let mut records = std::mem::take(&mut waiting.records);
         records.reverse();
         records.append(&mut self.taken);
@@ -288,7 +291,10 @@ impl Thread {
                 Err(error) => return Err(error),
             }
             self.dirty = true;
-            slice += self.taken.pop().map_or(0, |record| record.packet.len());
+            if let Some(record) = self.taken.pop() {
+                slice += record.packet.len();
+                self.accepted_bytes += record.packet.len() + OVERHEAD_BYTES;
+            }
             if slice >= SLICE_BYTES {
                 slice = 0;
                 self.commit(true)?;
@@ -303,6 +309,7 @@ impl Thread {
             return Ok(());
         }
         let committed = self.store.sync()?;
+        self.shared.lock().bytes -= std::mem::take(&mut self.accepted_bytes);
         self.committed = Instant::now();
         self.dirty = false;
         metrics::histogram!("lutra_commit_packets").record(committed.packets as f64);

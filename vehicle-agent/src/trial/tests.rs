@@ -48,6 +48,14 @@ fn gains_that_oscillate_are_told_with_figures_and_a_remedy() {
 }
 
 #[test]
+fn gains_that_are_too_weak_to_settle_are_told_as_such() {
+    let doubts = doubts_with("[Control.ASV.HeadingAndSpeed]\nYaw PID Gains = 0.05, 0, 0\n", "Simulation");
+    assert_eq!(doubts.len(), 1, "{doubts:?}");
+    println!("{}", doubts[0]);
+    assert!(doubts[0].contains("does not settle") && !doubts[0].contains("oscillates"), "{doubts:?}");
+}
+
+#[test]
 fn a_speed_that_is_not_reached_is_told() {
     let gains = "MPS PID Gains = 20, 0, 0\nMPS Feedforward Gain = 1\n";
     let doubts = doubts_with(&format!("[Control.ASV.HeadingAndSpeed]\n{gains}"), "Simulation");

@@ -394,7 +394,9 @@ impl Commands {
                     [] => "no way leads to the vessel; it is sent as soon as the vessel is heard".to_owned(),
                     doors => {
                         let by = crate::downlink::by(doors);
-                        format!("sent {by}, where the vessel was not heard lately; again as soon as it is heard")
+                        format!(
+                            "sent {by}, where the vessel was not heard lately; again as soon as it is heard"
+                        )
                     }
                 };
                 self.advance(now, id, Stage::Waiting, text);

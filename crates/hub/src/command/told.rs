@@ -30,7 +30,7 @@ const BRIEF_CHARS: usize = 150;
 const ENTITIES: usize = 256;
 const PLANS: usize = 16;
 /// Bytes of all that is kept.
-const BYTES: usize = 32 << 20;
+const BYTES: usize = 8 << 20;
 /// Request ids of our orders are in the upper half.
 const REQUEST_ID: u16 = 1;
 

@@ -23,7 +23,7 @@ use units::UtcTime;
 /// Systems that are known at once; beyond that the one silent for longest is forgotten.
 const SYSTEMS_KEPT: usize = 512;
 /// Bytes that the series of all systems may take; beyond that, too, the one silent for longest is forgotten.
-const BYTES_KEPT: usize = 128 << 20;
+const BYTES_KEPT: usize = 16 << 20;
 /// Events that are kept.
 const EVENTS_KEPT: usize = 4_096;
 /// Bytes that all kept events may have.

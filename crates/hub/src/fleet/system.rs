@@ -12,7 +12,7 @@ use units::{MonoTime, UtcTime};
 /// relayed). The largest real vehicle has about 400.
 const SERIES_KEPT: usize = 8_192;
 /// Bytes that the last packets of a system may have together.
-const BYTES_KEPT: usize = 8 << 20;
+const BYTES_KEPT: usize = 4 << 20;
 /// What a series costs beside its packet.
 const SERIES_BYTES: usize = size_of::<SeriesKey>() + size_of::<Series>() + 64;
 /// Letters of a name or label that are kept.
