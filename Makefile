@@ -107,6 +107,7 @@ bench: setup web chromium
 	cargo bench --locked --package store --bench store
 	cargo bench --locked --package hub --bench hub
 	cargo bench --locked --package server --bench relay
+	cargo bench --locked --package server --bench stop
 	cargo bench --locked --package server --bench tiles
 	@sh scripts/bench-agent
 	cargo test --release --locked --package onboard --test drives -- --ignored --nocapture
