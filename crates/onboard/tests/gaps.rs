@@ -171,8 +171,8 @@ fn what_a_vessel_waits_for_a_position_is_no_part_of_its_way_back() {
             settings.path.jump.recovery_mps = 10.0;
             settings.path.cross_track =
                 Some(CrossTrackConfig { limit_m: 25.0, uncertainty_factor: None, time_limit_s: 3.0 });
-            settings.mission.track_recovery = Duration::from_secs(60);
-            settings.mission.engine.position_patience = Duration::from_secs(120);
+            settings.mission.track_recovery = Duration::from_mins(1);
+            settings.mission.engine.position_patience = Duration::from_mins(2);
         },
         0.0,
     );
