@@ -2,9 +2,13 @@
 //!
 //! Every order has a number, the epoch of the lease that it is given under, an end of its life, and an urgency. It goes by
 //! the vessel's link while that stands, else by the best of the other ways. What finds no way waits here until its life
-//! ends, and goes out when the vessel is heard again. A stop takes every way there is, goes ahead of everything that
-//! waits, waits all the same where the vessel was not heard for some seconds, and calls off what was ordered before it and is not sent: a start that comes after the stop that was meant to
-//! end it would be worse than none.
+//! ends, and goes out when the vessel is heard again.
+//!
+//! A stop takes every way there is, goes ahead of everything that waits, and calls off what was ordered before it and is
+//! not sent: a start that comes after the stop that was meant to end it would be worse than none. That it was sent does
+//! not say that it arrived. So until the vessel shows that it has it, the stop is kept, and given again when the vessel is
+//! heard after a silence, when a connection that took it has ended, and when the link stands again. Whoever starts
+//! something after the stop ends that.
 //!
 //! | urgency | without a way | life |
 //! |---|---|---|
@@ -15,6 +19,10 @@
 use crate::command::{CALLED_OFF, CommandId};
 use crate::{Door, Hub, Now, PeerId};
 use bytes::Bytes;
+use imc::messages::{
+    Payload as _, PlanControl, PlanControlOp, PlanControlType, VehicleCommand, VehicleCommandCommand,
+    VehicleCommandType,
+};
 use imc::{Address, PacketView};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -27,8 +35,10 @@ pub const STOP_LIFE: Duration = Duration::from_mins(10);
 const COPY_LIFE: Duration = crate::TIME_TO_LIVE;
 /// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
 const WAITING: usize = 20;
-/// Vessels for which orders may wait.
+/// Vessels for which orders may wait, and of which a stop is kept.
 const VESSELS: usize = 1_024;
+/// A vessel that is heard after this long did perhaps not hear what was sent meanwhile: vessels say something each second.
+const SILENCE: Duration = Duration::from_secs(3);
 
 /// How urgent an order is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,6 +106,53 @@ pub enum Dispatched {
 #[derive(Debug, Default)]
 pub(crate) struct Waiting(BTreeMap<Address, Vec<Telecommand>>);
 
+/// The last stop of each vessel that was sent and of which nothing shows yet that the vessel has it.
+#[derive(Debug, Default)]
+pub(crate) struct Standing(BTreeMap<Address, Stood>);
+
+#[derive(Debug)]
+struct Stood {
+    stop: Telecommand,
+    /// Who took it.
+    takers: Vec<PeerId>,
+    /// One of them is gone, perhaps with the stop.
+    lost: bool,
+    /// When the vessel was heard last; before that, when the stop was sent.
+    heard: MonoTime,
+}
+
+impl Standing {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// A stop was sent.
+    fn put(&mut self, now: MonoTime, stop: Telecommand, takers: Vec<PeerId>) {
+        if self.0.len() < VESSELS || self.0.contains_key(&stop.vessel) {
+            self.0.insert(stop.vessel, Stood { stop, takers, lost: false, heard: now });
+        }
+    }
+
+    /// A peer is gone: what it took is perhaps not with the vessel.
+    pub(crate) fn lost(&mut self, peer: PeerId) {
+        for stood in self.0.values_mut().filter(|stood| stood.takers.contains(&peer)) {
+            stood.lost = true;
+        }
+    }
+
+    /// The vessel is heard: the stop, if it is to be given again.
+    fn heard(&mut self, now: MonoTime, vessel: Address) -> Option<Telecommand> {
+        let stood = self.0.get_mut(&vessel)?;
+        let was_silent = now.since(stood.heard) > SILENCE;
+        stood.heard = now;
+        (was_silent || stood.lost).then(|| stood.stop.clone())
+    }
+
+    fn end(&mut self, vessel: Address) {
+        self.0.remove(&vessel);
+    }
+}
+
 impl Waiting {
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -121,6 +178,25 @@ impl Waiting {
 
     fn take(&mut self, vessel: Address) -> Vec<Telecommand> {
         self.0.remove(&vessel).unwrap_or_default()
+    }
+
+    fn take_stops(&mut self, vessel: Address) -> Vec<CommandId> {
+        let mut stops = Vec::new();
+        self.retain(vessel, |one| {
+            let is_stop = one.tag.urgency == Urgency::Stop;
+            stops.extend(one.tag.id.filter(|_| is_stop));
+            !is_stop
+        });
+        stops
+    }
+
+    fn retain(&mut self, vessel: Address, keep: impl FnMut(&Telecommand) -> bool) {
+        if let Some(waiting) = self.0.get_mut(&vessel) {
+            waiting.retain(keep);
+            if waiting.is_empty() {
+                self.0.remove(&vessel);
+            }
+        }
     }
 
     /// Takes out what is not worth delivering any more.
@@ -157,6 +233,10 @@ impl Hub {
         if stands {
             for vessel in vessels {
                 self.flush(now, vessel);
+                if let Some(stood) = self.standing.0.get_mut(&vessel) {
+                    stood.lost = true;
+                }
+                self.stop_again(now, vessel);
             }
         }
     }
@@ -191,6 +271,33 @@ impl Hub {
                 self.commands_mut().expired(now, id);
             }
         }
+        self.standing.0.retain(|_, stood| now.mono < stood.stop.tag.expires);
+    }
+
+    /// Gives a stop again that the vessel perhaps does not have.
+    fn stop_again(&mut self, now: Now, vessel: Address) {
+        let Some(stop) = self.standing.heard(now.mono, vessel) else { return };
+        let Some(id) = stop.tag.id.filter(|id| self.commands().is_in_the_dark(*id)) else {
+            return self.standing.end(vessel);
+        };
+        if let Dispatched::Sent(doors) = self.send_down(now, stop) {
+            self.commands_mut().sent_again(now, id, &by(&doors));
+        }
+    }
+
+    /// Somebody else starts something aboard: a stop that was given before must not end it.
+    pub(crate) fn another_starts(&mut self, now: Now, view: &PacketView<'_>) {
+        if (!self.standing.is_empty() || !self.waiting.is_empty()) && starts(view) {
+            self.give_up_stops(now, view.dst());
+        }
+    }
+
+    /// Something is started after the stops of a vessel.
+    fn give_up_stops(&mut self, now: Now, vessel: Address) {
+        self.standing.end(vessel);
+        for id in self.waiting.take_stops(vessel) {
+            self.commands_mut().overtaken(now, id);
+        }
     }
 
     fn send_down(&mut self, now: Now, order: Telecommand) -> Dispatched {
@@ -202,29 +309,37 @@ impl Hub {
         if stop {
             self.call_off(now, vessel);
         }
+        let starts = tag.id.is_some_and(|id| self.commands().starts(id));
         let (link, others) = (self.standing_link(vessel), self.other_ways(now.mono, vessel));
         let one_is_alive = others.iter().any(|way| way.alive);
-        let mut doors = Vec::new();
+        let (mut doors, mut takers) = (Vec::new(), Vec::new());
         if let Some(link) = link {
             let expires =
                 if stop && one_is_alive { tag.expires.min(now.mono + COPY_LIFE) } else { tag.expires };
             doors.extend(self.hand(link, packet, Tag { expires, ..tag }));
+            takers.push(link);
         }
         if doors.is_empty() || stop {
             let count = if stop { others.len() } else { 1 };
             for way in others.into_iter().take(count) {
                 doors.extend(self.hand(way.peer, packet, tag));
+                takers.push(way.peer);
             }
         }
         // A way on which the vessel was not heard lately may lead nowhere: a stop waits all the same, until it is heard.
         if !doors.is_empty() && (link.is_some() || one_is_alive || !stop) {
+            if stop {
+                self.standing.put(now.mono, order, takers);
+            } else if starts {
+                self.give_up_stops(now, vessel);
+            }
             return Dispatched::Sent(doors);
         }
         let has_link = self.peers.values().any(|slot| slot.is_link_of(vessel));
         match tag.urgency {
-            Urgency::Sticks => return Dispatched::Refused("no way leads to the vessel at present"),
+            Urgency::Sticks => return Dispatched::Refused("no connection to the vessel now"),
             Urgency::Command if !has_link => {
-                return Dispatched::Refused("no door leads to the vessel at present");
+                return Dispatched::Refused("no connection to the vessel now");
             }
             Urgency::Command | Urgency::Stop => {}
         }
@@ -266,9 +381,43 @@ impl Hub {
 
     /// A packet of the present came from a vessel: a way leads there.
     pub(crate) fn way_back(&mut self, now: Now, view: &PacketView<'_>) {
-        if !self.waiting.is_empty() && self.waiting.has(view.src()) {
-            self.flush(now, view.src());
+        let vessel = view.src();
+        if !self.waiting.is_empty() && self.waiting.has(vessel) {
+            // One that was given to a way that seemed dead did perhaps arrive.
+            let commands = &self.commands;
+            self.waiting.retain(vessel, |one| {
+                one.tag.urgency != Urgency::Stop || one.tag.id.is_none_or(|id| commands.is_in_the_dark(id))
+            });
+            if self.reaches_alive(now.mono, vessel) {
+                self.flush(now, vessel);
+            }
         }
+        if !self.standing.is_empty() {
+            self.stop_again(now, vessel);
+        }
+    }
+
+    /// Whether a way leads to the vessel by which it was just heard and which takes what it is given.
+    fn reaches_alive(&self, now: MonoTime, vessel: Address) -> bool {
+        self.standing_link(vessel).is_some() || self.other_ways(now, vessel).iter().any(|way| way.alive)
+    }
+}
+
+/// Whether somebody has a vessel begin something.
+fn starts(view: &PacketView<'_>) -> bool {
+    match view.id() {
+        PlanControl::ID => imc::decode::<PlanControl>(view).is_ok_and(|control| {
+            control.is_some_and(|control| {
+                control.r#type == PlanControlType::Request && control.op == PlanControlOp::Start
+            })
+        }),
+        VehicleCommand::ID => imc::decode::<VehicleCommand>(view).is_ok_and(|command| {
+            command.is_some_and(|command| {
+                command.r#type == VehicleCommandType::Request
+                    && command.command == VehicleCommandCommand::ExecManeuver
+            })
+        }),
+        _ => false,
     }
 }
 

@@ -6,7 +6,7 @@
 use crate::Now;
 use crate::alarm::{Alarms, Outside};
 use crate::command::Commands;
-use crate::downlink::{Delivery, Waiting};
+use crate::downlink::{Delivery, Standing, Waiting};
 use crate::duplicates::{self, Repeats, Window};
 use crate::exchange::is_command;
 use crate::fleet::Fleet;
@@ -115,9 +115,11 @@ pub struct Hub {
     records: Vec<Record>,
     pub(crate) counters: Counters,
     leases: Leases,
-    commands: Commands,
+    pub(crate) commands: Commands,
     /// Orders for which there is no way yet.
     pub(crate) waiting: Waiting,
+    /// Stops that are kept until their vessels show that they have them.
+    pub(crate) standing: Standing,
     alarms: Alarms,
 }
 
@@ -129,6 +131,7 @@ impl Hub {
             commands: Commands::new(settings.address),
             leases: Leases::default(),
             waiting: Waiting::default(),
+            standing: Standing::default(),
             alarms: Alarms::default(),
             settings,
             fleet: Fleet::default(),
@@ -228,6 +231,14 @@ impl Hub {
     /// A peer is gone; what waited for it is dropped.
     pub fn leave(&mut self, peer: PeerId) {
         self.peers.remove(&peer);
+        self.standing.lost(peer);
+    }
+
+    /// Whether a peer takes what it is given; one that does not is no way to a vessel.
+    pub fn takes(&mut self, peer: PeerId, takes: bool) {
+        if let Some(slot) = self.peers.get_mut(&peer) {
+            slot.takes = takes;
+        }
     }
 
     /// All peers.
@@ -292,6 +303,9 @@ impl Hub {
             recorded = link.is_none() && again;
         }
         if present && !again {
+            if !self.is_echo(now.mono, from, view.dst()) {
+                self.another_starts(now, &view);
+            }
             self.route(now.mono, from, door, &view, &packet);
             self.fleet.update(now, &view, door);
             self.commands.heard(now, &view);
@@ -345,6 +359,7 @@ impl Hub {
     pub fn send(&mut self, now: Now, packet: &Bytes) -> bool {
         let Ok(view) = PacketView::new(packet) else { return false };
         let delivered = self.counters.delivered;
+        self.another_starts(now, &view);
         self.record_own(now, packet);
         self.route(now.mono, PeerId(0), Door::Shore, &view, packet);
         self.counters.delivered > delivered

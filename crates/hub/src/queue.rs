@@ -6,8 +6,8 @@
 
 use crate::command::CommandId;
 use crate::downlink::{Delivery, Urgency};
-use imc::PacketView;
 use imc::messages::{Abort, Payload as _};
+use imc::{Address, PacketView};
 use std::collections::VecDeque;
 
 /// Bytes that a waiting packet costs beside its own.
@@ -59,17 +59,41 @@ impl PeerQueue {
         off
     }
 
+    /// Puts in a stop, ahead of all that is no stop and in the place of an older one for the same vessel. There is always
+    /// room for it.
+    pub fn push_stop(&mut self, stop: Delivery) {
+        let vessel = destination(&stop);
+        if let Some(older) =
+            self.packets.iter_mut().find(|waits| is_stop(waits) && destination(waits) == vessel)
+        {
+            *older = stop;
+            return;
+        }
+        self.bytes += stop.packet.len() + OVERHEAD_BYTES;
+        let place = self.packets.iter().take_while(|waits| is_stop(waits)).count();
+        self.packets.insert(place, stop);
+    }
+
+    /// Drops everything but stops, and gives back the commands among it.
+    pub fn keep_stops(&mut self) -> Vec<CommandId> {
+        let all = self.take();
+        let (stops, others): (Vec<_>, Vec<_>) = all.into_iter().partition(is_stop);
+        for stop in stops {
+            self.push_stop(stop);
+        }
+        others.into_iter().filter_map(|packet| packet.tag?.id).collect()
+    }
+
     /// Appends packets. A stop goes ahead of all that is no stop.
     pub fn push(&mut self, packets: impl IntoIterator<Item = Delivery>) -> Pushed {
         let mut dropped = 0;
         for packet in packets {
-            self.bytes += packet.packet.len() + OVERHEAD_BYTES;
             if is_stop(&packet) {
-                let place = self.packets.iter().take_while(|waits| is_stop(waits)).count();
-                self.packets.insert(place, packet);
-            } else {
-                self.packets.push_back(packet);
+                self.push_stop(packet);
+                continue;
             }
+            self.bytes += packet.packet.len() + OVERHEAD_BYTES;
+            self.packets.push_back(packet);
             if self.bytes > self.bound_bytes {
                 dropped += self.shed();
                 if self.bytes > self.bound_bytes {
@@ -131,6 +155,10 @@ impl PeerQueue {
     }
 }
 
+fn destination(delivery: &Delivery) -> Option<Address> {
+    PacketView::unchecked(&delivery.packet).ok().map(|view| view.dst())
+}
+
 /// Whether it is a stop of this server's own.
 pub fn is_stop(delivery: &Delivery) -> bool {
     delivery.tag.is_some_and(|tag| tag.urgency == Urgency::Stop)
@@ -180,16 +208,18 @@ mod tests {
     #[test]
     fn a_stop_goes_ahead_of_all_that_waits() {
         let mut queue = PeerQueue::new(100_000);
-        let tagged = |urgency| {
+        let tagged = |vessel, urgency| {
+            let header = Header { dst: imc::Address(vessel), ..Header::default() };
+            let packet = Bytes::from(Packet::new(header, messages::Abort).encode().unwrap());
             let tag = Tag { id: None, epoch: 0, expires: units::MonoTime::default(), urgency };
-            Delivery { tag: Some(tag), ..abort() }
+            Delivery { packet, tag: Some(tag) }
         };
         queue.push([
             state(),
-            tagged(Urgency::Command),
-            tagged(Urgency::Stop),
+            tagged(7, Urgency::Command),
+            tagged(7, Urgency::Stop),
             state(),
-            tagged(Urgency::Stop),
+            tagged(8, Urgency::Stop),
         ]);
         let urgencies: Vec<Option<Urgency>> =
             queue.take().into_iter().map(|one| one.tag.map(|tag| tag.urgency)).collect();
@@ -221,6 +251,26 @@ mod tests {
             queue.take().into_iter().map(|one| one.tag.and_then(|tag| tag.id)).collect();
         assert_eq!(left, [Some(CommandId(9)), None, Some(CommandId(2))]);
         assert_eq!(queue.bytes(), 0);
+    }
+
+    #[test]
+    fn a_stop_has_room_where_nothing_has_and_a_newer_one_takes_its_place() {
+        let mut queue = PeerQueue::new(1_000);
+        let stop = |vessel, number| {
+            let header = Header { dst: imc::Address(vessel), ..Header::default() };
+            let packet = Packet::new(header, messages::Abort).encode().unwrap();
+            let (id, expires) = (Some(CommandId(number)), units::MonoTime::default());
+            let tag = Tag { id, epoch: 0, expires, urgency: Urgency::Stop };
+            Delivery { packet: Bytes::from(packet), tag: Some(tag) }
+        };
+        while queue.push([abort()]) != Pushed::Overflow {}
+        for number in 0..1_000 {
+            queue.push_stop(stop(7, number));
+        }
+        queue.push_stop(stop(8, 5));
+        assert!(queue.keep_stops().is_empty(), "what a console said is no order of ours");
+        let left: Vec<u64> = queue.take().into_iter().filter_map(|one| Some(one.tag?.id?.0)).collect();
+        assert_eq!((left, queue.bytes()), (vec![999, 5], 0));
     }
 
     #[test]

@@ -27,6 +27,8 @@ pub(crate) struct Slot {
     pub(crate) out: Vec<Delivery>,
     /// Whether it is a vessel's link that stands.
     pub(crate) stands: bool,
+    /// Whether what it is given has room.
+    pub(crate) takes: bool,
     pub(crate) received: u64,
     pub(crate) refused: u64,
     pub(crate) delivered: u64,
@@ -42,6 +44,7 @@ impl Slot {
             speaker: None,
             out: Vec::new(),
             stands: false,
+            takes: true,
             received: 0,
             refused: 0,
             delivered: 0,
@@ -84,7 +87,7 @@ impl Slot {
             Door::Udp => 1,
             Door::Proxy | Door::Shore | Door::Import => 0,
         };
-        Some((now.since(heard) < ALIVE, by_door, heard))
+        Some((self.takes && now.since(heard) < ALIVE, by_door, heard))
     }
 
     /// A packet of a system came. One that `came_before` was perhaps given to this peer and comes back: that makes no

@@ -6,7 +6,10 @@ use hub::{
     Asked, CommandId, Delivery, Dispatched, Door, Hub, Incoming, Now, Order, Peer, PeerId, Role, STOP_LIFE,
     Settings, Sources, Stage, Tag, Telecommand, Urgency,
 };
-use imc::messages::{Aborted, Message, PlanControlState, PlanControlStateState, Voltage};
+use imc::messages::{
+    Aborted, Message, PlanControl, PlanControlOp, PlanControlState, PlanControlStateState, PlanControlType,
+    Voltage,
+};
 use imc::{Address, Header, Packet};
 use std::collections::BTreeMap;
 use units::{MonoTime, UtcTime};
@@ -167,7 +170,7 @@ fn a_vessel_without_a_link_gets_a_stop_when_it_is_heard_again_and_other_orders_a
     let mut world = World::new();
     let udp = world.node(Door::Udp);
     let (_, dispatched) = world.order(0, start());
-    assert_eq!(dispatched, Dispatched::Refused("no door leads to the vessel at present"));
+    assert_eq!(dispatched, Dispatched::Refused("no connection to the vessel now"));
     let (stop, dispatched) = world.order(1_000, Order::Stop);
     assert_eq!(dispatched, Dispatched::Waits(vec![]));
     world.heard(2_000, udp);
@@ -299,4 +302,132 @@ fn that_the_link_did_not_bring_a_stop_is_not_its_end_where_another_way_did() {
     assert_eq!(world.stage(stop).0, Stage::TimedOut);
     world.says(12_000, udp, Aborted);
     assert_eq!(world.stage(stop).0, Stage::EffectSeen);
+}
+
+#[test]
+fn a_stop_that_was_sent_is_given_again_until_the_vessel_shows_that_it_has_it() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    // Heard a second ago, so that it counts as sent; but the vessel has just gone behind an island.
+    let (stop, dispatched) = world.order(1_000, Order::Stop);
+    assert_eq!((dispatched, world.ids(udp)), (Dispatched::Sent(vec![Door::Udp]), vec![stop]));
+    for second in 2..=70 {
+        world.hub.tick(at(second * 1_000));
+    }
+    assert_eq!(world.stage(stop).0, Stage::TimedOut);
+    world.heard(90_000, udp);
+    assert_eq!(world.ids(udp), [stop]);
+    assert_eq!(world.stage(stop), (Stage::Sent, "again by udp".to_owned()));
+    world.heard(91_000, udp);
+    assert_eq!(world.ids(udp), [], "while it is heard it is not flooded");
+    world.says(91_500, udp, Aborted);
+    assert_eq!(world.stage(stop).0, Stage::EffectSeen);
+    world.heard(120_000, udp);
+    assert_eq!(world.ids(udp), [], "it has it");
+}
+
+#[test]
+fn a_stop_that_nobody_confirms_ends_with_its_life() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    let (stop, _) = world.order(1_000, Order::Stop);
+    assert_eq!(world.ids(udp), [stop]);
+    world.hub.tick(at(601_500));
+    world.heard(602_000, udp);
+    assert_eq!(world.ids(udp), []);
+}
+
+#[test]
+fn a_stop_that_a_lost_connection_took_is_given_to_the_next() {
+    let mut world = World::new();
+    let tcp = world.node(Door::Tcp);
+    world.heard(0, tcp);
+    let (stop, _) = world.order(500, Order::Stop);
+    assert_eq!(world.ids(tcp), [stop]);
+    world.hub.leave(tcp);
+    let anew = world.node(Door::Tcp);
+    world.heard(1_700, anew);
+    assert_eq!(world.ids(anew), [stop], "what the first took was perhaps never on the line");
+    world.heard(1_800, anew);
+    assert_eq!(world.ids(anew), []);
+}
+
+#[test]
+fn a_stop_by_link_and_radio_outlives_both() {
+    let mut world = World::new();
+    let (link, udp) = (world.link(), world.node(Door::Udp));
+    world.hub.trust_doors([Door::Udp]);
+    world.heard(0, udp);
+    world.hub.link_stands(at(0), link, true);
+    let (stop, _) = world.order(1_000, Order::Stop);
+    world.drain();
+    world.hub.commands_mut().receipt(at(14_000), stop, hub::Receipt::Unanswered);
+    world.hub.link_stands(at(15_000), link, false);
+    world.hub.link_stands(at(100_000), link, true);
+    assert_eq!(world.ids(link), [stop]);
+    world.hub.commands_mut().receipt(at(100_100), stop, hub::Receipt::Received);
+    world.hub.link_stands(at(110_000), link, false);
+    world.hub.link_stands(at(120_000), link, true);
+    assert_eq!(world.ids(link), [], "it has it");
+}
+
+#[test]
+fn what_is_started_after_a_stop_is_not_ended_by_it() {
+    for waits in [false, true] {
+        let mut world = World::new();
+        let udp = world.node(Door::Udp);
+        world.heard(0, udp);
+        let ordered = if waits { 5_000 } else { 1_000 };
+        let (stop, dispatched) = world.order(ordered, Order::Stop);
+        assert_eq!(matches!(dispatched, Dispatched::Waits(_)), waits, "{dispatched:?}");
+        let (begin, _) = world.order(ordered + 1_000, start());
+        assert_eq!(world.ids(udp), [stop, begin]);
+        world.heard(40_000, udp);
+        assert_eq!(world.ids(udp), [], "waits: {waits}");
+    }
+    // By another console as well.
+    let mut world = World::new();
+    let (udp, console) = (world.node(Door::Udp), world.node(Door::Proxy));
+    world.heard(0, udp);
+    world.order(1_000, Order::Stop);
+    world.drain();
+    let control =
+        PlanControl { op: PlanControlOp::Start, r#type: PlanControlType::Request, ..PlanControl::default() };
+    let header =
+        Header { src: Address(0x4001), dst: BOAT, timestamp: at(2_000).utc.seconds(), ..Header::default() };
+    let packet = bytes::Bytes::from(Packet::new(header, control).encode().unwrap());
+    world.hub.packets(at(2_000), console, [Incoming::from(packet)]);
+    world.heard(40_000, udp);
+    assert_eq!(world.ids(udp), []);
+}
+
+#[test]
+fn parameters_and_questions_after_a_stop_do_not_end_it() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    let (stop, _) = world.order(1_000, Order::Stop);
+    world.order(1_500, Order::List);
+    world.drain();
+    world.heard(40_000, udp);
+    assert_eq!(world.ids(udp), [stop]);
+}
+
+#[test]
+fn a_way_that_takes_nothing_is_none() {
+    let mut world = World::new();
+    let (tcp, udp) = (world.node(Door::Tcp), world.node(Door::Udp));
+    world.heard(0, tcp);
+    world.heard(0, udp);
+    world.hub.takes(tcp, false);
+    assert_eq!(world.order(100, start()).1, Dispatched::Sent(vec![Door::Udp]));
+    world.hub.takes(udp, false);
+    let (stop, dispatched) = world.order(200, Order::Stop);
+    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Tcp, Door::Udp]), "what is full is no way");
+    world.drain();
+    world.hub.takes(tcp, true);
+    world.heard(300, tcp);
+    assert_eq!(world.ids(tcp), [stop]);
 }

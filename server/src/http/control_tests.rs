@@ -124,7 +124,7 @@ async fn what_cannot_be_sent_or_is_no_order_says_why() {
     lease(&shore, &token, REQUEST).await.unwrap();
     let (status, text) = post(&shore, "commands", &token, START).await;
     assert_eq!(status, StatusCode::ACCEPTED);
-    assert!(text.contains("no door leads to the vessel"), "{text}");
+    assert!(text.contains("no connection to the vessel"), "{text}");
     for (body, wrong) in [
         ("{}", "order"),
         (r#"{"order":{"kind":"fly"}}"#, "plan.start"),

@@ -110,10 +110,13 @@ async fn carry_out(
         }
     };
     if let Err(fault) = write_asked(state, by, verb, &subjects).await {
-        let why = format!("not sent: the audit log cannot be written: {fault}");
-        let refuse = move |hub: &mut Hub, now| hub.commands_mut().refused(now, id, why);
+        tracing::error!(%vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
+        let why = "NOT SENT: the audit log cannot be written";
+        let refuse = move |hub: &mut Hub, now| hub.commands_mut().refused(now, id, why.to_owned());
         state.relay.look(refuse).await.map_err(|_| ApiError::stopping())?;
-        return Err(fault.into());
+        let error = ApiError::from(fault);
+        let text = format!("{why}, and nothing is ordered without it. Try again; STOP works.");
+        return Err(ApiError { text, ..error });
     }
     let holder = by.holder();
     let send = move |hub: &mut Hub, now| {

@@ -65,6 +65,28 @@ fn addressed(mark: &[u8]) -> bytes::Bytes {
     imc::Packet::new(header, message).encode().unwrap().into()
 }
 
+/// Of what waits for a connection nothing has room any more.
+#[tokio::test]
+async fn a_stop_that_finds_no_room_is_said_to_wait_and_is_the_first_to_leave() {
+    let shore = Shore::start().await;
+    let token = shore.token(Some(FIRST), Role::Operator);
+    shore.boats.say(boat(0, clock::now())).await;
+    let entry = LogBookEntry { text: "x".repeat(60_000).as_str().into(), ..LogBookEntry::default() };
+    for number in 0..30 {
+        let mark = packet(1, 255, units::UtcTime::from_micros(clock::now().micros() + number), entry.clone());
+        shore.serving.relay.send(addressed(&mark)).await.unwrap();
+    }
+    shore.boats.say(boat(0, clock::now())).await;
+    let ordered = post(&shore, &token, "").await;
+    assert!(ordered.waits, "{ordered:?}");
+    shore.boats.reopen().await;
+    let heard = timeout(DEADLINE, shore.boats.heard_all()).await.unwrap();
+    assert_eq!(PacketView::new(&heard[0]).unwrap().id(), Abort::ID);
+    let look =
+        move |hub: &mut hub::Hub, _| hub.commands().get(hub::CommandId(ordered.id)).map(hub::Command::stage);
+    assert_eq!(shore.serving.relay.look(look).await.unwrap(), Some(hub::Stage::Waiting), "it is not refused");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stop_that_comes_by_socket_and_request_is_one_stop_with_one_answer() {
     let shore = Shore::start().await;
@@ -94,7 +116,7 @@ async fn a_stop_that_comes_by_socket_and_request_is_one_stop_with_one_answer() {
         [&by_request, &second, &third, &fourth, &fifth].iter().map(|one| one.id).collect();
     ids.dedup();
     assert_eq!(ids.len(), 5, "{ids:?}");
-    assert_eq!(aborts(&shore).await, 4);
+    assert_eq!(aborts(&shore).await, 1, "of those that wait for a connection the newest stands for all");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -32,6 +32,12 @@ impl Boats {
         self.0.give(packets.into_iter().map(Incoming::from).collect()).await.unwrap();
     }
 
+    /// Begins to read again after so much waited that nothing more had room.
+    pub(crate) async fn reopen(&self) {
+        assert!(self.0.outbox.take().await.is_err());
+        self.0.outbox.reopen();
+    }
+
     /// The next packet with this id that is for the boats.
     pub(crate) async fn heard(&self, id: u16) -> Bytes {
         loop {

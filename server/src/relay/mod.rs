@@ -17,7 +17,7 @@ use crate::owners::{Duty, Owners};
 use bytes::Bytes;
 use hub::{Delivery, Hub, Incoming, Now, Peer, PeerId, PeerState, Settings, Telecommand};
 use imc::{Address, PacketView};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -118,8 +118,15 @@ impl Relay {
         let (changed, revision) = watch::channel(0);
         let (told, control) = watch::channel(Control::new());
         let (clock, address) = (Clock::start(), settings.address);
-        let task =
-            Task { hub: Hub::new(settings), outboxes: BTreeMap::new(), recorder, changed, told, clock };
+        let task = Task {
+            hub: Hub::new(settings),
+            outboxes: BTreeMap::new(),
+            full: BTreeSet::new(),
+            recorder,
+            changed,
+            told,
+            clock,
+        };
         tasks.spawn(task.run(first, waiting, owners.duty("the hub"), stop));
         let room = Arc::new(Semaphore::new(UNHEARD_BYTES as usize));
         Self { asks, urgent, room, revision, control, clock, address, ledger: Ledger::default() }
@@ -216,6 +223,8 @@ impl Connection {
 struct Task {
     hub: Hub,
     outboxes: BTreeMap<PeerId, Arc<Outbox>>,
+    /// Peers for which nothing more has room.
+    full: BTreeSet<PeerId>,
     recorder: Recorder,
     changed: watch::Sender<u64>,
     told: watch::Sender<Control>,
@@ -314,16 +323,24 @@ impl Task {
     }
 
     fn hand_on(&mut self) {
-        let (outboxes, mut unsent) = (&self.outboxes, Vec::new());
+        let (outboxes, full, mut unsent) = (&self.outboxes, &mut self.full, Vec::new());
         self.hub.drain_deliveries(|peer, packets| {
             if let Some(outbox) = outboxes.get(&peer) {
                 let Unsent { called_off, no_room } = outbox.push(packets);
                 unsent.extend(
                     called_off.into_iter().map(|id| (id, "a stop was ordered before it could be sent")),
                 );
-                let deaf = "the peer behind which the vessel lives does not read";
+                if !outbox.takes() {
+                    full.insert(peer);
+                }
+                let deaf = "NOT SENT: the connection to the vessel takes nothing at present";
                 unsent.extend(no_room.into_iter().map(|id| (id, deaf)));
             }
+        });
+        self.full.retain(|peer| {
+            let takes = self.outboxes.get(peer).is_none_or(|outbox| outbox.takes());
+            self.hub.takes(*peer, takes);
+            !takes
         });
         for (id, why) in unsent {
             let now = self.clock.now();

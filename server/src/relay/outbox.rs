@@ -49,28 +49,31 @@ impl Outbox {
 
     /// Appends packets; never waits.
     pub(crate) fn push(&self, packets: Vec<Delivery>) -> Unsent {
-        let orders =
-            |packets: &[Delivery]| packets.iter().filter_map(|packet| packet.tag?.id).collect::<Vec<_>>();
-        let given = orders(&packets);
-        if self.overflow.load(Ordering::Relaxed) {
-            self.count_dropped(packets.len() as u64);
-            return Unsent { no_room: given, ..Unsent::default() };
-        }
+        let (stops, others): (Vec<_>, Vec<_>) = packets.into_iter().partition(hub::is_stop);
+        let given = others.iter().filter_map(|packet| packet.tag?.id).collect::<Vec<_>>();
         let mut unsent = Unsent::default();
         let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        for stop in packets.iter().filter(|packet| hub::is_stop(packet)) {
-            unsent.called_off.extend(queue.call_off(stop));
+        let was_empty = queue.is_empty();
+        // Also where nothing else has room: it is sent as soon as the peer takes anything, or by another way.
+        for stop in stops {
+            unsent.called_off.extend(queue.call_off(&stop));
+            queue.push_stop(stop);
         }
-        let (was_empty, all) = (queue.is_empty(), queue.len() + packets.len());
-        match queue.push(packets) {
-            Pushed::Queued => {}
-            Pushed::Dropped(count) => self.count_dropped(count),
-            Pushed::Overflow => {
-                // Its memory is free at once, whenever the peer's task notices.
-                unsent.no_room = orders(queue.take().make_contiguous());
-                unsent.no_room.extend(given);
-                self.overflow.store(true, Ordering::Relaxed);
-                self.count_dropped(all as u64);
+        let all = (queue.len() + others.len()) as u64;
+        if self.overflow.load(Ordering::Relaxed) {
+            self.count_dropped(others.len() as u64);
+            unsent.no_room = given;
+        } else {
+            match queue.push(others) {
+                Pushed::Queued => {}
+                Pushed::Dropped(count) => self.count_dropped(count),
+                Pushed::Overflow => {
+                    // Its memory is free at once, whenever the peer's task notices.
+                    unsent.no_room = queue.keep_stops();
+                    unsent.no_room.extend(given);
+                    self.overflow.store(true, Ordering::Relaxed);
+                    self.count_dropped(all - queue.len() as u64);
+                }
             }
         }
         drop(queue);
@@ -78,6 +81,11 @@ impl Outbox {
             self.ready.notify_one();
         }
         unsent
+    }
+
+    /// Whether what is given to it has room.
+    pub(crate) fn takes(&self) -> bool {
+        !self.overflow.load(Ordering::Relaxed)
     }
 
     fn count_dropped(&self, count: u64) {
@@ -122,7 +130,7 @@ impl Outbox {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Starts anew after an overflow, for a peer that is not let go for it. What waited is lost.
+    /// Starts anew after an overflow, for a peer that is not let go for it. What waited is lost, but for stops.
     pub(crate) fn reopen(&self) {
         self.overflow.store(false, Ordering::Relaxed);
     }
@@ -150,5 +158,28 @@ mod tests {
         outbox.reopen();
         outbox.push(vec![stop.clone()]);
         assert_eq!(outbox.take().await.unwrap(), [stop]);
+    }
+
+    #[tokio::test]
+    async fn a_stop_outlives_an_overflow() {
+        let clock = Clock::start();
+        let header = Header { dst: Address(0x2810), timestamp: 1.0, ..Header::default() };
+        let abort = Bytes::from(Packet::new(header, messages::Abort).encode().unwrap());
+        let order = |number, urgency| {
+            let expires = clock.now().mono + hub::STOP_LIFE;
+            let tag = Some(hub::Tag { id: Some(CommandId(number)), epoch: 0, expires, urgency });
+            Delivery { packet: abort.clone(), tag }
+        };
+        let outbox = Outbox::new(1_000, clock);
+        let stop = order(1, hub::Urgency::Stop);
+        let mut all = vec![Delivery::from(abort.clone()); 100];
+        all.push(stop.clone());
+        assert!(outbox.takes() && outbox.push(all).no_room.is_empty() && !outbox.takes());
+        assert_eq!(outbox.push(vec![order(2, hub::Urgency::Command)]).no_room, [CommandId(2)]);
+        let later = order(3, hub::Urgency::Stop);
+        assert!(outbox.push(vec![later.clone()]).no_room.is_empty());
+        assert!(outbox.take().await.is_err());
+        outbox.reopen();
+        assert_eq!(outbox.take().await.unwrap(), [later]);
     }
 }

@@ -10,7 +10,7 @@ import { isShore, systemName, utc } from "./format";
 const EFFECT_S = 8;
 /** A vessel that stopped is watched for so long whether it goes on, s. */
 const WATCHED_S = 120;
-/** A stop that no way leads to waits so long for its vessel, µs. */
+/** The server gives a stop that its vessel has perhaps not heard again for so long, µs. */
 const WAITS_US = 600_000_000;
 /** Orders that are shown; older ones go, but for those without an answer. */
 const SHOWN = 5;
@@ -23,6 +23,8 @@ interface Order {
   /** While the server has not answered. */
   asking: Stopping | undefined;
   ordered: Ordered | undefined;
+  /** How often the server sent it, as far as is known. */
+  sent: number;
   /** After so many seconds the effect was seen, in what came when (µs). */
   effectS: number | undefined;
   effectUs: number;
@@ -55,7 +57,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
     const text = make("span", { class: "what" }, `STOP ${name}: asking the server …`);
     const away = make("button", { type: "button", class: "away", "aria-label": `Put away: STOP ${name}` }, "✕");
     const row = make("div", { class: "order", "data-stage": "asked" }, text, away);
-    const one: Order = { address, name, root: row, text, asking: undefined, ordered: undefined, effectS: undefined, effectUs: 0, over: false };
+    const one: Order = { address, name, root: row, text, asking: undefined, ordered: undefined, sent: 1, effectS: undefined, effectUs: 0, over: false };
     const since = utc(Date.now() * 1_000, false);
     const answered = (): void => {
       one.asking = undefined;
@@ -160,20 +162,22 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
   };
 }
 
-/** Looks whether a stop that waits for its vessel was sent meanwhile; then its effect is looked for from there. */
-function followWaiting(order: Order, ordered: Ordered, frame: LiveFrame): Ordered | undefined {
+/** Looks what the server made of a stop: it was sent once more, or never will be. Its effect is looked for from there. */
+function followServer(order: Order, ordered: Ordered, frame: LiveFrame): Ordered | undefined {
   const steps = frame.commands.find(({ id }) => id === ordered.id)?.steps ?? [];
-  const sent = steps.find(({ stage }) => stage === "sent");
-  const last = steps.at(-1);
-  if (sent) {
-    order.ordered = { ...ordered, waits: false, reached: true, time_us: sent.time_us };
-    tell(order, "sent", sentText(order.name, sent.time_us));
+  const sent = steps.filter(({ stage }) => stage === "sent");
+  const [latest, last] = [sent.at(-1), steps.at(-1)];
+  if (latest && (ordered.waits || sent.length > order.sent)) {
+    order.sent = sent.length;
+    order.ordered = { ...ordered, waits: false, reached: true, time_us: latest.time_us };
+    tell(order, "sent", sentText(order.name, latest.time_us));
     return order.ordered;
   }
-  if (last && ["expired", "refused", "timed out"].includes(last.stage)) {
+  if (last && (["expired", "refused"].includes(last.stage) || (ordered.waits && last.stage === "timed out"))) {
     end(order, "failed", `STOP ${order.name}: ${ordered.reached ? "NO EFFECT SEEN" : "NOT SENT"}: ${last.text}. Stop the vessel by other means; try again.`);
+    return undefined;
   }
-  return undefined;
+  return ordered.waits ? undefined : ordered;
 }
 
 /** What the vessel has probably not heard. */
@@ -190,7 +194,7 @@ function sentText(name: string, timeUs: number): string {
 
 /** Looks for the effect in what the vessel says. */
 function follow(order: Order, frame: LiveFrame): void {
-  const ordered = order.ordered?.waits ? followWaiting(order, order.ordered, frame) : order.ordered;
+  const ordered = order.ordered && followServer(order, order.ordered, frame);
   if (order.over || !ordered) return;
   const after = (update: Update): boolean =>
     update.system === order.address && update.abbrev === "VehicleState" && update.received_us >= ordered.time_us;
@@ -206,10 +210,12 @@ function follow(order: Order, frame: LiveFrame): void {
   } else if (mode === "ERROR") {
     order.effectS = took;
     order.effectUs = state?.received_us ?? 0;
-    tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel says mode ERROR, what it did has ended.`);
+    tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel stopped what it did (its mode is called ERROR).`);
   } else if (took > EFFECT_S) {
     const said = state ? `it says mode ${mode}` : "it does not say that it stopped";
-    end(order, "failed", `STOP ${order.name}: sent, but NO EFFECT SEEN in ${EFFECT_S} s; ${said}. Press STOP again or stop it by other means.`);
+    tell(order, "failed", `STOP ${order.name}: sent, but NO EFFECT SEEN in ${EFFECT_S} s; ${said}. Press STOP again or stop it by other means.`);
+    // The effect may still come, above all where the server sends it again to a vessel that was silent.
+    order.over = took * 1e6 > WAITS_US;
   }
 }
 

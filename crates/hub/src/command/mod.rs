@@ -410,6 +410,33 @@ impl Commands {
         self.advance(now, id, Stage::Sent, by.to_owned());
     }
 
+    /// It is on its way once more, for nothing showed that the vessel has it.
+    pub(crate) fn sent_again(&mut self, now: Now, id: CommandId, by: &str) {
+        if let Some(command) = self.all.get_mut(&id) {
+            // What the vessel says from here on is evidence as after the first time.
+            command.timed_out = None;
+            self.step(now, id, Stage::Sent, format!("again {by}"));
+        }
+    }
+
+    /// Something was started after a stop that waited.
+    pub(crate) fn overtaken(&mut self, now: Now, id: CommandId) {
+        let text = "something was started after it: it is not given again";
+        self.advance(now, id, Stage::TimedOut, text.to_owned());
+    }
+
+    /// Whether nothing shows that the vessel has it.
+    pub(crate) fn is_in_the_dark(&self, id: CommandId) -> bool {
+        let shown =
+            |step: &Step| matches!(step.stage, Stage::Received | Stage::Executing | Stage::EffectSeen);
+        self.all.get(&id).is_some_and(|command| !command.steps.iter().any(shown))
+    }
+
+    /// Whether it has the vessel begin something.
+    pub(crate) fn starts(&self, id: CommandId) -> bool {
+        self.all.get(&id).is_some_and(|command| matches!(command.effect, Effect::Runs(_)))
+    }
+
     /// The server does not send it, or the vessel does not take it.
     pub fn refused(&mut self, now: Now, id: CommandId, why: String) {
         self.advance(now, id, Stage::Refused, why);
@@ -421,8 +448,11 @@ impl Commands {
         match receipt {
             // A stop takes several ways; that one of them failed is not its end.
             Receipt::Expired | Receipt::Refused(_) if one_of_several => {
-                let text = "by the link it did not arrive; whether another way brought it, the vessel tells"
-                    .to_owned();
+                let mut text =
+                    "not by the link; perhaps by another connection: look at the vessel".to_owned();
+                if let Receipt::Refused(why) = receipt {
+                    text = format!("{text} ({why})");
+                }
                 self.advance(now, id, Stage::TimedOut, text);
             }
             Receipt::Received => self.advance(now, id, Stage::Received, String::new()),
