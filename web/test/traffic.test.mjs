@@ -11,7 +11,7 @@ import { mkdtemp, writeFile } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-traffic-"));
 const entry = join(folder, "entry.ts");
 const source = new URL("../src/", import.meta.url).pathname;
-await writeFile(entry, ["api/http", "api/traffic", "control/stopping"].map((one) => `export * from ${JSON.stringify(source + one)};`).join("\n"));
+await writeFile(entry, ["api/http", "api/signal", "api/traffic", "control/stopping"].map((one) => `export * from ${JSON.stringify(source + one)};`).join("\n"));
 const outfile = join(folder, "traffic.mjs");
 await build({ entryPoints: [entry], bundle: true, format: "esm", outfile, logLevel: "warning" });
 
@@ -201,4 +201,19 @@ test("STOP that one way refuses may go by the other, and given up it is over", a
   t.mock.timers.tick(60_000);
   await settle();
   assert.deepEqual([third.news, open.length, third.line.open.size], [[], 0, 0]);
+});
+
+test("signals end together where the browser cannot join them", () => {
+  const any = AbortSignal.any;
+  AbortSignal.any = undefined;
+  try {
+    const [one, other] = [new AbortController(), new AbortController()];
+    const joined = it.anyOf(one.signal, other.signal);
+    assert.equal(joined.aborted, false);
+    other.abort("over");
+    assert.deepEqual([joined.aborted, joined.reason], [true, "over"]);
+    assert.equal(it.anyOf(one.signal, other.signal).aborted, true);
+  } finally {
+    AbortSignal.any = any;
+  }
 });

@@ -4,6 +4,8 @@
 // So only some are used here, that one is always free for STOP; and what is asked while the live socket is lost, or
 // when it is lost, is given up and asked again by a new connection when the server is heard.
 
+import { anyOf } from "./signal";
+
 /** Requests that are under way at once. */
 const AT_ONCE = 4;
 /** A question has so long, with all its tries, ms. */
@@ -55,11 +57,11 @@ export async function inTurn<T>(rank: Rank, signal: AbortSignal, work: () => Pro
  */
 export async function question<T>(rank: Rank, path: string, read: (response: Response) => Promise<T>, signal?: AbortSignal): Promise<T> {
   const patience = AbortSignal.timeout(PATIENCE_MS);
-  const mine = signal ? AbortSignal.any([patience, signal]) : patience;
+  const mine = signal ? anyOf(patience, signal) : patience;
   for (;;) {
     const cut = present.signal;
     try {
-      const all = AbortSignal.any([mine, cut]);
+      const all = anyOf(mine, cut);
       return await inTurn(rank, all, async () => read(await fetch(path, { headers: { accept: "application/json" }, signal: all })));
     } catch (error) {
       if (!cut.aborted || mine.aborted) throw error;

@@ -2,6 +2,7 @@
 // once; and again by both, until one is answered or the person gives it up.
 
 import { postStop, reason, Refusal } from "../api/http";
+import { anyOf } from "../api/signal";
 import type { LiveStop, LiveStopped, Ordered } from "../api/types.gen";
 import { newKey, windowKey } from "../state/window";
 
@@ -59,7 +60,7 @@ export function createStopping(line: StopLine, vessel: number, news: StopNews): 
   /** One request; whether it settled what this way can settle. */
   const post = async (): Promise<boolean> => {
     try {
-      answered(await postStop(vessel, ask.window, ask.key, AbortSignal.any([ended.signal, AbortSignal.timeout(TRY_MS)])));
+      answered(await postStop(vessel, ask.window, ask.key, anyOf(ended.signal, AbortSignal.timeout(TRY_MS))));
       return true;
     } catch (error) {
       if (ended.signal.aborted) return true;
