@@ -110,7 +110,7 @@ bench: setup web chromium
 	cargo bench --locked --package server --bench stop
 	cargo bench --locked --package server --bench tiles
 	@sh scripts/bench-agent
-	cargo test --release --locked --package onboard --test drives -- --ignored --nocapture
+	cargo test --release --locked --package onboard --test integration drives -- --ignored --nocapture
 	@sh scripts/bench-live
 	$(call say,The pages in a browser)
 	@sh scripts/bench-pages

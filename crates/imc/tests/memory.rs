@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
+#[path = "integration/support/mod.rs"]
 mod support;
 
 use imc::catalogue::{FieldKind, MESSAGES, MessageDesc};

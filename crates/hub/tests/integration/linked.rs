@@ -1,0 +1,115 @@
+//! Who is believed when several speak in one vessel's name.
+
+use crate::support::{CONSOLE, OTTER, at, drain, hub, join, packet, pass, voltage};
+use hub::alarm::{Kind, Outside};
+use hub::{Door, Hub, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources};
+use imc::Address;
+use imc::messages::{Abort, Announce, EstimatedState, SystemType};
+
+fn link(hub: &mut Hub) -> PeerId {
+    let sources = Sources::Only(vec![OTTER]);
+    hub.join(at(0.0), Peer { door: Door::Link, role: Role::Vessel, name: "link".into(), sources })
+}
+
+fn other(hub: &mut Hub, door: Door, role: Role) -> PeerId {
+    hub.join(at(0.0), Peer { door, role, name: "192.0.2.66:40000".into(), sources: Sources::Any })
+}
+
+/// What is told of it, after a second.
+fn told(hub: &mut Hub, seconds: f64) -> Vec<(Kind, String)> {
+    hub.watch(at(seconds), &Outside::default());
+    hub.watch(at(seconds + 1.0), &Outside::default());
+    let standing = hub.alarms().standing().filter(|alarm| alarm.key.vessel == Some(OTTER));
+    standing.filter(|alarm| alarm.is_told()).map(|alarm| (alarm.key.kind, alarm.text.clone())).collect()
+}
+
+#[test]
+fn a_vessel_that_has_a_link_is_believed_there_only_and_who_contradicts_is_an_alarm() {
+    for door in [Door::Proxy, Door::Udp, Door::Tcp] {
+        let mut hub = hub(false);
+        let link = link(&mut hub);
+        let console = join(&mut hub, Door::Proxy, Role::Console);
+        let forger = other(&mut hub, door, Role::Vessel);
+        let said = packet(
+            OTTER,
+            Address::ANNOUNCE,
+            1.0,
+            Announce { sys_type: SystemType::Usv, ..Announce::default() },
+        );
+        assert_eq!(pass(&mut hub, at(0.0), link, &said), [console]);
+        assert_eq!(told(&mut hub, 0.0), []);
+        hub.drain_records();
+        let forged =
+            packet(OTTER, Address::NULL, 2.0, EstimatedState { lat: 1.0, ..EstimatedState::default() });
+        assert_eq!(pass(&mut hub, at(1.0), forger, &forged), [], "{door}");
+        assert!(hub.fleet().system(OTTER).unwrap().latest(350).is_none() && hub.drain_records().is_empty());
+        assert_eq!(hub.counters().refused, 1);
+        // Nor does it get what is for the vessel.
+        assert_eq!(
+            pass(&mut hub, at(1.1), console, &packet(CONSOLE, OTTER, 3.0, Abort))
+                .into_iter()
+                .filter(|peer| *peer == forger)
+                .count(),
+            usize::from(door == Door::Proxy)
+        );
+        let alarms = told(&mut hub, 1.5);
+        let (kind, text) = &alarms[0];
+        assert_eq!((alarms.len(), *kind), (1, Kind::OtherSource));
+        assert!(text.contains(door.name()) && text.contains("192.0.2.66:40000"), "{text}");
+        // What the vessel itself said and somebody gives back contradicts nothing; the alarm ends after a while.
+        pass(&mut hub, at(70.0), link, &voltage(OTTER, Address::NULL, 70.0));
+        pass(&mut hub, at(70.0), forger, &voltage(OTTER, Address::NULL, 70.0));
+        hub.watch(at(70.0), &Outside::default());
+        hub.watch(at(76.0), &Outside::default());
+        assert!(hub.alarms().standing().all(|alarm| alarm.state == hub::alarm::State::Returned));
+    }
+}
+
+#[test]
+fn who_contradicts_a_vessel_that_is_silent_is_told_too() {
+    let mut hub = hub(false);
+    link(&mut hub);
+    let forger = other(&mut hub, Door::Tcp, Role::Vessel);
+    pass(&mut hub, at(30.0), forger, &voltage(OTTER, Address::NULL, 1.0));
+    assert_eq!(told(&mut hub, 30.0).first().map(|(kind, _)| *kind), Some(Kind::OtherSource));
+}
+
+#[test]
+fn a_door_that_is_trusted_is_believed_beside_the_link() {
+    let mut hub = hub(false);
+    hub.trust_doors([Door::Tcp]);
+    link(&mut hub);
+    let console = join(&mut hub, Door::Proxy, Role::Console);
+    let tcp = other(&mut hub, Door::Tcp, Role::Vessel);
+    assert_eq!(pass(&mut hub, at(0.0), tcp, &voltage(OTTER, Address::NULL, 1.0)), [console]);
+    assert_eq!(told(&mut hub, 1.0), []);
+}
+
+#[test]
+fn who_has_a_link_is_known_before_it_comes_in_and_others_are_believed_anywhere() {
+    let mut hub = hub(false);
+    let console = join(&mut hub, Door::Proxy, Role::Console);
+    let tcp = other(&mut hub, Door::Tcp, Role::Vessel);
+    assert_eq!(pass(&mut hub, at(0.0), tcp, &voltage(OTTER, Address::NULL, 1.0)), [console]);
+    hub.set_linked([OTTER].into());
+    assert_eq!(pass(&mut hub, at(1.0), tcp, &voltage(OTTER, Address::NULL, 2.0)), []);
+    assert_eq!(
+        pass(&mut hub, at(1.0), console, &packet(CONSOLE, OTTER, 3.0, Abort)),
+        [],
+        "it lives there no more"
+    );
+    assert_eq!(pass(&mut hub, at(1.0), tcp, &voltage(Address(0x2811), Address::NULL, 2.0)), [console]);
+    // Its token is revoked.
+    hub.set_linked([].into());
+    assert_eq!(pass(&mut hub, at(2.0), tcp, &voltage(OTTER, Address::NULL, 4.0)), [console]);
+    // What a vessel recorded before it lost its link is a record still.
+    let link = link(&mut hub);
+    let record = Incoming {
+        packet: voltage(OTTER, Address::NULL, 0.5),
+        link: Some(LinkSeq { stream: 7, seq: 1 }),
+        lane: Lane::Backlog,
+    };
+    hub.drain_records();
+    hub.packets(at(3.0), link, [record]);
+    assert_eq!((drain(&mut hub).len(), hub.drain_records().len()), (0, 1));
+}

@@ -1,0 +1,6 @@
+//! Tests of `sim` from outside, one program: it is linked once.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+mod reference;
+mod vessel;

@@ -1,0 +1,14 @@
+//! Tests of `store` from outside, one program: it is linked once.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+mod damage;
+mod export;
+mod fuzz_seeds;
+mod kill;
+mod kinds;
+mod properties;
+mod recordings;
+mod silences;
+mod support;
+mod upkeep;

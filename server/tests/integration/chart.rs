@@ -1,0 +1,110 @@
+//! `lutra-server chart` as an operator runs it.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn chart(data: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lutra-server"));
+    command.arg("chart").args(arguments).arg("--data").arg(data).output().unwrap()
+}
+
+fn json(data: &Path, arguments: &[&str]) -> Value {
+    let output = chart(data, &[arguments, &["--json"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_cell_is_imported_asked_exported_and_removed() {
+    let Some(cell) = testkit::shared("data/charts/GB5X01NW.000") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path();
+    let none = chart(data, &["list"]);
+    assert!(!none.status.success());
+    assert!(String::from_utf8_lossy(&none.stderr).contains("make one by `lutra-server chart import`"));
+
+    let done = json(data, &["import", cell.to_str().unwrap()]);
+    assert_eq!(done["charts"][0]["outcome"]["outcome"], "added", "{done}");
+    assert_eq!(done["charts"][0]["skin"]["holds"], true);
+    assert!(data.join("charts/chart.gpkg").exists() && data.join("charts/chart.lutra-index").exists());
+    assert_eq!(json(data, &["list"])["digest"], done["digest"]);
+    // The census of data/charts/README.md.
+    assert_eq!(json(data, &["info", "gb5x01nw"])["charts"][0]["classes"]["DEPARE"], 54);
+    assert_eq!(json(data, &["depth", "--at", "-32.0,60.9"])["water"], "no data");
+    let point = chart(data, &["depth", "--at", "-32.47,60.9"]);
+    assert!(String::from_utf8_lossy(&point.stderr).contains("--radius M"), "single rocks are not looked at");
+    assert!(chart(data, &["depth", "--at", "-32.47,60.9", "--radius", "10"]).stderr.is_empty());
+    let corridor = json(data, &["corridor", "--from", "-32.49,60.88", "--to", "-32.46,60.95"]);
+    assert_eq!(corridor["object"]["chart"], "GB5X01NW", "{corridor}");
+
+    let csv = data.join("grid.csv");
+    let corners = ["export-grid", "--from", "-32.50,60.87", "--to", "-32.45,60.96", "--spacing", "100"];
+    let rows = json(data, &[&corners[..], &["-o", csv.to_str().unwrap()]].concat())["rows"].clone();
+    let text = std::fs::read_to_string(&csv).unwrap();
+    assert_eq!(rows, text.lines().count() - 1);
+    let table = data.join("grid.db");
+    let adapt = ["--deep", "10", "--coarsest", "1600", "-o", table.to_str().unwrap()];
+    let few = json(data, &[&corners[..], &adapt[..]].concat())["rows"].as_u64().unwrap();
+    assert!(few > 0 && few < rows.as_u64().unwrap(), "{few} of {rows}");
+    let vertices = data.join("contours.csv");
+    assert!(
+        json(data, &["export-vertices", "-o", vertices.to_str().unwrap()])["rows"].as_u64().unwrap() > 1000
+    );
+
+    json(data, &["remove", "GB5X01NW"]);
+    assert_eq!(json(data, &["list"])["charts"], serde_json::json!([]));
+}
+
+#[test]
+fn a_plan_is_checked_and_the_exit_code_tells_whether_it_may_be_sailed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, cells) = (folder.path().join("data"), folder.path().join("cells"));
+    std::fs::create_dir(&cells).unwrap();
+    for file in charts::demo::archipelago().unwrap() {
+        std::fs::write(cells.join(file.name), file.bytes).unwrap();
+    }
+    let plan = |name: &str, places: [[f64; 2]; 2]| {
+        let path = folder.path().join(name);
+        let line = places.map(|[lat, lon]| format!("[{lon},{lat}]")).join(",");
+        let geometry = format!(r#"{{"type":"LineString","coordinates":[{line}]}}"#);
+        let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#);
+        std::fs::write(&path, feature).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let open = plan("open.geojson", [[63.4465, 10.3500], [63.4485, 10.3530]]);
+    let shoal = plan("shoal.geojson", [[63.4460, 10.3516], [63.4424, 10.3516]]);
+    // Without a chart nothing is told to be safe.
+    let none = chart(&data, &["check", &open]);
+    assert!(!none.status.success() && none.stdout.is_empty());
+    json(&data, &["import", cells.to_str().unwrap()]);
+
+    let told = json(&data, &["check", &open]);
+    assert!(told["outcome"] != "refused" && told["reasons"] == serde_json::json!([]), "{told}");
+    let output = chart(&data, &["check", &shoal, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["outcome"], "refused");
+    let reason = told["reasons"][0]["text"].as_str().unwrap();
+    assert!(reason.contains("XX5LUTRA"), "{told}");
+    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(complaint.contains("shoal.geojson: the chart shows danger"), "{complaint}");
+    // In words, the same reason.
+    let words = chart(&data, &["check", &shoal]);
+    assert!(String::from_utf8_lossy(&words.stdout).contains(&format!("refused: {reason}")));
+    // The way to the first place counts where it is known.
+    let output = chart(&data, &["check", &open, "--from", "63.4424,10.3516"]);
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stdout));
+    for (plan, why) in
+        [("nowhere.json", "there is no such file, and it is no number of a plan"), ("7", "keeps no plan 7")]
+    {
+        let output = chart(&data, &["check", plan]);
+        let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && complaint.contains(why), "{complaint}");
+    }
+    let text = plan("text.json", [[0.0, 0.0]; 2]);
+    std::fs::write(&text, "no plan at all").unwrap();
+    let output = chart(&data, &["check", &text]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("text.json"), "{output:?}");
+    assert!(!output.status.success());
+}

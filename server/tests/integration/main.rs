@@ -1,0 +1,23 @@
+//! Tests of `server` from outside, one program: it is linked once.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+mod attack;
+mod backup;
+mod chart;
+mod chart_sync;
+mod clock;
+mod demo;
+mod disk_full;
+mod gaps;
+mod imc_node;
+mod imcproxy;
+mod influx;
+mod kills;
+mod process;
+mod recordings;
+mod stop;
+mod support;
+mod teleop;
+mod vessel;
+mod vpn;
