@@ -155,7 +155,7 @@ fn a_rebuild_that_is_killed_again_and_again_ends_whole() {
     let mut killed = 0;
     loop {
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "rebuilding_child", "--nocapture"])
+            .args(["--exact", "kill::rebuilding_child", "--nocapture"])
             .env(REBUILDING, folder.path())
             .stdout(Stdio::piped())
             .spawn()
@@ -209,7 +209,7 @@ fn a_rebuild_without_room_stops_no_recording_and_goes_on_with_room() {
     std::fs::write(folder.path().join("history/2026-11.sqlite"), "no database").unwrap();
     // 2 MiB for a file: the archive has room to grow, the history has not.
     let output = Command::new("sh")
-        .args(["-c", "trap '' XFSZ; ulimit -f 4096; exec \"$0\" --exact cramped_child --nocapture"])
+        .args(["-c", "trap '' XFSZ; ulimit -f 4096; exec \"$0\" --exact kill::cramped_child --nocapture"])
         .arg(std::env::current_exe().unwrap())
         .env(CRAMPED, folder.path())
         .output()
