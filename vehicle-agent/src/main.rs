@@ -138,6 +138,7 @@ fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {
         doubts.extend(trial::doubts(&config, &settings));
         doubts
     });
+    let fails = config.report().has_errors() || doubts.is_err();
     if json {
         let mut shown = config.to_json();
         shown["doubts"] = doubts.unwrap_or_else(|error| vec![format!("{error:#}")]).into();
@@ -145,9 +146,14 @@ fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {
     } else {
         say!("{config}");
         match doubts {
-            Ok(doubts) => doubts.iter().for_each(|doubt| say!("doubt: {doubt}")),
+            Ok(doubts) if doubts.is_empty() => {}
+            Ok(doubts) => {
+                doubts.iter().for_each(|doubt| say!("warning: {doubt}"));
+                let s = if doubts.len() == 1 { "" } else { "s" };
+                say!("{} warning{s} of what these settings do aboard", doubts.len());
+            }
             Err(error) => say!("error: {error:#}"),
         }
     }
-    if config.report().has_errors() { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    if fails { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }

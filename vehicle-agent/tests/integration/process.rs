@@ -208,7 +208,7 @@ fn the_committed_plans_sail_and_draw_themselves() {
 fn checks_the_shipped_configuration_and_refuses_a_broken_one() {
     let good = program().arg("check").arg(ini()).output().unwrap();
     let shown = String::from_utf8_lossy(&good.stdout);
-    assert!(good.status.success() && !shown.contains("doubt:"), "{shown}");
+    assert!(good.status.success() && !shown.contains("warning:"), "{shown}");
     let json = program().arg("check").arg(ini()).arg("--json").output().unwrap();
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["doubts"], serde_json::json!([]));
@@ -231,6 +231,7 @@ fn gains_that_oscillate_are_told_by_check_and_at_the_start_and_hinder_neither() 
     assert!(check.status.success());
     let text = String::from_utf8_lossy(&check.stdout);
     assert_eq!(told(&text), 1, "{text}");
+    assert!(text.trim_end().ends_with("\n1 warning of what these settings do aboard"), "{text}");
     let json = program().arg("check").arg(&path).arg("--json").output().unwrap();
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["doubts"].as_array().unwrap().len(), 1, "{json}");
