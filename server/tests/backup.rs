@@ -238,3 +238,50 @@ fn after_an_older_backup_vessels_go_on_where_they_are_and_the_old_archive_fills_
     assert_eq!(samples(&back), 201);
     assert_eq!(Store::open(&back).unwrap().durable(STREAM), Some(200));
 }
+
+#[test]
+fn the_home_of_somebody_is_no_data_folder_and_is_left_as_it_is() {
+    let scratch = tempfile::tempdir().unwrap();
+    let home = scratch.path().join("home");
+    fs::create_dir_all(home.join("sub")).unwrap();
+    for (name, mode) in [("letter.txt", 0o644), ("sub/script.sh", 0o755)] {
+        fs::write(home.join(name), "x").unwrap();
+        fs::set_permissions(home.join(name), fs::Permissions::from_mode(mode)).unwrap();
+    }
+    // Names that are ours are others' too.
+    fs::create_dir(home.join("archive")).unwrap();
+    fs::create_dir(home.join("tls")).unwrap();
+    fs::write(home.join("archive/old.txt"), "x").unwrap();
+    let before = rights(&home);
+    let log = scratch.path().join("Data.lsf");
+    fs::write(&log, packet(0)).unwrap();
+    for arguments in [
+        &["serve", "--listen", "127.0.0.1:0"] as &[&str],
+        &["user", "add", "nils"],
+        &["token", "list"],
+        &["vessel", "list"],
+        &["tls", "init"],
+        &["import", log.to_str().unwrap()],
+        &["reindex"],
+        &["export"],
+        &["backup", "elsewhere"],
+        &["prune", "--archive-before", "2020-01-01", "--yes"],
+        &["chart", "import", log.to_str().unwrap()],
+    ] {
+        let told = refused(&home, arguments);
+        assert!(
+            told.contains(&format!("{} is no folder of Lutra's", home.display())),
+            "{arguments:?}: {told}"
+        );
+        assert!(told.contains("choose an empty or a new folder, or that of a server"), "{told}");
+    }
+    let told = command(&home, &["doctor"]);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(told.contains("BAD   data folder: ") && told.contains("is no folder of Lutra's"), "{told}");
+    // Nor does a backup go there.
+    let data = scratch.path().join("data");
+    fill(&data, 0..10);
+    let told = refused(&data, &["backup", home.to_str().unwrap()]);
+    assert!(told.contains("is no folder of Lutra's"), "{told}");
+    assert!(rights(&home) == before, "{:?}", rights(&home));
+}

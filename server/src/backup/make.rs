@@ -2,7 +2,7 @@
 
 use super::manifest::{Entry, MANIFEST, Manifest, copy};
 use crate::config::Config;
-use crate::{clock, people};
+use crate::{clock, folder, people};
 use anyhow::{Context as _, ensure};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -32,9 +32,9 @@ pub(crate) fn make(
     progress: &mut dyn FnMut(&str),
 ) -> anyhow::Result<BackedUp> {
     let data = &config.data;
-    fs::create_dir_all(to).with_context(|| to.display().to_string())?;
-    let inside = to.canonicalize()?.starts_with(data.canonicalize()?);
-    ensure!(!inside, "a backup must go to another folder, on another disk where that can be");
+    folder::check(to)?;
+    ensure!(!is_below(to, data)?, "a backup must go to another folder, on another disk where that can be");
+    fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
     let earlier = Manifest::read(to).unwrap_or_default();
     let done = store::backup(data, to, &mut |what| {
         progress(what);
@@ -64,6 +64,14 @@ pub(crate) fn make(
     }
     manifest.write(to)?;
     Ok(done)
+}
+
+/// Whether a folder, which need not be there yet, is another one or lies in it.
+fn is_below(path: &Path, folder: &Path) -> anyhow::Result<bool> {
+    let full = std::path::absolute(path).with_context(|| path.display().to_string())?;
+    let folder = folder.canonicalize().with_context(|| folder.display().to_string())?;
+    let there = full.ancestors().find_map(|parent| parent.canonicalize().ok());
+    Ok(there.is_some_and(|there| there.starts_with(folder)))
 }
 
 /// The files of a data folder that are copied as they are, below it.

@@ -12,7 +12,7 @@ use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, Helms, History, Imports, alarms};
 use crate::sinks::influx::Sink;
-use crate::{private, tls};
+use crate::{folder, private, tls};
 use anyhow::Context as _;
 use imc::Address;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -82,8 +82,9 @@ impl Serving {
 /// Starts a server; it runs until [`Serving::stop`].
 ///
 /// # Errors
-/// The address is taken or not ours, the data folder cannot be used.
+/// The address is taken or not ours, the data folder cannot be used or is none of Lutra's.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    folder::check(&config.data)?;
     let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
