@@ -52,7 +52,9 @@ pub(crate) fn is_ours(way: &[&str], is_folder: bool) -> bool {
             let is_there = ["Data.lsf", "Arrivals.idx", "IMC.xml.gz"].contains(name);
             !is_folder && is_there && is_system(system) && is_day(day)
         }
-        [folder, name] if HISTORIES.contains(folder) => !is_folder && name.contains(".sqlite"),
+        [folder, name] if HISTORIES.contains(folder) => {
+            !is_folder && (name.contains(".sqlite") || *name == "refused")
+        }
         [folder, _] => !is_folder && FOLDERS.contains(folder),
         _ => false,
     }
