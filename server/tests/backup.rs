@@ -285,3 +285,28 @@ fn the_home_of_somebody_is_no_data_folder_and_is_left_as_it_is() {
     assert!(told.contains("is no folder of Lutra's"), "{told}");
     assert!(rights(&home) == before, "{:?}", rights(&home));
 }
+
+#[test]
+fn what_cannot_be_backed_up_or_restored_is_named_and_leaves_nothing() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, backup) = (at("data"), at("backup"));
+    fill(&data, 0..10);
+    let told = run(&data, &["backup", backup.to_str().unwrap()]);
+    assert!(told.contains("into a folder that is empty or not there yet"), "{told}");
+    let way = format!("lutra-server restore {} --data DIR", backup.display());
+    assert!(told.contains(&way) && !told.contains(&format!("--data {}", data.display())), "{told}");
+    for inside in ["data/inside", "data/in/side", "backup/../data/inside"] {
+        let told = refused(&data, &["backup", at(inside).to_str().unwrap()]);
+        assert!(told.contains("must go to another folder"), "{inside}: {told}");
+    }
+    assert!(!data.join("inside").exists() && !data.join("in").exists());
+    fs::write(at("file"), "x").unwrap();
+    for impossible in ["file/new", "/proc/nowhere/new"] {
+        let path = at(impossible);
+        let told = refused(&path, &["restore", backup.to_str().unwrap()]);
+        assert!(told.contains(path.to_str().unwrap()), "{told}");
+    }
+    let told = refused(&data, &["serve", "--listen", "8080"]);
+    assert!(told.contains("like 127.0.0.1:8080"), "{told}");
+}

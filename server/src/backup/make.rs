@@ -33,8 +33,10 @@ pub(crate) fn make(
 ) -> anyhow::Result<BackedUp> {
     let data = &config.data;
     folder::check(to)?;
-    ensure!(!is_below(to, data)?, "a backup must go to another folder, on another disk where that can be");
+    refuse_below(to, data)?;
     fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
+    // A way with `..` in it may lead elsewhere than it seemed to while it was not there.
+    refuse_below(to, data)?;
     let earlier = Manifest::read(to).unwrap_or_default();
     let done = store::backup(data, to, &mut |what| {
         progress(what);
@@ -66,12 +68,14 @@ pub(crate) fn make(
     Ok(done)
 }
 
-/// Whether a folder, which need not be there yet, is another one or lies in it.
-fn is_below(path: &Path, folder: &Path) -> anyhow::Result<bool> {
+/// Refuses a folder, which need not be there yet, that is the data folder or lies in it.
+fn refuse_below(path: &Path, data: &Path) -> anyhow::Result<()> {
     let full = std::path::absolute(path).with_context(|| path.display().to_string())?;
-    let folder = folder.canonicalize().with_context(|| folder.display().to_string())?;
+    let data = data.canonicalize().with_context(|| data.display().to_string())?;
     let there = full.ancestors().find_map(|parent| parent.canonicalize().ok());
-    Ok(there.is_some_and(|there| there.starts_with(folder)))
+    let is_below = there.is_some_and(|there| there.starts_with(data));
+    ensure!(!is_below, "a backup must go to another folder, on another disk where that can be");
+    Ok(())
 }
 
 /// The files of a data folder that are copied as they are, below it.

@@ -296,7 +296,11 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
         done.linked,
         done.kept
     );
-    say!("back again: lutra-server restore {} --data {}", arguments.to.display(), data.display());
+    say!(
+        "back again, into a folder that is empty or not there yet, and not into {}: lutra-server restore {} --data DIR",
+        data.display(),
+        arguments.to.display()
+    );
     Ok(())
 }
 
