@@ -42,7 +42,7 @@ pub struct Serving {
     pub(crate) recorder: Recorder,
     /// What handlers reach.
     pub(crate) state: AppState,
-    owners: Owners,
+    pub(crate) owners: Owners,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
@@ -106,7 +106,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
-    let doors = doors::open(&config.doors, &config.data, &relay, &tasks, &stop).await?;
+    let doors = doors::open(&config.doors, &config.data, &relay, (&tasks, &owners), &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let whose = owners.clone();
@@ -119,7 +119,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         hub.set_linked(linked.into_iter().map(Address).collect());
     };
     relay.look(believe).await?;
-    let open = doors.serve(&tasks);
+    let open = doors.serve(&tasks, &owners);
     let (history, imports) = (History::new(&config.data), Imports::new(&config));
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let charts = Charts::new(&config);
@@ -153,7 +153,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     }
     let kept = orders::keep_log(relay.clone(), state.people.clone(), stop.clone());
     tasks.spawn(owners.watch("the log of orders", kept));
-    tasks.spawn(alarms::watch(state.clone()));
+    tasks.spawn(owners.watch("the watch for alarms", alarms::watch(state.clone())));
     let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
     let web = tokio::spawn(owners.watch("the web server", web.run(stop.clone())));
     Ok(Serving { address, doors: open, relay, recorder, state, owners, recording, stop, first, web, tasks })
