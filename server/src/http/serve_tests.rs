@@ -46,7 +46,8 @@ async fn lose(serving: &Serving, owner: &str) {
             let lost = state.people.ask(|_| -> Result<(), _> { panic!("a fault in app.db") }).await;
             assert!(lost.is_err());
         }
-        other => panic!("{other}"),
+        "the hashing of passwords" => state.people.lose_hashing(),
+        watched => assert!(serving.owners.lose(watched), "{watched}"),
     }
 }
 
@@ -73,7 +74,14 @@ fn kept(folder: &Path) -> usize {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
-    for owner in ["the hub", "the recorder", "app.db"] {
+    for owner in [
+        "the hub",
+        "the recorder",
+        "app.db",
+        "the hashing of passwords",
+        "the audit log",
+        "the log of orders",
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let serving = start(folder.path()).await;
         assert_eq!(get(&serving, "/healthz").await.0, 200);

@@ -103,6 +103,12 @@ impl People {
         }));
     }
 
+    /// Loses the hashing of passwords to a fault, as a bug in it would.
+    #[cfg(test)]
+    pub(crate) fn lose_hashing(&self) {
+        self.hashing.lose();
+    }
+
     /// Reads.
     ///
     /// # Errors
