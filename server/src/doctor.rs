@@ -3,7 +3,7 @@
 
 use crate::config::Config;
 use crate::people::{self, persons};
-use crate::{clock, tls};
+use crate::{clock, folder, tls};
 use api::Role;
 use store::{Check, Health};
 use units::UtcTime;
@@ -22,10 +22,15 @@ pub(crate) fn check(name: &'static str, outcome: Result<String, String>) -> Chec
 pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
     let mut checks = vec![
         check("clock", clock_is_right()),
-        check("people", people_are_well(config)),
         check("encryption", encryption(config)),
         check("pages", pages()),
     ];
+    // Not even a lock is put into a folder of somebody else.
+    if let Err(error) = folder::check(&config.data) {
+        checks.push(check("data folder", Err(format!("{error:#}"))));
+        return checks;
+    }
+    checks.push(check("people", people_are_well(config)));
     if config.data.exists() {
         checks.push(rights(config));
         checks.extend(recordings(config, thorough));

@@ -10,6 +10,7 @@ mod clock;
 pub mod config;
 mod doctor;
 mod doors;
+mod folder;
 mod http;
 mod log;
 mod owners;

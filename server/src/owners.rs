@@ -31,6 +31,9 @@ struct Pulse {
     name: &'static str,
     /// Milliseconds from the start until it began to work on what it works on, and one; 0 while it rests.
     busy_since_ms: AtomicU64,
+    /// Makes a watched task panic.
+    #[cfg(test)]
+    fault: tokio::sync::Notify,
 }
 
 /// Held by an owner as long as it does its work.
@@ -55,7 +58,12 @@ impl Default for Owners {
 impl Owners {
     /// A new owner, by the name that people know it by.
     pub(crate) fn duty(&self, name: &'static str) -> Duty {
-        let pulse = Arc::new(Pulse { name, busy_since_ms: AtomicU64::new(0) });
+        let pulse = Arc::new(Pulse {
+            name,
+            busy_since_ms: AtomicU64::new(0),
+            #[cfg(test)]
+            fault: tokio::sync::Notify::new(),
+        });
         self.0.all.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&pulse));
         Duty { owners: self.clone(), pulse, done: false }
     }
@@ -68,6 +76,8 @@ impl Owners {
     ) -> impl Future<Output = T> + use<T, F> {
         let duty = self.duty(name);
         async move {
+            #[cfg(test)]
+            let task = or_fault(Arc::clone(&duty.pulse), task);
             let outcome = task.await;
             duty.done();
             outcome
@@ -104,8 +114,25 @@ impl Owners {
         self.0.lost.borrow().is_none()
     }
 
+    /// Loses a watched task to a fault, as a bug in it would; whether there is one of this name.
+    #[cfg(test)]
+    pub(crate) fn lose(&self, name: &str) -> bool {
+        let all = self.0.all.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter().filter(|pulse| pulse.name == name).map(|pulse| pulse.fault.notify_one()).count() > 0
+    }
+
     fn now_ms(&self) -> u64 {
         self.0.begun.elapsed().as_millis() as u64 + 1
+    }
+}
+
+/// A task that panics once a test wants it to.
+#[cfg(test)]
+async fn or_fault<T>(pulse: Arc<Pulse>, task: impl Future<Output = T>) -> T {
+    tokio::select! {
+        biased;
+        () = pulse.fault.notified() => panic!("a fault in {}", pulse.name),
+        outcome = task => outcome,
     }
 }
 

@@ -1,5 +1,6 @@
 //! What lies in the data folder is for the user who runs the server alone: passwords' hashes, keys, where vessels are.
 
+use crate::folder::is_ours;
 use std::fs::{self, Metadata};
 use std::io;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
@@ -46,12 +47,14 @@ pub(crate) fn begin() {
     rustix::process::umask(rustix::fs::Mode::from_raw_mode(OTHERS));
 }
 
-/// Looks who may reach what is in a folder of data.
+/// Looks who may reach what Lutra made in a folder of data.
 pub(crate) fn look(data: &Path) -> io::Result<Found> {
     walk(data, false)
 }
 
-/// Takes from others what they could reach in a folder of data. What belongs to somebody else is only told.
+/// Takes from others what they could reach of what Lutra made in a folder of data, which [`crate::folder::check`] found to
+/// be one. Names that Lutra does not make are left as they are, and so is what lies on another disk or beyond a symbolic
+/// link. What belongs to somebody else is only told.
 pub(crate) fn keep(data: &Path) -> io::Result<Found> {
     walk(data, true)
 }
@@ -64,17 +67,24 @@ fn walk(data: &Path, change: bool) -> io::Result<Found> {
     };
     let own = rustix::process::geteuid().as_raw();
     one(data, &about, own, change, &mut found);
-    let mut folders = vec![data.to_owned()];
-    while let Some(folder) = folders.pop() {
+    let disk = about.dev();
+    let mut folders = vec![(data.to_owned(), Vec::<String>::new())];
+    while let Some((folder, way)) = folders.pop() {
         // What goes while it is looked at, or cannot be read, is nothing that can be put right.
         let Ok(entries) = fs::read_dir(&folder) else { continue };
-        for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+        for entry in entries.flatten() {
+            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
             let Ok(about) = fs::symlink_metadata(&path) else { continue };
-            if about.is_dir() {
-                folders.push(path.clone());
+            let mut way = way.clone();
+            way.push(name);
+            let names: Vec<&str> = way.iter().map(String::as_str).collect();
+            let is_known = (about.is_dir() || about.is_file()) && is_ours(&names, about.is_dir());
+            if !is_known || about.dev() != disk {
+                continue;
             }
-            if about.is_dir() || about.is_file() {
-                one(&path, &about, own, change, &mut found);
+            one(&path, &about, own, change, &mut found);
+            if about.is_dir() {
+                folders.push((path, way));
             }
         }
     }
@@ -116,13 +126,26 @@ mod tests {
         // What a link leads to is somebody else's business.
         let elsewhere = tempfile::NamedTempFile::new().unwrap();
         fs::set_permissions(elsewhere.path(), fs::Permissions::from_mode(0o644)).unwrap();
-        std::os::unix::fs::symlink(elsewhere.path(), data.join("link")).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), data.join("app.db")).unwrap();
+        let others = tempfile::tempdir().unwrap();
+        let beyond = others.path().join("server.pem");
+        fs::write(&beyond, "x").unwrap();
+        fs::set_permissions(&beyond, fs::Permissions::from_mode(0o644)).unwrap();
+        std::os::unix::fs::symlink(others.path(), data.join("tls")).unwrap();
+        // And so is what somebody put there.
+        let put = [data.join("letter.txt"), deep.join("notes.txt"), data.join("sub/script.sh")];
+        fs::create_dir(data.join("sub")).unwrap();
+        for path in &put {
+            fs::write(path, "x").unwrap();
+            fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+        }
         let open = look(data).unwrap().open;
         assert!(open >= 4 && mode(&deep) == 0o755, "{open}");
         let found = keep(data).unwrap();
         assert_eq!((found.open, found.told(true).len()), (open, 1));
         assert_eq!((mode(data), mode(&deep), mode(&deep.join("Data.lsf"))), (0o700, 0o700, 0o600));
-        assert_eq!(mode(elsewhere.path()), 0o644);
+        assert_eq!((mode(elsewhere.path()), mode(&beyond)), (0o644, 0o644));
+        assert_eq!(put.map(|path| mode(&path)), [0o755; 3]);
         assert_eq!(keep(data).unwrap(), Found::default());
     }
 

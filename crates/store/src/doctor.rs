@@ -9,7 +9,7 @@ use crate::lock::FolderLock;
 use crate::packet::Door;
 use crate::range::TimeRange;
 use crate::reader::{Memory, Reader, open};
-use crate::reindex::{GROWING, REPLACED};
+use crate::reindex::{self, GROWING, REPLACED};
 use std::fs;
 use std::path::Path;
 use units::UtcTime;
@@ -142,13 +142,15 @@ fn arrivals(data: &Path) -> Result<Vec<Check>> {
             ));
         }
     }
-    for told in shortened::told(&root)? {
+    // Read before the lengths: the files of a server that runs only grow.
+    let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
+    for told in shortened::told(shortened::seen(&root, &read)?) {
         checks.push(Check::new(
             "archive",
             Health::Problem,
             told,
             "check the disk; copy the day from a backup, or import the vessel's own log of that day; then remove \
-             archive/shortened.jsonl, so that it is not told any more",
+             archive/shortened.jsonl (a start writes it), so that it is not told any more",
         ));
     }
     checks.push(Check::good("archive", format!("{} days of systems, {} MiB", days.len(), bytes >> 20)));
@@ -301,7 +303,14 @@ fn clocks(data: &Path, now: UtcTime) -> Vec<Check> {
 fn left_over(data: &Path) -> Vec<Check> {
     let mut checks = Vec::new();
     let names: Vec<&str> = [GROWING, REPLACED].into_iter().filter(|name| data.join(name).exists()).collect();
-    if !names.is_empty() {
+    if let Some(why) = reindex::refused(data) {
+        checks.push(Check::new(
+            "reindex",
+            Health::Warning,
+            format!("{GROWING} waits: {why}"),
+            reindex::ACCEPT,
+        ));
+    } else if !names.is_empty() {
         checks.push(Check::new(
             "reindex",
             Health::Warning,

@@ -157,7 +157,7 @@ impl Follower {
             for (key, progress) in history.all_progress() {
                 let (was, is) = (progress.lengths, archive.lengths(key));
                 if was.data > is.data
-                    && let Err(error) = shortened::add(&root, key, was.data, is.data)
+                    && let Err(error) = shortened::add(&root, &key.name(), was.data, is.data)
                 {
                     self.causes.push(format!("archive/{}: shorter than it was; {error}", key.name()));
                 }

@@ -3,15 +3,16 @@
 //! It grows in `history.new` beside the one that is asked meanwhile, and takes its place when it is whole. A
 //! rebuild that was broken off goes on where it stopped.
 
-use crate::archive;
+use crate::archive::{self, shortened};
 use crate::aside;
 use crate::error::{Named as _, Result, StoreError};
-use crate::history::Extent;
 use crate::history::look::{self, Sound};
+use crate::history::{Extent, load_progress};
 use crate::reader::Reader;
 use crate::store::Store;
-use std::fs;
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::{fs, io};
 
 /// The history that is asked.
 pub(crate) const HISTORY: &str = "history";
@@ -19,6 +20,16 @@ pub(crate) const HISTORY: &str = "history";
 pub(crate) const GROWING: &str = "history.new";
 /// The one that was replaced.
 pub(crate) const REPLACED: &str = "history.old";
+
+/// In the one that grows: why it did not take its place.
+const REFUSED: &str = "refused";
+const ARCHIVE: &str = "archive";
+
+/// What to do after a refusal.
+pub(crate) const ACCEPT: &str = "copy what is missing from a backup into the archive, or import the vessel's own log, \
+                                 and run `lutra-server reindex` again; or give up what only the history holds by \
+                                 `lutra-server reindex --accept-loss`, which goes on with history.new; or remove \
+                                 history.new and keep the history";
 
 /// What making it again did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,24 +51,36 @@ pub struct Reindexed {
 pub fn reindex(data: &Path, accept_loss: bool, progress: &mut dyn FnMut(u64) -> bool) -> Result<Reindexed> {
     finish_swap(data)?;
     let unusable = unusable(data)?;
-    if !unusable.is_empty() && archive::is_trimmed(&data.join("archive")) && !accept_loss {
+    if !unusable.is_empty() && archive::is_trimmed(&data.join(ARCHIVE)) && !accept_loss {
         return Err(StoreError::Query(format!(
             "days were removed from the archive, and what {} held of them cannot be counted. The history is as it was; \
-             to go on, allow the loss: the file is kept in {}",
+             to go on: lutra-server reindex --accept-loss, which keeps the file in {}",
             unusable.join(" and "),
             aside::ASIDE
         )));
     }
     let before = if unusable.is_empty() { samples(data, HISTORY)? } else { 0 };
+    let shortened = shortened_days(data)?;
+    match fs::remove_file(data.join(GROWING).join(REFUSED)) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            return Err(error).named(&data.join(GROWING));
+        }
+        _ => {}
+    }
     let mut store = Store::open_growing(data, progress)?;
     let packets = store.repairs().replayed;
     store.settle()?;
     let grown = samples(data, GROWING)?;
     if grown < before && !accept_loss {
-        return Err(StoreError::Query(format!(
-            "the archive gives {grown} samples and the history holds {before}: days were removed from the archive. \
-             The history is as it was; to give up what only it holds, allow the loss"
-        )));
+        let why = why_less(data, grown, before, &shortened)?;
+        // Only for the doctor: the refusal holds without it.
+        fs::write(data.join(GROWING).join(REFUSED), &why).ok();
+        return Err(StoreError::Query(format!("{why} The history is as it was: {ACCEPT}")));
+    }
+    // The history that knew it goes.
+    let written = shortened::written(&data.join(ARCHIVE))?;
+    for (day, (was, is)) in shortened.iter().filter(|(day, bytes)| written.get(*day) != Some(*bytes)) {
+        shortened::add(&data.join(ARCHIVE), day, *was, *is)?;
     }
     // The databases are closed while the lock is still held.
     let lock = store.close_keeping_lock()?;
@@ -74,6 +97,52 @@ pub fn reindex(data: &Path, accept_loss: bool, progress: &mut dyn FnMut(u64) -> 
     }
     drop(lock);
     Ok(Reindexed { packets, samples: grown, before })
+}
+
+/// Why the last rebuild was refused, if it was and its history still waits.
+pub(crate) fn refused(data: &Path) -> Option<String> {
+    fs::read_to_string(data.join(GROWING).join(REFUSED)).ok()
+}
+
+/// Days of which the archive holds less than it did, as far as the history that is asked knows.
+fn shortened_days(data: &Path) -> Result<BTreeMap<String, shortened::Bytes>> {
+    let read = Reader::open(data)?.ask_catalogue(load_progress).ok().flatten().unwrap_or_default();
+    shortened::seen(&data.join(ARCHIVE), &read)
+}
+
+/// What would be lost, and why, in words.
+fn why_less(
+    data: &Path,
+    grown: u64,
+    before: u64,
+    shortened: &BTreeMap<String, shortened::Bytes>,
+) -> Result<String> {
+    let names = Reader::open(data)?.names()?;
+    let mut causes: Vec<String> = Vec::new();
+    for (day, (was, is)) in shortened {
+        let (system, date) = day.split_once('/').unwrap_or((day, ""));
+        let name = system.parse().map_or_else(|_| system.to_owned(), |address| names.system(address));
+        let who = if name.eq_ignore_ascii_case(system) { name } else { format!("{name} ({system})") };
+        let (lost, file) = (was.saturating_sub(*is), archive::DATA);
+        let date = match (date.get(..4), date.get(4..6), date.get(6..)) {
+            (Some(year), Some(month), Some(day)) => format!("{year}-{month}-{day}"),
+            _ => date.to_owned(),
+        };
+        causes.push(format!(
+            "of what came from {who} on {date}, {lost} of {was} bytes are gone from archive/{day}/{file}"
+        ));
+    }
+    if archive::is_trimmed(&data.join(ARCHIVE)) {
+        causes.push("days were removed from the archive by `prune`".to_owned());
+    }
+    if causes.is_empty() {
+        causes.push("something was taken out of the archive, and nothing says what".to_owned());
+    }
+    Ok(format!(
+        "the archive gives {grown} samples and the history holds {before}, so {} would be lost: {}.",
+        before.saturating_sub(grown),
+        causes.join("; ")
+    ))
 }
 
 /// Ends a swap that a crash broke off.

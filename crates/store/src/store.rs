@@ -123,7 +123,7 @@ impl Store {
         let shorter = store.follower.compare(&store.archive)?;
         store.recover_streams(shorter)?;
         store.repairs.notes.extend(store.follower.causes());
-        store.repairs.notes.extend(shortened::told(store.archive.root())?);
+        store.repairs.notes.extend(shortened::told(shortened::written(store.archive.root())?));
         Ok(store)
     }
 

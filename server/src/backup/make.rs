@@ -2,7 +2,7 @@
 
 use super::manifest::{Entry, MANIFEST, Manifest, copy};
 use crate::config::Config;
-use crate::{clock, people};
+use crate::{clock, folder, people};
 use anyhow::{Context as _, ensure};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -32,9 +32,11 @@ pub(crate) fn make(
     progress: &mut dyn FnMut(&str),
 ) -> anyhow::Result<BackedUp> {
     let data = &config.data;
-    fs::create_dir_all(to).with_context(|| to.display().to_string())?;
-    let inside = to.canonicalize()?.starts_with(data.canonicalize()?);
-    ensure!(!inside, "a backup must go to another folder, on another disk where that can be");
+    folder::check(to)?;
+    refuse_below(to, data)?;
+    fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
+    // A way with `..` in it may lead elsewhere than it seemed to while it was not there.
+    refuse_below(to, data)?;
     let earlier = Manifest::read(to).unwrap_or_default();
     let done = store::backup(data, to, &mut |what| {
         progress(what);
@@ -64,6 +66,16 @@ pub(crate) fn make(
     }
     manifest.write(to)?;
     Ok(done)
+}
+
+/// Refuses a folder, which need not be there yet, that is the data folder or lies in it.
+fn refuse_below(path: &Path, data: &Path) -> anyhow::Result<()> {
+    let full = std::path::absolute(path).with_context(|| path.display().to_string())?;
+    let data = data.canonicalize().with_context(|| data.display().to_string())?;
+    let there = full.ancestors().find_map(|parent| parent.canonicalize().ok());
+    let is_below = there.is_some_and(|there| there.starts_with(data));
+    ensure!(!is_below, "a backup must go to another folder, on another disk where that can be");
+    Ok(())
 }
 
 /// The files of a data folder that are copied as they are, below it.

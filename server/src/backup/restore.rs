@@ -78,7 +78,7 @@ fn fill(
     manifest: Manifest,
     progress: &mut dyn FnMut(&str),
 ) -> anyhow::Result<Restored> {
-    private_folder(to)?;
+    private_folder(to).with_context(|| format!("cannot make {}", to.display()))?;
     let (mut bytes, mut files, mut made_again, mut damaged) = (0, 0, Vec::new(), Vec::new());
     for entry in &manifest.files {
         progress(&entry.path.display().to_string());

@@ -138,14 +138,7 @@ impl Drop for Progress {
 
 /// The data folder, which must be one: a slip of the finger is no empty history.
 fn folder(common: &Common) -> anyhow::Result<PathBuf> {
-    let data = common.load(Vec::new())?.data;
-    match fs::read_dir(&data) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            let remedy = "let the user who runs this read the folder and all in it";
-            return Err(error).with_context(|| format!("cannot read {} ({remedy})", data.display()));
-        }
-        _ => {}
-    }
+    let data = common.load_to_write()?.data;
     ensure!(
         data.join("archive").is_dir() || data.join("history").is_dir(),
         "{} is no data folder: name the one that the server writes to by --data DIR",
@@ -156,7 +149,7 @@ fn folder(common: &Common) -> anyhow::Result<PathBuf> {
 
 /// `lutra-server import`.
 pub(super) fn import(common: &Common, arguments: &ImportArguments) -> anyhow::Result<()> {
-    let config = common.load(Vec::new())?;
+    let config = common.load_to_write()?;
     let mut store = Store::open(&config.data)?;
     let mut progress = Progress::new();
     let done = store.import(&arguments.logs, clock::now(), &mut |at| {
@@ -303,7 +296,11 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
         done.linked,
         done.kept
     );
-    say!("back again: lutra-server restore {} --data {}", arguments.to.display(), data.display());
+    say!(
+        "back again, into a folder that is empty or not there yet, and not into {}: lutra-server restore {} --data DIR",
+        data.display(),
+        arguments.to.display()
+    );
     Ok(())
 }
 

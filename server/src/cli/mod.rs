@@ -12,6 +12,7 @@ mod serve;
 mod tls;
 
 use crate::config::{self, Config, Overrides};
+use crate::folder;
 use clap::{Args, Parser, Subcommand};
 use say::{complain, say};
 use std::path::PathBuf;
@@ -107,6 +108,13 @@ impl Common {
         }
         overrides.flags.extend(flags);
         Ok(config::load(self.config.as_deref(), &overrides)?)
+    }
+
+    /// As [`Self::load`], for what is written to the data folder: one that is somebody else's is refused.
+    fn load_to_write(&self) -> anyhow::Result<Config> {
+        let config = self.load(Vec::new())?;
+        folder::check(&config.data)?;
+        Ok(config)
     }
 }
 

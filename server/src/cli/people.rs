@@ -110,7 +110,7 @@ pub(super) enum VesselCommand {
 
 /// `lutra-server user`.
 pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> {
-    let config = common.load(Vec::new())?;
+    let config = common.load_to_write()?;
     let mut db = open(&config.data)?;
     let least = config.people.password_length;
     match command {
@@ -153,7 +153,7 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
 
 /// `lutra-server token`.
 pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()> {
-    let mut db = open(&common.load(Vec::new())?.data)?;
+    let mut db = open(&common.load_to_write()?.data)?;
     match command {
         TokenCommand::Create { person, link, role, vessel, days, label } => {
             let made = act(&mut db, "token.make", &label, |db, now| match (&person, &link) {
@@ -191,7 +191,7 @@ pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()
 
 /// `lutra-server vessel`.
 pub(super) fn vessel(common: &Common, command: VesselCommand) -> anyhow::Result<()> {
-    let mut db = open(&common.load(Vec::new())?.data)?;
+    let mut db = open(&common.load_to_write()?.data)?;
     match command {
         VesselCommand::Add { name, address } => {
             act(&mut db, "vessel.add", &name, |db, now| vessels::add(db, address, &name, now))?;

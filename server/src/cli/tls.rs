@@ -29,7 +29,7 @@ pub(super) fn tls(common: &Common, command: TlsCommand) -> anyhow::Result<()> {
         names = [own.trim(), "localhost", "127.0.0.1", "::1"].map(str::to_owned).to_vec();
         names.dedup();
     }
-    let folder = common.load(Vec::new())?.data.join("tls");
+    let folder = common.load_to_write()?.data.join("tls");
     let made = tls::make(&folder, &names, renew)?;
     say!("# for {}, until {}", names.join(", "), clock::written(made.until));
     say!("# browsers and vessels must trust {}", made.authority.display());

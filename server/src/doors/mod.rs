@@ -10,6 +10,7 @@ mod tcp;
 mod udp;
 
 use crate::config::{Doors as DoorsConfig, parse_network};
+use crate::owners::Owners;
 use crate::relay::Relay;
 use anyhow::Context as _;
 use futures_util::FutureExt as _;
@@ -37,14 +38,15 @@ pub struct Open {
 /// Doors that hold their ports and let nobody in yet.
 pub(crate) struct Opened {
     open: Open,
-    doors: Vec<BoxFuture<'static, ()>>,
+    /// Each with the name that people know it by.
+    doors: Vec<(&'static str, BoxFuture<'static, ()>)>,
 }
 
 impl Opened {
     /// Lets them in.
-    pub(crate) fn serve(self, tasks: &TaskTracker) -> Open {
-        for door in self.doors {
-            tasks.spawn(door);
+    pub(crate) fn serve(self, tasks: &TaskTracker, owners: &Owners) -> Open {
+        for (name, door) in self.doors {
+            tasks.spawn(owners.watch(name, door));
         }
         self.open
     }
@@ -58,7 +60,7 @@ pub(crate) async fn open(
     config: &DoorsConfig,
     data: &Path,
     relay: &Relay,
-    tasks: &TaskTracker,
+    (tasks, owners): (&TaskTracker, &Owners),
     stop: &CancellationToken,
 ) -> anyhow::Result<Opened> {
     let (mut open, mut doors) = (Open::default(), Vec::new());
@@ -71,7 +73,8 @@ pub(crate) async fn open(
         relay.ledger().opened(Door::Proxy, address.to_string());
         open.imcproxy = Some(address);
         let access = Access::new(&config.imcproxy.allow, config.imcproxy.max_peers);
-        doors.push(imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone()).boxed());
+        let door = imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone());
+        doors.push(("the IMCProxy door", door.boxed()));
     }
     if let Some(address) = config.udp.listen.get() {
         let access = Access::new(&config.udp.allow, config.udp.max_peers);
@@ -80,10 +83,12 @@ pub(crate) async fn open(
         let discovery =
             open.announce.map_or_else(|| "no discovery port".to_owned(), |at| format!("discovery {at}"));
         relay.ledger().opened(Door::Udp, format!("{}, {discovery}", node.address()));
-        doors.push(node.run(relay.clone(), tasks.clone(), stop.clone()).boxed());
+        let door = node.run(relay.clone(), tasks.clone(), owners.clone(), stop.clone());
+        doors.push(("the UDP door", door.boxed()));
     }
     for peer in &config.tcp.connect {
-        doors.push(tcp::keep_connected(peer.clone(), relay.clone(), stop.clone()).boxed());
+        let door = tcp::keep_connected(peer.clone(), relay.clone(), stop.clone());
+        doors.push(("the TCP door", door.boxed()));
     }
     Ok(Opened { open, doors })
 }

@@ -12,7 +12,7 @@ use crate::people::{FirstAdmin, People};
 use crate::relay::{Recorder, Relay};
 use crate::shore::{AppState, Fleet, Helms, History, Imports, alarms};
 use crate::sinks::influx::Sink;
-use crate::{private, tls};
+use crate::{folder, private, tls};
 use anyhow::Context as _;
 use imc::Address;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
@@ -42,7 +42,7 @@ pub struct Serving {
     pub(crate) recorder: Recorder,
     /// What handlers reach.
     pub(crate) state: AppState,
-    owners: Owners,
+    pub(crate) owners: Owners,
     recording: std::thread::JoinHandle<()>,
     stop: CancellationToken,
     first: Option<FirstAdmin>,
@@ -82,8 +82,9 @@ impl Serving {
 /// Starts a server; it runs until [`Serving::stop`].
 ///
 /// # Errors
-/// The address is taken or not ours, the data folder cannot be used.
+/// The address is taken or not ours, the data folder cannot be used or is none of Lutra's.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    folder::check(&config.data)?;
     let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
         format!(
@@ -105,7 +106,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
-    let doors = doors::open(&config.doors, &config.data, &relay, &tasks, &stop).await?;
+    let doors = doors::open(&config.doors, &config.data, &relay, (&tasks, &owners), &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
     let (folder, settings) = (config.data.clone(), config.people.clone());
     let whose = owners.clone();
@@ -118,7 +119,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         hub.set_linked(linked.into_iter().map(Address).collect());
     };
     relay.look(believe).await?;
-    let open = doors.serve(&tasks);
+    let open = doors.serve(&tasks, &owners);
     let (history, imports) = (History::new(&config.data), Imports::new(&config));
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let charts = Charts::new(&config);
@@ -152,7 +153,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     }
     let kept = orders::keep_log(relay.clone(), state.people.clone(), stop.clone());
     tasks.spawn(owners.watch("the log of orders", kept));
-    tasks.spawn(alarms::watch(state.clone()));
+    tasks.spawn(owners.watch("the watch for alarms", alarms::watch(state.clone())));
     let web = Web { listener, tls, router: routes::router(state.clone()), max_connections, proxies };
     let web = tokio::spawn(owners.watch("the web server", web.run(stop.clone())));
     Ok(Serving { address, doors: open, relay, recorder, state, owners, recording, stop, first, web, tasks })

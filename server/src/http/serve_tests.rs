@@ -12,6 +12,10 @@ async fn start(folder: &Path) -> Serving {
     let mut config = Config { data: folder.to_owned(), ..Config::default() };
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config.imc.active = false;
+    config.doors.udp.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+    config.doors.imcproxy.listen = "127.0.0.1:0".to_owned().try_into().unwrap();
+    // Nobody listens there; the door tries again and again.
+    config.doors.tcp.connect = vec!["127.0.0.1:9".to_owned()];
     serve(config).await.unwrap()
 }
 
@@ -42,7 +46,8 @@ async fn lose(serving: &Serving, owner: &str) {
             let lost = state.people.ask(|_| -> Result<(), _> { panic!("a fault in app.db") }).await;
             assert!(lost.is_err());
         }
-        other => panic!("{other}"),
+        "the hashing of passwords" => state.people.lose_hashing(),
+        watched => assert!(serving.owners.lose(watched), "{watched}"),
     }
 }
 
@@ -69,7 +74,14 @@ fn kept(folder: &Path) -> usize {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
-    for owner in ["the hub", "the recorder", "app.db"] {
+    for owner in [
+        "the hub",
+        "the recorder",
+        "app.db",
+        "the hashing of passwords",
+        "the audit log",
+        "the log of orders",
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let serving = start(folder.path()).await;
         assert_eq!(get(&serving, "/healthz").await.0, 200);
@@ -84,5 +96,36 @@ async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
         assert_eq!(get(&serving, "/readyz").await.0, 503);
         serving.stop().await;
         assert_eq!(kept(folder.path()), said.len(), "{owner}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn whatever_the_server_cannot_do_without_is_watched() {
+    for owner in [
+        "the web server",
+        "the log of orders",
+        "the audit log",
+        "the look for changes of app.db",
+        "the watch for alarms",
+        "the list of alarms",
+        "the UDP door",
+        "the UDP reader",
+        "the IMCProxy door",
+        "the TCP door",
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let serving = start(folder.path()).await;
+        let lost = async {
+            // Some begin a moment later.
+            while !serving.owners.lose(owner) {
+                tokio::time::sleep(std::time::Duration::from_millis(5)).await;
+            }
+            serving.failed().await
+        };
+        let lost = tokio::time::timeout(std::time::Duration::from_secs(20), lost).await;
+        assert_eq!(lost.expect(owner), owner);
+        let trouble = serving.owners.trouble().unwrap();
+        assert!(trouble.contains(&format!("{owner} was lost to a fault")), "{trouble}");
+        serving.stop().await;
     }
 }

@@ -86,10 +86,10 @@ impl People {
 
     /// Starts what goes on beside: the journal is written, and the register follows what other programs change.
     pub(crate) fn keep(&self, owners: &Owners, tasks: &TaskTracker, stop: &CancellationToken) {
-        let duty = owners.duty("the audit log");
-        tasks.spawn(self.journal.clone().keep(self.db.clone(), duty, stop.clone()));
+        let written = self.journal.clone().keep(self.db.clone(), stop.clone());
+        tasks.spawn(owners.watch("the audit log", written));
         let (people, stop) = (self.clone(), stop.clone());
-        tasks.spawn(async move {
+        tasks.spawn(owners.watch("the look for changes of app.db", async move {
             let mut every = tokio::time::interval(LOOK_EVERY);
             every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
             while stop.run_until_cancelled(every.tick()).await.is_some() {
@@ -100,7 +100,13 @@ impl People {
                     people.changed.send_modify(|count| *count += 1);
                 }
             }
-        });
+        }));
+    }
+
+    /// Loses the hashing of passwords to a fault, as a bug in it would.
+    #[cfg(test)]
+    pub(crate) fn lose_hashing(&self) {
+        self.hashing.lose();
     }
 
     /// Reads.

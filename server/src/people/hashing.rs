@@ -24,6 +24,8 @@ pub(super) struct Busy;
 enum Work {
     Hash(String, oneshot::Sender<String>),
     Compare(String, Option<String>, oneshot::Sender<bool>),
+    #[cfg(test)]
+    Fault,
 }
 
 impl Hashing {
@@ -58,6 +60,12 @@ impl Hashing {
         answered.await.map_err(|_| Busy)
     }
 
+    /// Loses the thread to a fault, as a bug in it would.
+    #[cfg(test)]
+    pub(super) fn lose(&self) {
+        self.queue(Work::Fault).unwrap();
+    }
+
     fn queue(&self, work: Work) -> Result<(), Busy> {
         self.0.try_send(work).map_err(|error| match error {
             TrySendError::Full(_) | TrySendError::Disconnected(_) => Busy,
@@ -69,6 +77,8 @@ fn run(work: &Receiver<Work>) {
     let mut memory = password::Memory::default();
     while let Ok(work) = work.recv() {
         match work {
+            #[cfg(test)]
+            Work::Fault => panic!("a fault in the hashing"),
             Work::Hash(password, answer) => {
                 if !answer.is_closed() {
                     answer.send(password::hash(&password)).ok();

@@ -7,7 +7,6 @@
 use super::audit::{self, Act};
 use super::db::{Db, Fault};
 use crate::clock;
-use crate::owners::Duty;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -85,7 +84,7 @@ impl Journal {
     }
 
     /// Writes what is noted until `stop`; [`Journal::finish`] writes what still waits then.
-    pub(super) async fn keep(self, db: Db, duty: Duty, stop: CancellationToken) {
+    pub(super) async fn keep(self, db: Db, stop: CancellationToken) {
         while stop.run_until_cancelled(self.0.ready.notified()).await.is_some() {
             let mut told = false;
             while let Some(Err(fault)) = stop.run_until_cancelled(self.write(&db)).await {
@@ -97,7 +96,6 @@ impl Journal {
                 }
             }
         }
-        duty.done();
     }
 
     /// Writes what still waits, once nobody notes anything any more. What app.db does not take in time goes to the program's
@@ -154,7 +152,7 @@ mod tests {
             journal.note(line(&number.to_string()));
         }
         stop.cancel();
-        journal.clone().keep(db.clone(), owners.duty("the audit log"), stop).await;
+        journal.clone().keep(db.clone(), stop).await;
         journal.finish(&db).await;
         let written = db.ask(|db| audit::entries(db, None, 1_000)).await.unwrap();
         let subjects: Vec<String> = written.into_iter().rev().map(|entry| entry.subject).collect();

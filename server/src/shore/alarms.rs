@@ -155,7 +155,8 @@ pub(crate) async fn watch(state: AppState) {
     let mut every = tokio::time::interval(EVERY);
     every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let (told, standing) = watch::channel(Vec::new());
-    state.tasks.spawn(keep(state.people.clone(), standing, state.stop.clone()));
+    let kept = keep(state.people.clone(), standing, state.stop.clone());
+    state.tasks.spawn(state.owners.watch("the list of alarms", kept));
     let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
     while state.stop.run_until_cancelled(every.tick()).await.is_some() {
         if looks.is_multiple_of(SLOW_EVERY) {

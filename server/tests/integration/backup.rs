@@ -234,3 +234,75 @@ fn after_an_older_backup_vessels_go_on_where_they_are_and_the_old_archive_fills_
     assert_eq!(samples(&back), 201);
     assert_eq!(Store::open(&back).unwrap().durable(STREAM), Some(200));
 }
+
+#[test]
+fn the_home_of_somebody_is_no_data_folder_and_is_left_as_it_is() {
+    let scratch = tempfile::tempdir().unwrap();
+    let home = scratch.path().join("home");
+    fs::create_dir_all(home.join("sub")).unwrap();
+    for (name, mode) in [("letter.txt", 0o644), ("sub/script.sh", 0o755)] {
+        fs::write(home.join(name), "x").unwrap();
+        fs::set_permissions(home.join(name), fs::Permissions::from_mode(mode)).unwrap();
+    }
+    // Names that are ours are others' too.
+    fs::create_dir(home.join("archive")).unwrap();
+    fs::create_dir(home.join("tls")).unwrap();
+    fs::write(home.join("archive/old.txt"), "x").unwrap();
+    let before = rights(&home);
+    let log = scratch.path().join("Data.lsf");
+    fs::write(&log, packet(0)).unwrap();
+    for arguments in [
+        &["serve", "--listen", "127.0.0.1:0"] as &[&str],
+        &["user", "add", "nils"],
+        &["token", "list"],
+        &["vessel", "list"],
+        &["tls", "init"],
+        &["import", log.to_str().unwrap()],
+        &["reindex"],
+        &["export"],
+        &["backup", "elsewhere"],
+        &["prune", "--archive-before", "2020-01-01", "--yes"],
+        &["chart", "import", log.to_str().unwrap()],
+    ] {
+        let told = refused(&home, arguments);
+        assert!(
+            told.contains(&format!("{} is no folder of Lutra's", home.display())),
+            "{arguments:?}: {told}"
+        );
+        assert!(told.contains("choose an empty or a new folder, or that of a server"), "{told}");
+    }
+    let told = command(&home, &["doctor"]);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(told.contains("BAD   data folder: ") && told.contains("is no folder of Lutra's"), "{told}");
+    // Nor does a backup go there.
+    let data = scratch.path().join("data");
+    fill(&data, 0..10);
+    let told = refused(&data, &["backup", home.to_str().unwrap()]);
+    assert!(told.contains("is no folder of Lutra's"), "{told}");
+    assert!(rights(&home) == before, "{:?}", rights(&home));
+}
+
+#[test]
+fn what_cannot_be_backed_up_or_restored_is_named_and_leaves_nothing() {
+    let scratch = tempfile::tempdir().unwrap();
+    let at = |name: &str| scratch.path().join(name);
+    let (data, backup) = (at("data"), at("backup"));
+    fill(&data, 0..10);
+    let told = run(&data, &["backup", backup.to_str().unwrap()]);
+    assert!(told.contains("into a folder that is empty or not there yet"), "{told}");
+    let way = format!("lutra-server restore {} --data DIR", backup.display());
+    assert!(told.contains(&way) && !told.contains(&format!("--data {}", data.display())), "{told}");
+    for inside in ["data/inside", "data/in/side", "backup/../data/inside"] {
+        let told = refused(&data, &["backup", at(inside).to_str().unwrap()]);
+        assert!(told.contains("must go to another folder"), "{inside}: {told}");
+    }
+    assert!(!data.join("inside").exists() && !data.join("in").exists());
+    fs::write(at("file"), "x").unwrap();
+    for impossible in ["file/new", "/proc/nowhere/new"] {
+        let path = at(impossible);
+        let told = refused(&path, &["restore", backup.to_str().unwrap()]);
+        assert!(told.contains(path.to_str().unwrap()), "{told}");
+    }
+    let told = refused(&data, &["serve", "--listen", "8080"]);
+    assert!(told.contains("like 127.0.0.1:8080"), "{told}");
+}

@@ -3,8 +3,9 @@
 //! What is gone from the archive is gone for good, and the next start cannot see it any more. So it is written down,
 //! and told until somebody removes the file.
 
-use super::DayKey;
+use super::{DATA, DayKey};
 use crate::error::{Named as _, Result};
+use crate::history::Progress;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -15,9 +16,9 @@ use std::path::Path;
 pub(crate) const SHORTENED: &str = "shortened.jsonl";
 
 /// Adds a day that held `was` bytes of packets and holds `is`.
-pub(crate) fn add(archive: &Path, key: DayKey, was: u64, is: u64) -> Result<()> {
+pub(crate) fn add(archive: &Path, day: &str, was: u64, is: u64) -> Result<()> {
     let path = archive.join(SHORTENED);
-    let line = json!({ "day": key.name(), "was_bytes": was, "is_bytes": is });
+    let line = json!({ "day": day, "was_bytes": was, "is_bytes": is });
     let append = || -> std::io::Result<()> {
         let mut file = OpenOptions::new().append(true).create(true).open(&path)?;
         file.write_all(format!("{line}\n").as_bytes())?;
@@ -27,26 +28,54 @@ pub(crate) fn add(archive: &Path, key: DayKey, was: u64, is: u64) -> Result<()> 
     File::open(archive).and_then(|folder| folder.sync_all()).named(archive)
 }
 
-/// What is to be told of each day, by its name.
-pub(crate) fn told(archive: &Path) -> Result<Vec<String>> {
+/// Bytes of packets that a day held once, and that it holds.
+pub(crate) type Bytes = (u64, u64);
+
+/// The days that are written down, by their names.
+pub(crate) fn written(archive: &Path) -> Result<BTreeMap<String, Bytes>> {
     let path = archive.join(SHORTENED);
     let text = match fs::read(&path) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeMap::new()),
         other => other.named(&path)?,
     };
-    let mut days: BTreeMap<String, (u64, u64)> = BTreeMap::new();
+    let mut days = BTreeMap::new();
     for line in String::from_utf8_lossy(&text).lines() {
         let Ok(value) = serde_json::from_str::<Value>(line) else { continue };
         let bytes = |name: &str| value[name].as_u64();
         if let (Some(day), Some(was), Some(is)) =
             (value["day"].as_str(), bytes("was_bytes"), bytes("is_bytes"))
         {
-            let known = days.entry(day.to_owned()).or_insert((was, is));
-            *known = (known.0.max(was), known.1.min(is));
+            merge(&mut days, day.to_owned(), (was, is));
         }
     }
-    let told = |(day, (was, is)): (String, (u64, u64))| {
+    Ok(days)
+}
+
+/// Days of which less lies on the disk than the history once read, whether or not that is written down yet.
+pub(crate) fn seen(archive: &Path, read: &BTreeMap<DayKey, Progress>) -> Result<BTreeMap<String, Bytes>> {
+    let mut days = written(archive)?;
+    for (key, progress) in read {
+        let path = key.folder(archive).join(DATA);
+        let is = match fs::metadata(&path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => 0,
+            other => other.named(&path)?.len(),
+        };
+        if is < progress.lengths.data {
+            merge(&mut days, key.name(), (progress.lengths.data, is));
+        }
+    }
+    Ok(days)
+}
+
+fn merge(days: &mut BTreeMap<String, Bytes>, day: String, (was, is): Bytes) {
+    let known = days.entry(day).or_insert((was, is));
+    *known = (known.0.max(was), known.1.min(is));
+}
+
+/// What is to be told of each day.
+pub(crate) fn told(days: BTreeMap<String, Bytes>) -> Vec<String> {
+    let told = |(day, (was, is)): (String, Bytes)| {
         format!("archive/{day}: of {was} bytes that were once on the disk, {is} were left")
     };
-    Ok(days.into_iter().map(told).collect())
+    days.into_iter().map(told).collect()
 }

@@ -235,6 +235,10 @@ fn an_archive_that_became_shorter_stays_told() {
     let length = file.metadata().unwrap().len();
     file.set_len(length / 2).unwrap();
     fs::remove_dir_all(folder.path().join("archive/0x2810/20261122")).unwrap();
+    // Before anything was written down.
+    let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
+    let told = checks.iter().filter(|check| check.found.contains("once on the disk")).count();
+    assert_eq!(told, 2, "{checks:#?}");
     for start in 0..3 {
         let store = Store::open(folder.path()).unwrap();
         let notes = store.repairs().notes.join("; ");
@@ -254,4 +258,43 @@ fn an_archive_that_became_shorter_stays_told() {
     fs::remove_file(folder.path().join("archive/shortened.jsonl")).unwrap();
     let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
     assert!(checks.iter().all(|check| check.health < Health::Problem), "{checks:#?}");
+}
+
+#[test]
+fn a_reindex_that_would_lose_says_what_and_how_to_go_on_and_the_doctor_says_the_same() {
+    for starts in [0, 1] {
+        let folder = tempfile::tempdir().unwrap();
+        let before = fill(folder.path());
+        let path = folder.path().join("archive/0x2810/20261121/Data.lsf");
+        let was = fs::metadata(&path).unwrap().len();
+        fs::File::options().write(true).open(&path).unwrap().set_len(was / 2).unwrap();
+        for _ in 0..starts {
+            Store::open(folder.path()).unwrap().close().unwrap();
+        }
+        let refuse = || reindex(folder.path(), false, &mut |_| true).unwrap_err().to_string();
+        for told in [refuse(), refuse()] {
+            for word in ["0x2810", "on 2026-11-21", "bytes are gone", "`lutra-server reindex --accept-loss`"]
+            {
+                assert!(told.contains(word), "{word} is not in: {told}");
+            }
+            assert!(told.contains(&format!("of {was} bytes")), "{told}");
+        }
+        assert!(dump(folder.path()) == before, "the history is as it was");
+        let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
+        let check = checks.iter().find(|check| check.name == "reindex").unwrap();
+        assert!(
+            check.found.contains("bytes are gone") && check.remedy.contains("--accept-loss"),
+            "{check:?}"
+        );
+        assert!(!check.remedy.contains("which goes on there"), "{check:?}");
+        let done = reindex(folder.path(), true, &mut |_| true).unwrap();
+        assert!(done.samples < done.before);
+        // The rebuild is over; what the archive lost stays told.
+        let checks = doctor(folder.path(), utc(START_US), false, &mut |_| true).unwrap();
+        assert!(checks.iter().all(|check| check.name != "reindex"), "{checks:#?}");
+        let is_told =
+            |check: &store::Check| check.found.contains("0x2810/20261121") && check.found.contains("once on");
+        assert!(checks.iter().any(is_told), "{checks:#?}");
+        assert!(!folder.path().join("history/refused").exists());
+    }
 }

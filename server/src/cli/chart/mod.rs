@@ -57,7 +57,7 @@ impl Set {
     fn path(&self, common: &Common) -> anyhow::Result<PathBuf> {
         match &self.db {
             Some(path) => Ok(path.clone()),
-            None => Ok(common.load(Vec::new())?.chart_set()),
+            None => Ok(common.load_to_write()?.chart_set()),
         }
     }
 }
@@ -72,7 +72,7 @@ pub(super) fn chart(common: &Common, arguments: &ChartArguments) -> anyhow::Resu
         ChartCommand::Info(arguments) => keep::info(&db, json, arguments),
         ChartCommand::Depth(arguments) => ask::depth(&db, json, arguments),
         ChartCommand::Corridor(arguments) => ask::corridor(&db, json, arguments),
-        ChartCommand::Check(arguments) => check::check(&db, &common.load(Vec::new())?, json, arguments),
+        ChartCommand::Check(arguments) => check::check(&db, &common.load_to_write()?, json, arguments),
         ChartCommand::Remove(arguments) => keep::remove(&db, json, arguments),
         ChartCommand::ExportGrid(arguments) => export::grid(&db, json, arguments),
         ChartCommand::ExportVertices(arguments) => export::vertices(&db, json, arguments),

@@ -72,6 +72,8 @@ struct Handle {
     status: watch::Receiver<ShoreStatus>,
     /// Stick positions that came too late or never.
     late: Arc<AtomicU64>,
+    /// Which vessel it was, counted as they came in.
+    index: usize,
 }
 
 impl Links {
@@ -117,27 +119,69 @@ impl Links {
     fn vessel(&self, address: u16) -> mpsc::Sender<Event> {
         let shared = &self.shared;
         let mut vessels = shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
-        let index = vessels.len();
-        let handle = vessels.entry(address).or_insert_with(|| {
-            let (events, coming) = mpsc::channel(WAITING);
-            let (told, status) = watch::channel(ShoreStatus::default());
-            let late = Arc::new(AtomicU64::new(0));
-            let task = vessel::Task::new(
-                Address(address),
-                shared.relay.clone(),
-                shared.recorder.clone(),
-                (shared.charts.offered(), shared.aboard.clone()),
-                told,
-                Arc::clone(&late),
-                index,
-            );
-            shared.tasks.spawn(task.run(coming, shared.stop.clone()));
-            Handle { events, status, late }
-        });
-        handle.events.clone()
+        if let Some(handle) = vessels.get(&address).filter(|handle| !handle.events.is_closed()) {
+            return handle.events.clone();
+        }
+        // A task that was lost to a fault does not keep its vessel out: a new one takes its place, and its number.
+        let lost = vessels.remove(&address);
+        if lost.is_some() && !shared.stop.is_cancelled() {
+            tracing::error!(vessel = %Address(address), "the task of the link was lost to a fault, and is started anew");
+        }
+        let index = lost.map_or(vessels.len(), |lost| lost.index);
+        let (events, coming) = mpsc::channel(WAITING);
+        let (told, status) = watch::channel(ShoreStatus::default());
+        let late = Arc::new(AtomicU64::new(0));
+        let task = vessel::Task::new(
+            Address(address),
+            shared.relay.clone(),
+            shared.recorder.clone(),
+            (shared.charts.offered(), shared.aboard.clone()),
+            told,
+            Arc::clone(&late),
+            index,
+        );
+        shared.tasks.spawn(task.run(coming, shared.stop.clone()));
+        vessels.insert(address, Handle { events: events.clone(), status, late, index });
+        events
     }
 
     fn next_connection(&self) -> ConnectionId {
         ConnectionId(self.shared.connections.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+
+    #[tokio::test]
+    async fn a_vessel_whose_task_was_lost_comes_in_again_by_a_new_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
+        config.http.listen = "127.0.0.1:0".parse().unwrap();
+        config.imc.active = false;
+        let serving = crate::serve(config).await.unwrap();
+        let links = &serving.state.links;
+        let events = links.vessel(0x2810);
+        let other = links.vessel(0x2811);
+        assert!(events.same_channel(&links.vessel(0x2810)), "one task for each vessel");
+        // As after a panic: nobody takes what the connections say.
+        let lost = mpsc::channel(1).0;
+        let index = {
+            let mut vessels = links.shared.vessels.lock().unwrap();
+            let handle = vessels.get_mut(&0x2810).unwrap();
+            handle.events = lost;
+            handle.index
+        };
+        let events = links.vessel(0x2810);
+        assert!(!events.is_closed());
+        assert!(events.same_channel(&links.vessel(0x2810)) && other.same_channel(&links.vessel(0x2811)));
+        assert_eq!(
+            links.shared.vessels.lock().unwrap()[&0x2810].index,
+            index,
+            "its figures keep their numbers"
+        );
+        serving.stop().await;
     }
 }

@@ -17,6 +17,7 @@ mod reader;
 
 use super::Access;
 use crate::config::Udp as UdpConfig;
+use crate::owners::Owners;
 use crate::relay::{Connection, Outbox, Relay};
 use anyhow::Context as _;
 use drops::Counted;
@@ -175,10 +176,10 @@ impl Node {
     }
 
     /// Takes part until `stop`.
-    pub(super) async fn run(self, relay: Relay, tasks: TaskTracker, stop: CancellationToken) {
+    pub(super) async fn run(self, relay: Relay, tasks: TaskTracker, owners: Owners, stop: CancellationToken) {
         let services = self.services();
         relay.look(move |hub, _| hub.set_services(&services)).await.ok();
-        let mut party = match Party::join(self, relay.clone(), tasks, stop.clone()) {
+        let mut party = match Party::join(self, relay.clone(), tasks, &owners, stop.clone()) {
             Ok(party) => party,
             Err(error) => {
                 tracing::error!(%error, "the UDP door cannot be served");
@@ -271,10 +272,16 @@ struct Party {
 }
 
 impl Party {
-    fn join(node: Node, relay: Relay, tasks: TaskTracker, stop: CancellationToken) -> io::Result<Self> {
+    fn join(
+        node: Node,
+        relay: Relay,
+        tasks: TaskTracker,
+        owners: &Owners,
+        stop: CancellationToken,
+    ) -> io::Result<Self> {
         let (address, counted) = (node.address(), Counted::of(&node.data));
         let Node { data, discovery, announce_ports, access, memory } = node;
-        let reader::Sockets { data: socket, inbox } = reader::start(data, discovery, stop)?;
+        let reader::Sockets { data: socket, inbox } = reader::start(data, discovery, owners, stop)?;
         let admitted =
             |node: &&Announced| node.sockets.iter().any(|socket| access.admits(IpAddr::V4(*socket.ip())));
         let known = memory.nodes().iter().filter(admitted).take(NODES_KEPT);

@@ -3,6 +3,7 @@
 //!
 //! What was read waits in an [`Inbox`] of [`WAITING_BYTES`]. When that is full, the newest are dropped and counted.
 
+use crate::owners::Owners;
 use bytes::Bytes;
 use std::collections::VecDeque;
 use std::io;
@@ -97,6 +98,7 @@ pub(super) struct Sockets {
 pub(super) fn start(
     data: std::net::UdpSocket,
     discovery: Option<std::net::UdpSocket>,
+    owners: &Owners,
     stop: CancellationToken,
 ) -> io::Result<Sockets> {
     let runtime = Builder::new_current_thread().enable_io().build()?;
@@ -107,6 +109,7 @@ pub(super) fn start(
     let inbox = Arc::new(Inbox::default());
     let sockets = Sockets { data: Arc::clone(&data), inbox: Arc::clone(&inbox) };
     let read = async move { stop.run_until_cancelled(read(&data, discovery.as_ref(), &inbox)).await };
+    let read = owners.watch("the UDP reader", read);
     std::thread::Builder::new().name("udp-reader".to_owned()).spawn(move || runtime.block_on(read))?;
     Ok(sockets)
 }
