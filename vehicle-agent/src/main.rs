@@ -148,7 +148,9 @@ fn check(path: &std::path::Path, profile: &str, json: bool) -> ExitCode {
         match doubts {
             Ok(doubts) if doubts.is_empty() => {}
             Ok(doubts) => {
-                doubts.iter().for_each(|doubt| say!("warning: {doubt}"));
+                for doubt in &doubts {
+                    say!("warning: {doubt}");
+                }
                 let s = if doubts.len() == 1 { "" } else { "s" };
                 say!("{} warning{s} of what these settings do aboard", doubts.len());
             }
