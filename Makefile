@@ -1,6 +1,6 @@
 # Lutra's chores. Each target sets up what it needs and says what it does.
 
-.PHONY: help tools test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium
+.PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium
 .DEFAULT_GOAL := help
 
 # Seconds that `make fuzz` spends on each target.
@@ -11,6 +11,7 @@ FUZZ_TARGETS := geofile imc_packet imc_deframer imc_json imc_lsf lakes link_mess
 say = @printf '\n== %s\n' "$(1)"
 
 help:
+	@echo "make check   the quick look: formatting, lints, and the tests that need no browser and no second program"
 	@echo "make test    check formatting, lints, all tests and the documentation"
 	@echo "make test-long  the tests that take minutes: 150 squares in wind and current"
 	@echo "make web     check and bundle the pages' scripts and styles into web/dist"
@@ -24,9 +25,11 @@ help:
 	@echo "make fmt     format the code"
 
 # Needs nothing but a Rust toolchain; everything else is installed through cargo, npm and apt.
-setup:
+rust:
 	@command -v cargo >/dev/null || { \
 	  echo "Lutra needs Rust $$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) or newer with rustfmt and clippy: https://rustup.rs"; exit 1; }
+
+setup: rust
 	@cargo nextest --version >/dev/null 2>&1 || { \
 	  echo "Installing cargo-nextest, the test runner (once, some minutes)"; \
 	  cargo install cargo-nextest --locked; }
@@ -57,6 +60,15 @@ tools:
 	    openvpn wireguard-go wireguard-tools iproute2 openssl libfaketime influxdb; } || \
 	  echo "not installed: what needs them is skipped and says so"
 
+# A server's own tests need the pages' scripts.
+check: setup web
+	$(call say,Formatting)
+	cargo fmt --all --check
+	$(call say,Lints)
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(call say,Tests of one program without a browser)
+	cargo nextest run --workspace --locked --lib --bins -E 'not test(/browser_tests::|hostile_tests::|_in_a_browser/)'
+
 test: setup web chromium tools
 	$(call say,Formatting)
 	cargo fmt --all --check
@@ -78,13 +90,13 @@ test-long: setup
 	  seventy_five_weathers_fail_no_plan_with_either_controller
 
 # LUTRA_DEMO_SECONDS=30 ends it by itself, 30 s after all Otters have begun to sail.
-demo: setup web
+demo: rust web
 	$(call say,Building)
 	cargo build --release --locked --package server --package vehicle-agent
 	$(call say,Three Otters before a browser)
 	@exec target/release/lutra-server demo
 
-demo-vessel: setup
+demo-vessel: rust
 	$(call say,Building)
 	cargo build --release --locked --package vehicle-agent --package imc-cli
 	@sh scripts/demo-vessel

@@ -6,7 +6,7 @@ use crate::outcome::Outcome;
 use crate::output::Output;
 use crate::report;
 use imc::ByteOrder;
-use imc::json::{self, ReadDefaults};
+use imc::json::ReadDefaults;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::PathBuf;
 
@@ -55,7 +55,7 @@ impl Encode {
         let mut damaged = false;
         while let Some(result) = lines.next(|value| packet(value, &defaults))? {
             match result {
-                Ok(bytes) if self.hex => writeln!(out, "{}", json::hex(&bytes))?,
+                Ok(bytes) if self.hex => writeln!(out, "{}", hex::encode(bytes))?,
                 Ok(bytes) => out.write_all(&bytes)?,
                 Err(BadLine(problem)) => {
                     damaged = true;

@@ -139,6 +139,6 @@ fn kept(object: &Map<String, Value>) -> Result<Vec<u8>, String> {
 fn unhex(value: &Value, path: &str) -> Result<Vec<u8>, String> {
     value
         .as_str()
-        .and_then(json::unhex)
+        .and_then(|text| hex::decode(text).ok())
         .ok_or_else(|| format!("{path}: expected bytes as pairs of hexadecimal digits"))
 }

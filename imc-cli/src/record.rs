@@ -72,7 +72,7 @@ pub(crate) fn excess(
     open(out, "excess_bytes", bytes, place, &message);
     if let Some(excess) = excess {
         whole(out, view);
-        write!(out, r#","excess":"{}""#, json::hex(excess)).ok();
+        write!(out, r#","excess":"{}""#, hex::encode(excess)).ok();
     }
     out.extend_from_slice(b"}\n");
 }
@@ -112,5 +112,5 @@ fn open(out: &mut Vec<u8>, class: &str, bytes: u64, place: Place<'_>, message: &
 fn whole(out: &mut Vec<u8>, view: &PacketView<'_>) {
     write!(out, r#","id":{},"header":"#, view.id()).ok();
     json::write_header(out, &view.header());
-    write!(out, r#","packet":"{}""#, json::hex(view.bytes())).ok();
+    write!(out, r#","packet":"{}""#, hex::encode(view.bytes())).ok();
 }

@@ -2,7 +2,7 @@
 
 mod harness;
 
-use harness::{Running, golden, gunzip, gzip, heartbeat, run, unhex, vectors};
+use harness::{Running, golden, gunzip, gzip, heartbeat, run, vectors};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -29,7 +29,7 @@ fn decode_and_encode_are_inverse_on_golden_vectors_in_both_orders() {
     let Some(vectors) = vectors() else { return };
     for form in ["packet_le", "packet_be"] {
         let text = golden(&vectors, form).join("\n") + "\n";
-        let bytes = unhex(&text.replace('\n', ""));
+        let bytes = hex::decode(text.replace('\n', "")).unwrap();
         let from_text = run(&["decode"], text.as_bytes()).expect(0);
         let from_bytes = run(&["decode", "-"], &bytes).expect(0);
         assert_eq!(from_text.text(), from_bytes.text());
@@ -100,7 +100,7 @@ fn malformed_packets_give_their_class_one_line_each() {
 fn malformed_packets_give_their_class_as_raw_bytes() {
     let Some(vectors) = vectors() else { return };
     for vector in vectors["malformed"].as_array().unwrap() {
-        let bytes = unhex(vector["packet"].as_str().unwrap());
+        let bytes = hex::decode(vector["packet"].as_str().unwrap()).unwrap();
         let class = vector["expected_error"].as_str().unwrap();
         let status = i32::from(class != "implementation_choice");
         let shown = run(&["decode", "--raw"], &bytes).expect(status).lines();
@@ -247,7 +247,7 @@ fn undecodable_packets_are_written_back_verbatim() {
         .map(|vector| vector["packet"].as_str().unwrap())
         .collect();
     assert_eq!(whole.len(), 14);
-    let bytes = unhex(&whole.concat());
+    let bytes = hex::decode(whole.concat()).unwrap();
     let shown = run(&["decode"], &bytes).expect(1);
     assert_eq!(run(&["encode"], &shown.stdout).expect(0).stdout, bytes);
 }

@@ -81,7 +81,7 @@ fn info_is_for_people_too_and_takes_a_folder() {
 #[test]
 fn info_tells_damage() {
     let good = heartbeat(10.0);
-    let unknown = harness::unhex("54fe9f0f0900000020fae5b2d741102805ffffff000102030405060708ed47");
+    let unknown = hex::decode("54fe9f0f0900000020fae5b2d741102805ffffff000102030405060708ed47").unwrap();
     let bytes = [&good[..], b"salmon", &unknown, &good[..9]].concat();
     let made = Made::of(&bytes);
     let info = &run(&["lsf", "info", "--json", made.name()], b"").expect(1).lines()[0];

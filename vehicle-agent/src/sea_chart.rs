@@ -7,7 +7,6 @@
 use link::{ChartDigest, ChartOffer};
 use onboard::ChartFile;
 use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::FileExt as _;
@@ -47,7 +46,7 @@ impl ChartFolder {
     }
 
     fn part(&self, digest: &ChartDigest) -> PathBuf {
-        self.folder.join(format!("{}.part", hex(digest)))
+        self.folder.join(format!("{}.part", hex::encode(digest)))
     }
 
     /// The chart that is there, if any.
@@ -178,13 +177,6 @@ impl ChartFolder {
 
 fn mebibytes(bytes: u64) -> u64 {
     bytes.div_ceil(1 << 20)
-}
-
-fn hex(digest: &ChartDigest) -> String {
-    digest.iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").ok();
-        text
-    })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::files::Found;
 use crate::import::{ImportOptions, Imported, Outcome};
 use crate::locate::Zones;
 use crate::read::Chart;
-use crate::stage::{Stage, hex};
+use crate::stage::Stage;
 use crate::write::{self, Entry, NewSource, Writer};
 use charts::s57::{Cell, NamedBytes, S57Error, S57Problem, SkinCheck};
 use sha2::{Digest as _, Sha256};
@@ -29,7 +29,7 @@ pub(crate) fn import(
         hash.update(&bytes);
         named.push((path.display().to_string(), bytes));
     }
-    let sha256 = hex(&hash.finalize());
+    let sha256 = hex::encode(hash.finalize());
     let before = stage.chart(name)?;
     if let Some(chart) = before.as_ref().filter(|chart| chart.sha256 == sha256) {
         return Ok(unchanged(chart, "cell"));
@@ -125,7 +125,7 @@ fn read(name: &str, files: &[(String, Vec<u8>)]) -> Result<Cell, S57Error> {
     }
 }
 
-/// A cell that cannot answer how deep it is, is none to sail by.
+/// A cell that does not say how deep it is must not be used for navigation.
 fn accept(cell: &Cell, file: &str) -> Result<SkinCheck> {
     let skin = cell.skin_check();
     if skin.coverage_deg2 <= 0.0 || skin.skin_deg2 <= 0.0 {

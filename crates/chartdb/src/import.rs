@@ -5,7 +5,7 @@ use crate::error::{ChartDbError, Result};
 use crate::files::Found;
 use crate::index_file;
 use crate::lakes;
-use crate::stage::{Stage, hex};
+use crate::stage::Stage;
 use crate::supplements;
 use charts::s57::SkinCheck;
 use charts::xyz::Vertical;
@@ -166,7 +166,7 @@ pub fn import(
     report.applied = report.failures.is_empty() || options.keep_going && !report.charts.is_empty();
     if report.applied {
         tell(of, "index")?;
-        report.digest = hex(&stage.finish(&options.now.to_string())?);
+        report.digest = hex::encode(stage.finish(&options.now.to_string())?);
         index_file::load_index(db)?;
     }
     Ok(report)
@@ -254,5 +254,5 @@ pub fn remove(db: &Path, names: &[String], now: UtcTime) -> Result<String> {
         stage.abandon()?;
         return Err(ChartDbError::Sqlite { path: part, source });
     }
-    stage.finish(&time).map(|digest| hex(&digest))
+    stage.finish(&time).map(hex::encode)
 }

@@ -33,4 +33,3 @@ pub use import::{
 };
 pub use index_file::{LoadedIndex, index_path, load_index};
 pub use read::{Chart, ChartDb, LogEntry};
-pub use stage::hex;

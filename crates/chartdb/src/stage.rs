@@ -34,15 +34,6 @@ pub(crate) struct Stage {
     _lock: File,
 }
 
-/// A digest as text.
-pub fn hex(digest: &[u8]) -> String {
-    use std::fmt::Write as _;
-    digest.iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").expect("invariant: writing to a String does not fail");
-        text
-    })
-}
-
 impl Stage {
     /// Makes the copy anew, whatever an earlier run left.
     pub(crate) fn fresh(live: &Path) -> Result<Self> {
@@ -62,7 +53,7 @@ impl Stage {
         let (mut base, mut held) = (String::new(), Vec::new());
         if live.exists() {
             let set = ChartDb::open(live)?;
-            (base, held) = (hex(&set.digest()?), set.charts()?);
+            (base, held) = (hex::encode(set.digest()?), set.charts()?);
         }
         let part = part_of(live);
         let left = charts.and_then(|charts| {
@@ -97,7 +88,7 @@ impl Stage {
         let Self { live, part, connection, base, begun: _, _lock } = self;
         let copy = ChartDb::of(connection, &part)?;
         let digest = copy.digest()?;
-        if hex(&digest) == base {
+        if hex::encode(digest) == base {
             drop(copy);
             forget(&part)?;
             return Ok(digest);
@@ -207,7 +198,7 @@ fn replace(live: &Path, part: &Path, base: &str) -> Result<()> {
         }
         connection.execute_batch("BEGIN EXCLUSIVE").map_err(busy)?;
         let charts = ChartDb::of(connection, live)?;
-        if hex(&charts.digest()?) != base {
+        if hex::encode(charts.digest()?) != base {
             return Err(ChartDbError::Locked(live.to_owned()));
         }
         held = Some(charts);

@@ -5,7 +5,7 @@ use crate::error::{ChartDbError, Named as _, Result};
 use crate::import::{ImportOptions, Imported};
 use crate::locate::Zones;
 use crate::read::Chart;
-use crate::stage::{Stage, hex};
+use crate::stage::Stage;
 use crate::write::NewSource;
 use charts::geojson;
 use charts::s57::{Attribute, Feature, Geometry, ObjectClass, ObjectId, Sounding};
@@ -97,7 +97,7 @@ pub(crate) fn hash(path: &Path, how: &str) -> Result<(String, u64)> {
     loop {
         let count = file.read(&mut buffer).named(path)?;
         if count == 0 {
-            return Ok((hex(&hash.finalize()), bytes));
+            return Ok((hex::encode(hash.finalize()), bytes));
         }
         bytes += count as u64;
         hash.update(&buffer[..count]);

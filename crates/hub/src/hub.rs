@@ -276,7 +276,7 @@ impl Hub {
             self.counters.damaged += 1;
             return;
         };
-        // What follows the packet in its message is none of anybody's business.
+        // What follows the packet in its message is not passed on.
         let packet = packet.slice(..view.bytes().len());
         if link.is_some() && !slot.peer.sources.allow(view.src()) {
             // What the vessel recorded of what others told it, a console in its own radio's reach above all.

@@ -9,7 +9,7 @@
 //!   latest events.
 //! - [`Leases`] says who commands which vessel, [`Commands`] what became of each order.
 //! - [`alarm::Alarms`] says what is wrong, and who knows of it.
-//! - [`Teleop`] turns what a person's hands do into thrust, and into none.
+//! - [`Teleop`] turns stick positions into thrust, and stops the motors when they are no longer fresh.
 //! - [`PeerQueue`] is what stands between the hub and a socket: bounded, so that a peer that does not read costs
 //!   nobody else anything.
 

@@ -34,11 +34,10 @@ pub fn database_md5<'a>(plans: impl IntoIterator<Item = (&'a [u8], [u8; 16])>) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::json::hex;
 
     #[test]
     fn no_plans_give_the_digest_of_nothing() {
-        assert_eq!(hex(&database_md5([])), "d41d8cd98f00b204e9800998ecf8427e");
+        assert_eq!(hex::encode(database_md5([])), "d41d8cd98f00b204e9800998ecf8427e");
     }
 
     #[test]

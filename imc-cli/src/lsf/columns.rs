@@ -111,7 +111,7 @@ impl<'a> Visitor<'a> for Cells<'_> {
             Value::Double(value) if turned => self.row.double(value.to_degrees()),
             Value::Double(value) => self.row.double(value),
             Value::Text(text) => self.row.wire_text(text, self.style),
-            Value::Raw(bytes) => self.row.plain(json::hex(bytes)),
+            Value::Raw(bytes) => self.row.plain(hex::encode(bytes)),
         }
     }
 

@@ -2,7 +2,6 @@
 
 use crate::suggest;
 use imc::catalogue::{FieldDesc, MESSAGES, MessageDesc};
-use imc::json::hex;
 use imc::reflect::{Field, Value};
 use std::str::FromStr;
 
@@ -114,7 +113,7 @@ impl Condition {
     fn is_value(&self, field: &Field<'_>) -> bool {
         match field.value {
             Value::Text(text) => self.is_text(&String::from_utf8_lossy(text)),
-            Value::Raw(bytes) => self.is_text(&hex(bytes)),
+            Value::Raw(bytes) => self.is_text(&hex::encode(bytes)),
             Value::Integer(value) => self.is_integer(field.desc, value),
             Value::Single(value) => self.is_single(value),
             Value::Double(value) => self.number.is_some_and(|wanted| self.compare(value, wanted)),

@@ -4,7 +4,6 @@ use super::names::Names;
 use crate::style::plain;
 use imc::PacketView;
 use imc::catalogue;
-use imc::json::hex;
 use imc::reflect::{self, Field, Value};
 use std::fmt::Write as _;
 use units::UtcTime;
@@ -45,7 +44,7 @@ fn append(out: &mut String, field: &Field<'_>) {
         }
         (None, Value::Raw(bytes)) => {
             let more = if bytes.len() > RAW_SHOWN { "..." } else { "" };
-            write!(out, "{}{more}", hex(&bytes[..bytes.len().min(RAW_SHOWN)])).unwrap_or_default();
+            write!(out, "{}{more}", hex::encode(&bytes[..bytes.len().min(RAW_SHOWN)])).unwrap_or_default();
         }
     }
 }

@@ -144,10 +144,6 @@ fn lines(stream: impl std::io::Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-pub(crate) fn unhex(text: &str) -> Vec<u8> {
-    (0..text.len()).step_by(2).map(|at| u8::from_str_radix(&text[at..at + 2], 16).unwrap()).collect()
-}
-
 /// The golden vectors, where they are at hand.
 pub(crate) fn vectors() -> Option<Value> {
     let text = std::fs::read_to_string(testkit::shared("imc/vectors.json")?).unwrap();

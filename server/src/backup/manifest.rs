@@ -103,5 +103,5 @@ pub(super) fn copy(from: impl Read, bytes: u64, to: &mut impl Write) -> std::io:
             Err(error) => return Err(error),
         }
     }
-    Ok((copied, chartdb::hex(&hash.finalize())))
+    Ok((copied, hex::encode(hash.finalize())))
 }

@@ -38,7 +38,7 @@ enum Stage {
 impl Told {
     fn of(report: ChartReport, at_us: i64) -> Self {
         Self {
-            held: (report.held != [0; 32]).then(|| chartdb::hex(&report.held)),
+            held: (report.held != [0; 32]).then(|| hex::encode(report.held)),
             edition: report.edition,
             stage: match report.stage {
                 ChartStage::Settled | ChartStage::Other(_) => Stage::Settled,
@@ -128,7 +128,7 @@ fn compared(told: Option<&Told>, ashore: Option<ChartDigest>) -> VesselChart {
         let text = "not known: the vessel has not told since it was set up, or its program is too old";
         return VesselChart { state: "unknown".to_owned(), text: text.to_owned(), ..VesselChart::default() };
     };
-    let ashore = ashore.map(|digest| chartdb::hex(&digest));
+    let ashore = ashore.map(hex::encode);
     let same = ashore.is_some() && told.held == ashore;
     let percent = 100.0 * told.have as f64 / (told.of.max(1)) as f64;
     let holds = if told.held.is_some() { "another than ashore" } else { "none aboard" };

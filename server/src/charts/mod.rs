@@ -17,7 +17,7 @@ pub(crate) use parcel::Parcel;
 
 use crate::config::Config;
 use cache::Cache;
-use chartdb::{Chart, ChartDb, hex};
+use chartdb::{Chart, ChartDb};
 use charts::depth_index::{Demand, DepthIndex};
 use charts::tile::{NoTile, Sheet, SheetSource};
 use flate2::Compression;
@@ -207,7 +207,7 @@ fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
         tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
     });
     Ok(Set {
-        digest: hex(&loaded.sealed.digest),
+        digest: hex::encode(loaded.sealed.digest),
         charts: ChartDb::open(path)?.charts()?,
         index: loaded.sealed.index,
         parcel: parcel.ok().map(Arc::new),
@@ -226,7 +226,7 @@ impl Set {
         let make = || {
             let db = ChartDb::open(&self.path).map_err(|error| error.to_string())?;
             let digest = db.digest().map_err(|error| error.to_string())?;
-            if hex(&digest) != self.digest {
+            if hex::encode(digest) != self.digest {
                 return Err("the chart set changed a moment ago; ask again".to_owned());
             }
             let read = |chart: &Chart| {

@@ -13,7 +13,6 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use hub::{Hub, Question};
-use imc::json::hex;
 use imc::messages::{Payload as _, PlanControlState, PlanControlStateState, PlanSpecification};
 use imc::{Address, PacketView};
 
@@ -119,7 +118,7 @@ pub(crate) async fn plan(
     };
     // Laying out a long plan takes some milliseconds, which others need not wait for.
     let drawn = tokio::task::spawn_blocking(move || {
-        (imc::plan_digest::plan_md5(&plan).ok().map(|digest| hex(&digest)), plans::route(&plan))
+        (imc::plan_digest::plan_md5(&plan).ok().map(hex::encode), plans::route(&plan))
     });
     let (digest, route) = drawn.await.map_err(|error| ApiError::internal(&error))?;
     let under_way = PlanUnderWay { source: Some(source.to_owned()), digest, ..under_way };

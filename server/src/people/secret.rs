@@ -33,7 +33,7 @@ impl Secret {
 
     /// 64 hexadecimal digits.
     pub(crate) fn text(&self) -> String {
-        hex(&self.0)
+        hex::encode(self.0)
     }
 
     /// What is kept of it.
@@ -43,7 +43,7 @@ impl Secret {
 
     /// Another secret that follows from this one and says nothing about it.
     pub(crate) fn derived(&self, purpose: &str) -> String {
-        hex(&Sha256::new().chain_update(purpose).chain_update(self.0).finalize())
+        hex::encode(Sha256::new().chain_update(purpose).chain_update(self.0).finalize())
     }
 }
 
@@ -64,11 +64,6 @@ pub(crate) fn one_time_password() -> String {
     let letters = random.0[..16].iter().map(|byte| char::from(READABLE[usize::from(byte % 32)]));
     let letters: Vec<char> = letters.collect();
     letters.chunks(4).map(String::from_iter).collect::<Vec<_>>().join("-")
-}
-
-fn hex(bytes: &[u8]) -> String {
-    let digit = |nibble: u8| char::from(b"0123456789abcdef"[usize::from(nibble)]);
-    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
 }
 
 fn nibble(digit: u8) -> Option<u8> {

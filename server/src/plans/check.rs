@@ -140,7 +140,7 @@ fn digest(plan: &PlanSpecification) -> Result<String, String> {
         return Err(long(format!("{} bytes, {LONGEST_PLAN} fit", bytes.len())));
     }
     let digest = imc::plan_digest::plan_md5(plan).map_err(|error| long(error.to_string()))?;
-    Ok(imc::json::hex(&digest))
+    Ok(hex::encode(digest))
 }
 
 fn problem(problem: &PlanProblem, settings: &Settings) -> PlanTrouble {

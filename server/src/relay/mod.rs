@@ -38,7 +38,7 @@ const TICK: Duration = Duration::from_secs(1);
 /// Who commands each vessel whose control anybody ever had: the epoch, and the holder's name or nobody.
 pub(crate) type Control = BTreeMap<Address, (u64, Option<String>)>;
 
-/// A question to the hub, run where it lives.
+/// A question to the hub, which the hub's task answers.
 type Look = Box<dyn FnOnce(&mut Hub, Now) + Send>;
 
 enum Ask {

@@ -3,7 +3,6 @@
 use super::Wanted;
 use hub::{Answer, Command, Hub, Lease, PlanAboard};
 use imc::Address;
-use imc::json::hex;
 use imc::messages::{PlanManeuver, PlanSpecification};
 use imc::{Header, Packet};
 use units::{LatLon, UtcTime};
@@ -90,7 +89,7 @@ pub(crate) fn aboard(aboard: Option<&hub::PlansAboard>) -> api::PlansAboard {
         size: plan.size,
         changed_us: plan.changed.map(UtcTime::micros),
         changed_by: plan.changed_by.clone(),
-        md5: hex(&plan.md5),
+        md5: hex::encode(&plan.md5),
     };
     api::PlansAboard {
         time_us: aboard.map(|aboard| aboard.at.micros()),
@@ -104,7 +103,7 @@ fn given(plan: &PlanSpecification) -> api::PlanGiven {
         .and_then(|text| serde_json::from_str(&text).ok());
     api::PlanGiven {
         plan_id: plan.plan_id.to_str_lossy().into_owned(),
-        md5: imc::plan_digest::plan_md5(plan).map(|digest| hex(&digest)).unwrap_or_default(),
+        md5: imc::plan_digest::plan_md5(plan).map(hex::encode).unwrap_or_default(),
         maneuvers: u32::try_from(plan.maneuvers.len()).unwrap_or(u32::MAX),
         first_deg: first(plan).map(|place| [place.lat_deg(), place.lon_deg()]),
         specification: specification.unwrap_or_default(),

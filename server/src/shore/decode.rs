@@ -50,7 +50,7 @@ fn fields(view: &PacketView<'_>) -> Vec<api::Field> {
         // Nobody knows its fields; its bytes are shown.
         None => vec![api::Field {
             name: "payload".to_owned(),
-            value: hex(view.payload()).into(),
+            value: hex::encode(view.payload()).into(),
             unit: String::new(),
             meaning: None,
         }],
@@ -101,7 +101,7 @@ impl Visitor<'_> for Collect {
             Value::Single(number) => (number.to_string().parse::<f64>().map_or(Json::Null, Json::from), None),
             Value::Double(number) => (Json::from(number), None),
             Value::Text(text) => (String::from_utf8_lossy(text).into(), None),
-            Value::Raw(bytes) => (hex(bytes).into(), None),
+            Value::Raw(bytes) => (hex::encode(bytes).into(), None),
         };
         self.put(desc, json, meaning);
     }
@@ -134,15 +134,6 @@ fn unit(desc: &FieldDesc) -> String {
         Some("Enumerated" | "Bitfield" | "List" | "TupleList") | None => String::new(),
         Some(unit) => unit.to_owned(),
     }
-}
-
-/// Bytes in hexadecimal.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(bytes.len() * 2), |mut text, byte| {
-        use std::fmt::Write as _;
-        write!(text, "{byte:02x}").ok();
-        text
-    })
 }
 
 #[cfg(test)]

@@ -208,7 +208,7 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
         }
         Cell::Text(text) => text.into(),
         Cell::Raw(bytes) if kind == ColumnKind::Text => String::from_utf8_lossy(&bytes).into(),
-        Cell::Raw(bytes) => super::decode::hex(&bytes).into(),
+        Cell::Raw(bytes) => hex::encode(bytes).into(),
     }
 }
 

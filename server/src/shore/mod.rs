@@ -13,7 +13,6 @@ pub(crate) mod history;
 pub(crate) mod imports;
 pub(crate) mod parameters;
 
-pub(crate) use decode::hex;
 pub(crate) use fleet::Fleet;
 pub(crate) use helms::{Helm, Helms};
 pub(crate) use history::History;

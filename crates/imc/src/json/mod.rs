@@ -23,8 +23,8 @@
 mod read;
 mod write;
 
-pub use read::{ReadDefaults, ReadError, message_from_value, read_packet, unhex};
-pub use write::{WriteError, hex, message_to_string, write_header, write_packet, write_text};
+pub use read::{ReadDefaults, ReadError, message_from_value, read_packet};
+pub use write::{WriteError, message_to_string, write_header, write_packet, write_text};
 
 /// The bits of the NaN that arithmetic makes.
 const QUIET_NAN_F32: u32 = 0x7FC0_0000;

@@ -210,18 +210,10 @@ fn nan_bits(text: &str, digits: usize) -> Option<u64> {
 }
 
 fn bytes(value: &Value, path: &str) -> Result<Vec<u8>, ReadError> {
-    value.as_str().and_then(unhex).ok_or_else(|| wrong(path, "expected bytes as pairs of hexadecimal digits"))
-}
-
-/// The bytes of pairs of hexadecimal digits; `None` when it is anything else.
-pub fn unhex(text: &str) -> Option<Vec<u8>> {
-    let nibble = |digit: u8| char::from(digit).to_digit(16).map(|nibble| nibble as u8);
-    let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return None };
-    let mut bytes = Vec::with_capacity(pairs.len());
-    for [high, low] in pairs {
-        bytes.push(nibble(*high)? << 4 | nibble(*low)?);
-    }
-    Some(bytes)
+    value
+        .as_str()
+        .and_then(|text| hex::decode(text).ok())
+        .ok_or_else(|| wrong(path, "expected bytes as pairs of hexadecimal digits"))
 }
 
 /// A payload being written. What goes beyond the longest payload is counted and not kept, because a few bytes of

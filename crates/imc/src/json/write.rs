@@ -120,24 +120,15 @@ pub fn write_text(out: &mut Vec<u8>, text: &[u8]) {
     }
 }
 
-/// Lower-case hexadecimal.
-pub fn hex(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(2 * bytes.len());
-    text.extend(hex_digits(bytes).map(char::from));
-    text
-}
-
 /// Appends lower-case hexadecimal as a JSON string.
 fn quoted_hex(out: &mut Vec<u8>, bytes: &[u8]) {
     out.reserve(2 * bytes.len() + 2);
     out.push(b'"');
-    out.extend(hex_digits(bytes));
+    let start = out.len();
+    out.resize(start + 2 * bytes.len(), 0);
+    // There is room for two digits of each byte.
+    hex::encode_to_slice(bytes, &mut out[start..]).unwrap_or_default();
     out.push(b'"');
-}
-
-fn hex_digits(bytes: &[u8]) -> impl Iterator<Item = u8> {
-    const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    bytes.iter().flat_map(|&byte| [byte >> 4, byte & 15]).map(|nibble| DIGITS[usize::from(nibble)])
 }
 
 fn double(out: &mut Vec<u8>, value: f64) {

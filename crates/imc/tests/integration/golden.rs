@@ -9,10 +9,6 @@ fn vectors() -> Option<Value> {
     Some(serde_json::from_str(&text).unwrap())
 }
 
-fn unhex(text: &str) -> Vec<u8> {
-    (0..text.len()).step_by(2).map(|at| u8::from_str_radix(&text[at..at + 2], 16).unwrap()).collect()
-}
-
 fn to_json(bytes: &[u8]) -> Value {
     let mut out = Vec::new();
     json::write_packet(&mut out, &PacketView::new(bytes).unwrap(), ShortPayload::default()).unwrap();
@@ -25,7 +21,7 @@ fn every_vector_decodes_to_its_values_and_back_in_both_orders() {
     for vector in vectors["vectors"].as_array().unwrap() {
         let name = &vector["name"];
         for (form, order) in [("packet_le", ByteOrder::Little), ("packet_be", ByteOrder::Big)] {
-            let bytes = unhex(vector[form].as_str().unwrap());
+            let bytes = hex::decode(vector[form].as_str().unwrap()).unwrap();
             // By the generated structs.
             let packet = Packet::decode(&bytes).unwrap();
             assert_eq!(packet.order, order, "{name}");
@@ -52,8 +48,8 @@ fn every_vector_decodes_to_its_values_and_back_in_both_orders() {
 fn both_orders_say_the_same() {
     let Some(vectors) = vectors() else { return };
     for vector in vectors["vectors"].as_array().unwrap() {
-        let little = Packet::decode(&unhex(vector["packet_le"].as_str().unwrap())).unwrap();
-        let big = Packet::decode(&unhex(vector["packet_be"].as_str().unwrap())).unwrap();
+        let little = Packet::decode(&hex::decode(vector["packet_le"].as_str().unwrap()).unwrap()).unwrap();
+        let big = Packet::decode(&hex::decode(vector["packet_be"].as_str().unwrap()).unwrap()).unwrap();
         // Debug, because NaN is not equal to itself.
         assert_eq!(format!("{:?}", little.body), format!("{:?}", big.body));
         assert_eq!(Packet { order: ByteOrder::Big, ..little }.encode(), big.encode());
@@ -81,7 +77,7 @@ fn large_packets_match_their_digests() {
             let packet = Packet { order, ..Packet::new(header, message) };
             let bytes = packet.encode().unwrap();
             assert_eq!(bytes.len() as u64, vector[format!("packet_{form}_bytes")]);
-            let digest = json::hex(&Sha256::digest(&bytes));
+            let digest = hex::encode(Sha256::digest(&bytes));
             assert_eq!(digest, vector[format!("packet_{form}_sha256")].as_str().unwrap());
             assert_eq!(Packet::decode(&bytes).unwrap(), packet);
         }
@@ -94,7 +90,7 @@ fn damaged_packets_give_the_stated_error() {
     let all = vectors["malformed"].as_array().unwrap();
     assert_eq!(all.len(), 25);
     for vector in all {
-        let bytes = unhex(vector["packet"].as_str().unwrap());
+        let bytes = hex::decode(vector["packet"].as_str().unwrap()).unwrap();
         let class = match Packet::decode(&bytes) {
             Ok(Packet { body: Body::Unknown { .. }, .. }) => "unknown_id",
             Ok(packet) => {
@@ -114,7 +110,7 @@ fn damage_is_placed_by_field_and_byte() {
     let error = |name: &str| {
         let all = vectors["malformed"].as_array().unwrap();
         let vector = all.iter().find(|vector| vector["name"] == name).unwrap();
-        Packet::decode(&unhex(vector["packet"].as_str().unwrap())).unwrap_err()
+        Packet::decode(&hex::decode(vector["packet"].as_str().unwrap()).unwrap()).unwrap_err()
     };
     assert_eq!(
         error("bad_17_nested_unknown_id").to_string(),
@@ -139,8 +135,8 @@ fn the_digest_of_a_plan_is_the_same_from_either_byte_order() {
     let all = vectors["vectors"].as_array().unwrap();
     let vector = all.iter().find(|vector| vector["name"] == "v038_PlanSpecification").unwrap();
     for form in ["packet_le", "packet_be"] {
-        let packet = Packet::decode(&unhex(vector[form].as_str().unwrap())).unwrap();
+        let packet = Packet::decode(&hex::decode(vector[form].as_str().unwrap()).unwrap()).unwrap();
         let md5 = imc::plan_digest::plan_md5(packet.get().unwrap()).unwrap();
-        assert_eq!(json::hex(&md5), "53c394e9f01240ef7cfe470f49449959");
+        assert_eq!(hex::encode(md5), "53c394e9f01240ef7cfe470f49449959");
     }
 }

@@ -58,7 +58,7 @@ impl Which {
         Self { stream: hello.stream, incarnation: hello.incarnation, attempt: hello.attempt }
     }
 
-    /// Whether this is that one or came before it. A spool that was made anew counts from the beginning.
+    /// Whether this connection is `latest` or an earlier one. A spool that was made anew counts from the beginning.
     fn is_no_later_than(self, latest: Self) -> bool {
         self.stream == latest.stream
             && (self.incarnation, self.attempt) <= (latest.incarnation, latest.attempt)

@@ -35,11 +35,10 @@ pub(crate) fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
 
 /// Appends bytes in hexadecimal.
 pub(crate) fn hex(out: &mut Vec<u8>, bytes: &[u8]) {
-    const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    for byte in bytes {
-        out.push(DIGITS[usize::from(byte >> 4)]);
-        out.push(DIGITS[usize::from(byte & 15)]);
-    }
+    let start = out.len();
+    out.resize(start + 2 * bytes.len(), 0);
+    // There is room for two digits of each byte.
+    hex::encode_to_slice(bytes, &mut out[start..]).unwrap_or_default();
 }
 
 #[cfg(test)]

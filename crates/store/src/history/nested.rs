@@ -58,7 +58,7 @@ impl Nested {
             Value::Single(value) => self.number(value.into()),
             Value::Double(value) => self.number(value),
             Value::Text(text) => json::write_text(&mut self.text, text),
-            Value::Raw(bytes) => write!(self.text, "\"{}\"", json::hex(bytes)).unwrap_or_default(),
+            Value::Raw(bytes) => write!(self.text, "\"{}\"", hex::encode(bytes)).unwrap_or_default(),
         }
     }
 

@@ -4,7 +4,7 @@ use crate::cli::data::Progress;
 use crate::cli::say::{complain, say};
 use crate::clock;
 use anyhow::ensure;
-use chartdb::{Chart, ChartDb, ImportOptions, Imported, Outcome, hex};
+use chartdb::{Chart, ChartDb, ImportOptions, Imported, Outcome};
 use charts::xyz::Vertical;
 use clap::Args;
 use serde_json::json;
@@ -147,7 +147,7 @@ fn described(chart: &Imported) -> serde_json::Value {
 pub(super) fn list(db: &Path, json: bool) -> anyhow::Result<()> {
     let set = ChartDb::open(db)?;
     let charts = set.charts()?;
-    let digest = hex(&set.digest()?);
+    let digest = hex::encode(set.digest()?);
     if json {
         say!("{}", json!({"db": db, "digest": digest, "charts": charts}));
         return Ok(());
@@ -196,7 +196,7 @@ pub(super) fn info(db: &Path, json: bool, arguments: &InfoArguments) -> anyhow::
         }
     }
     if json {
-        say!("{}", json!({"db": db, "digest": hex(&set.digest()?), "charts": all}));
+        say!("{}", json!({"db": db, "digest": hex::encode(set.digest()?), "charts": all}));
     }
     Ok(())
 }

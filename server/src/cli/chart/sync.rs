@@ -49,12 +49,12 @@ pub(super) fn sync(db: &Path, config: &Config, json: bool, arguments: &SyncArgum
             .collect();
         say!(
             "{}",
-            json!({"db": db, "digest": chartdb::hex(&offer.digest), "bytes": offer.bytes,
+            json!({"db": db, "digest": hex::encode(offer.digest), "bytes": offer.bytes,
                    "edition": offer.edition, "vessels": list, "copied": copied})
         );
         return Ok(());
     }
-    say!("ashore: {}, {} bytes, SHA-256 {}", offer.edition, offer.bytes, chartdb::hex(&offer.digest));
+    say!("ashore: {}, {} bytes, SHA-256 {}", offer.edition, offer.bytes, hex::encode(offer.digest));
     for (address, (name, chart)) in &vessels {
         say!("{}", line(*address, name.as_deref(), chart));
     }

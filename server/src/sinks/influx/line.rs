@@ -20,7 +20,7 @@ const LONGEST_TEXT: usize = 60_000;
 /// Appends the line of a packet that came at `received`, with its line end.
 pub(super) fn write(out: &mut String, view: &PacketView<'_>, received: UtcTime) {
     let Some(desc) = catalogue::by_id(view.id()) else {
-        let payload = crate::shore::hex(view.payload());
+        let payload = hex::encode(view.payload());
         let (id, src, ent) = (view.id(), view.src().0, view.src_ent());
         write!(out, "unknown,ent={ent},id={id},src={src} payload=\"{payload}\"").ok();
         return end(out, view, received);
@@ -118,7 +118,7 @@ impl Visitor<'_> for Line {
         match (field.abbrev, value) {
             ("id", Value::Integer(id)) => self.tag = Some(id),
             (name, Value::Text(text)) => self.text(name, &String::from_utf8_lossy(text)),
-            (name, Value::Raw(bytes)) => self.text(name, &crate::shore::hex(bytes)),
+            (name, Value::Raw(bytes)) => self.text(name, &hex::encode(bytes)),
             // The shortest decimal that is this single, not the double's many digits.
             (name, Value::Single(value)) if value.is_finite() => {
                 self.name(name);
