@@ -7,8 +7,9 @@
 //! A stop takes every way there is, goes ahead of everything that waits, and calls off what was ordered before it and is
 //! not sent: a start that comes after the stop that was meant to end it would be worse than none. That it was sent does
 //! not say that it arrived. So until the vessel shows that it has it, the stop is kept, and given again when the vessel is
-//! heard after a silence, when a connection that took it has ended, and when the link stands again. Whoever starts
-//! something after the stop ends that.
+//! heard: after a silence, when a connection that took it has ended, when the link stands again, and from time to time.
+//! Whoever starts something after the stop ends that, unless the start comes to nothing. What somebody starts beside the
+//! vessel, by a radio of their own, is not known here.
 //!
 //! | urgency | without a way | life |
 //! |---|---|---|
@@ -30,14 +31,15 @@ use units::MonoTime;
 
 /// A stop is worth delivering for as long as this.
 pub const STOP_LIFE: Duration = Duration::from_mins(10);
-/// A stop that another way took is not worth more than any order on a way that does not answer: whoever starts anew
-/// after it must not be stopped by its copy.
+/// What a way was given of a stop is worth no more than any order: whoever starts anew after the stop must not be stopped
+/// by a copy that comes late. The stop itself is kept here, and given again.
 const COPY_LIFE: Duration = crate::TIME_TO_LIVE;
 /// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
 const WAITING: usize = 20;
 /// Vessels for which orders may wait, and of which a stop is kept.
 const VESSELS: usize = 1_024;
 /// A vessel that is heard after this long did perhaps not hear what was sent meanwhile: vessels say something each second.
+/// One that is heard all the time and shows nothing is given the stop again after as long, then after twice that.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// How urgent an order is.
@@ -119,6 +121,11 @@ struct Stood {
     lost: bool,
     /// When the vessel was heard last; before that, when the stop was sent.
     heard: MonoTime,
+    /// When it was given last, and how long after that it is given again.
+    given: MonoTime,
+    pause: Duration,
+    /// What was ordered to start after it.
+    overtaken_by: Option<CommandId>,
 }
 
 impl Standing {
@@ -126,11 +133,20 @@ impl Standing {
         self.0.is_empty()
     }
 
-    /// A stop was sent.
+    /// A stop was sent, for the first time or again.
     fn put(&mut self, now: MonoTime, stop: Telecommand, takers: Vec<PeerId>) {
-        if self.0.len() < VESSELS || self.0.contains_key(&stop.vessel) {
-            self.0.insert(stop.vessel, Stood { stop, takers, lost: false, heard: now });
+        if self.0.len() >= VESSELS && !self.0.contains_key(&stop.vessel) {
+            return;
         }
+        let before = self.0.get(&stop.vessel).filter(|stood| stood.stop.tag.id == stop.tag.id);
+        let pause = before.map_or(SILENCE, |stood| 2 * stood.pause);
+        let vessel = stop.vessel;
+        let stood = Stood { stop, takers, lost: false, heard: now, given: now, pause, overtaken_by: None };
+        self.0.insert(vessel, stood);
+    }
+
+    fn of(&self, vessel: Address) -> Option<CommandId> {
+        self.0.get(&vessel).and_then(|stood| stood.stop.tag.id)
     }
 
     /// A peer is gone: what it took is perhaps not with the vessel.
@@ -145,7 +161,8 @@ impl Standing {
         let stood = self.0.get_mut(&vessel)?;
         let was_silent = now.since(stood.heard) > SILENCE;
         stood.heard = now;
-        (was_silent || stood.lost).then(|| stood.stop.clone())
+        let is_due = now.since(stood.given) > stood.pause;
+        (was_silent || is_due || stood.lost).then(|| stood.stop.clone())
     }
 
     fn end(&mut self, vessel: Address) {
@@ -178,6 +195,10 @@ impl Waiting {
 
     fn take(&mut self, vessel: Address) -> Vec<Telecommand> {
         self.0.remove(&vessel).unwrap_or_default()
+    }
+
+    fn has_stop(&self, vessel: Address) -> bool {
+        self.0.get(&vessel).is_some_and(|all| all.iter().any(|one| one.tag.urgency == Urgency::Stop))
     }
 
     fn take_stops(&mut self, vessel: Address) -> Vec<CommandId> {
@@ -232,10 +253,10 @@ impl Hub {
         let vessels = slot.own_vessels();
         if stands {
             for vessel in vessels {
-                self.flush(now, vessel);
                 if let Some(stood) = self.standing.0.get_mut(&vessel) {
                     stood.lost = true;
                 }
+                self.flush(now, vessel);
                 self.stop_again(now, vessel);
             }
         }
@@ -251,12 +272,20 @@ impl Hub {
     /// A way to a vessel may be there again: what waits for it goes out.
     pub(crate) fn flush(&mut self, now: Now, vessel: Address) {
         for order in self.waiting.take(vessel) {
-            self.give_again(now, order);
+            self.give(now, order);
         }
     }
 
     /// What a peer that is gone did not take goes by another way, if it is still worth anything.
     pub fn give_again(&mut self, now: Now, order: Telecommand) {
+        if order.tag.urgency == Urgency::Stop {
+            // It is kept here for as long as it is wanted.
+            return self.stop_again(now, order.vessel);
+        }
+        self.give(now, order);
+    }
+
+    fn give(&mut self, now: Now, order: Telecommand) {
         let id = order.tag.id;
         let dispatched = self.send_down(now, order);
         if let Some(id) = id.filter(|_| !matches!(dispatched, Dispatched::Waits(_))) {
@@ -280,24 +309,41 @@ impl Hub {
         let Some(id) = stop.tag.id.filter(|id| self.commands().is_in_the_dark(*id)) else {
             return self.standing.end(vessel);
         };
-        if let Dispatched::Sent(doors) = self.send_down(now, stop) {
-            self.commands_mut().sent_again(now, id, &by(&doors));
+        let Some(stood) = self.standing.0.get_mut(&vessel) else { return };
+        if let Some(later) = stood.overtaken_by {
+            if !self.commands.came_to_nothing(later) {
+                return;
+            }
+            stood.overtaken_by = None;
+        }
+        match self.send_down(now, stop) {
+            Dispatched::Sent(doors) => self.commands_mut().sent_again(now, id, &by(&doors)),
+            // It is kept among what waits.
+            Dispatched::Waits(_) => self.standing.end(vessel),
+            Dispatched::Refused(_) => {}
         }
     }
 
     /// Somebody else starts something aboard: a stop that was given before must not end it.
     pub(crate) fn another_starts(&mut self, now: Now, view: &PacketView<'_>) {
-        if (!self.standing.is_empty() || !self.waiting.is_empty()) && starts(view) {
-            self.give_up_stops(now, view.dst());
+        let is_kept = !self.standing.is_empty() || !self.waiting.is_empty();
+        if is_kept && starts(view) && self.reaches(now.mono, view.dst()) {
+            self.standing.end(view.dst());
+            self.give_up_waiting(now, view.dst());
         }
     }
 
-    /// Something is started after the stops of a vessel.
-    fn give_up_stops(&mut self, now: Now, vessel: Address) {
-        self.standing.end(vessel);
+    /// Something is started after the stops that wait for a vessel.
+    fn give_up_waiting(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take_stops(vessel) {
             self.commands_mut().overtaken(now, id);
         }
+    }
+
+    /// Whether a stop is kept for a vessel that perhaps does not have it.
+    fn keeps_stop(&self, vessel: Address) -> bool {
+        let stood = self.standing.of(vessel).is_some_and(|id| self.commands.is_in_the_dark(id));
+        stood || self.waiting.has_stop(vessel)
     }
 
     fn send_down(&mut self, now: Now, order: Telecommand) -> Dispatched {
@@ -306,23 +352,34 @@ impl Hub {
             return Dispatched::Refused("it came too late");
         }
         let stop = tag.urgency == Urgency::Stop;
+        let again = stop && self.standing.of(vessel) == tag.id;
         if stop {
-            self.call_off(now, vessel);
+            self.call_off(now, vessel, tag.id);
         }
-        let starts = tag.id.is_some_and(|id| self.commands().starts(id));
+        let starts = tag.id.filter(|id| self.commands().starts(*id));
         let (link, others) = (self.standing_link(vessel), self.other_ways(now.mono, vessel));
         let one_is_alive = others.iter().any(|way| way.alive);
+        let has_link = self.peers.values().any(|slot| slot.is_link_of(vessel));
+        if starts.is_some() && !(has_link || one_is_alive) && self.keeps_stop(vessel) {
+            return Dispatched::Refused("the vessel is silent and has perhaps not heard the stop before it");
+        }
         let (mut doors, mut takers) = (Vec::new(), Vec::new());
+        let copy = if stop { Tag { expires: tag.expires.min(now.mono + COPY_LIFE), ..tag } } else { tag };
         if let Some(link) = link {
-            let expires =
-                if stop && one_is_alive { tag.expires.min(now.mono + COPY_LIFE) } else { tag.expires };
-            doors.extend(self.hand(link, packet, Tag { expires, ..tag }));
+            doors.extend(self.hand(link, packet, copy));
             takers.push(link);
+        }
+        if stop && !again {
+            // A link that is down may still hold a start that was ordered before: the stop calls it off there.
+            for down in self.links_that_are_down(vessel) {
+                // What becomes of it there tells nothing of the stop.
+                self.hand(down, packet, Tag { id: None, ..copy });
+            }
         }
         if doors.is_empty() || stop {
             let count = if stop { others.len() } else { 1 };
             for way in others.into_iter().take(count) {
-                doors.extend(self.hand(way.peer, packet, tag));
+                doors.extend(self.hand(way.peer, packet, copy));
                 takers.push(way.peer);
             }
         }
@@ -330,12 +387,14 @@ impl Hub {
         if !doors.is_empty() && (link.is_some() || one_is_alive || !stop) {
             if stop {
                 self.standing.put(now.mono, order, takers);
-            } else if starts {
-                self.give_up_stops(now, vessel);
+            } else if starts.is_some() {
+                self.give_up_waiting(now, vessel);
+                if let Some(stood) = self.standing.0.get_mut(&vessel) {
+                    stood.overtaken_by = starts;
+                }
             }
             return Dispatched::Sent(doors);
         }
-        let has_link = self.peers.values().any(|slot| slot.is_link_of(vessel));
         match tag.urgency {
             Urgency::Sticks => return Dispatched::Refused("no connection to the vessel now"),
             Urgency::Command if !has_link => {
@@ -350,10 +409,16 @@ impl Hub {
     }
 
     /// Calls off what waits for a vessel.
-    fn call_off(&mut self, now: Now, vessel: Address) {
-        for id in self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id) {
+    fn call_off(&mut self, now: Now, vessel: Address, own: Option<CommandId>) {
+        let waiting = self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id);
+        for id in waiting.filter(|id| Some(*id) != own) {
             self.commands_mut().refused(now, id, CALLED_OFF.to_owned());
         }
+    }
+
+    fn links_that_are_down(&self, vessel: Address) -> Vec<PeerId> {
+        let links = self.peers.iter().filter(|(_, slot)| slot.is_link_of(vessel) && !slot.stands);
+        links.map(|(id, _)| *id).collect()
     }
 
     fn hand(&mut self, peer: PeerId, packet: &Bytes, tag: Tag) -> Option<Door> {

@@ -218,6 +218,11 @@ impl Hub {
         let id = PeerId(self.next_peer);
         self.next_peer += 1;
         if let (Door::Link, Sources::Only(vessels)) = (peer.door, &peer.sources) {
+            // Of several connections of one link the last counts, also if the one before ended without a word.
+            for slot in self.peers.values_mut().filter(|slot| vessels.iter().any(|own| slot.is_link_of(*own)))
+            {
+                slot.stands = false;
+            }
             let all = self.linked.vessels().chain(vessels.iter().copied()).collect();
             self.set_linked(all);
         }

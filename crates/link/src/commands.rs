@@ -43,14 +43,9 @@ impl Pending {
         unsent
     }
 
-    /// Takes a command; answers false when too many wait or the identity is taken by another. One that waits already is
-    /// worth as long as the later says. For a stop there is always room: what it called off does not count.
+    /// Takes a command; answers false when too many wait or the identity is taken. For a stop there is always room: what
+    /// it called off does not count.
     pub(crate) fn put(&mut self, id: u64, waiting: Waiting) -> bool {
-        if let Some(known) = self.waiting.get_mut(&id).filter(|known| known.packet == waiting.packet) {
-            known.expires = known.expires.max(waiting.expires);
-            (known.sent, known.called_off) = (false, false);
-            return true;
-        }
         let count = self.waiting.values().filter(|one| !one.called_off).count();
         if count >= MOST_WAITING || self.waiting.contains_key(&id) {
             return false;

@@ -10,6 +10,8 @@ import { newKey, windowKey } from "../state/window";
 const TRY_MS = 4_000;
 /** Between two tries, ms. */
 const AGAIN_MS = 1_000;
+/** A stop that nobody answered is not sent any more after so long: whoever opens a computer hours later starts anew, ms. */
+const WANTED_MS = 600_000;
 /** Where one way is refused the other has so long to do better, ms. */
 const OTHER_WAY_MS = 2_000;
 
@@ -72,8 +74,13 @@ export function createStopping(line: StopLine, vessel: number, news: StopNews): 
       return false;
     }
   };
+  const until = Date.now() + WANTED_MS;
   const run = async (): Promise<void> => {
     for (;;) {
+      if (Date.now() > until) {
+        if (end()) news.refused("The server was not reached in ten minutes. Press STOP again if it is still wanted.");
+        return;
+      }
       line.stop(ask);
       if (await post()) return;
       await new Promise<void>((done) => {

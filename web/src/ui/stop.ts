@@ -169,6 +169,7 @@ function followServer(order: Order, ordered: Ordered, frame: LiveFrame): Ordered
   const [latest, last] = [sent.at(-1), steps.at(-1)];
   if (latest && (ordered.waits || sent.length > order.sent)) {
     order.sent = sent.length;
+    order.effectS = undefined;
     order.ordered = { ...ordered, waits: false, reached: true, time_us: latest.time_us };
     tell(order, "sent", sentText(order.name, latest.time_us));
     return order.ordered;
@@ -177,6 +178,7 @@ function followServer(order: Order, ordered: Ordered, frame: LiveFrame): Ordered
     end(order, "failed", `STOP ${order.name}: ${ordered.reached ? "NO EFFECT SEEN" : "NOT SENT"}: ${last.text}. Stop the vessel by other means; try again.`);
     return undefined;
   }
+  if (ordered.waits && frame.now_us > ordered.time_us + WAITS_US) end(order, "failed", `STOP ${order.name}: the vessel was not heard in ten minutes; it is not sent any more.`);
   return ordered.waits ? undefined : ordered;
 }
 

@@ -432,6 +432,11 @@ impl Commands {
         self.all.get(&id).is_some_and(|command| !command.steps.iter().any(shown))
     }
 
+    /// Whether the vessel did not do it and will not.
+    pub(crate) fn came_to_nothing(&self, id: CommandId) -> bool {
+        self.all.get(&id).is_some_and(|command| matches!(command.stage(), Stage::Refused | Stage::Expired))
+    }
+
     /// Whether it has the vessel begin something.
     pub(crate) fn starts(&self, id: CommandId) -> bool {
         self.all.get(&id).is_some_and(|command| matches!(command.effect, Effect::Runs(_)))
@@ -602,7 +607,10 @@ impl Commands {
 
     /// Keeps what is to be kept of a vessel's commands.
     fn forget(&mut self, vessel: Address) {
-        let over: Vec<CommandId> = self.of(vessel).filter(|one| one.is_over()).map(|one| one.id).collect();
+        // Of the last stop it must be known whether it arrived.
+        let stop = self.of(vessel).find(|one| one.effect == Effect::Aborts).map(|one| one.id);
+        let over = self.of(vessel).filter(|one| one.is_over() && Some(one.id) != stop);
+        let over: Vec<CommandId> = over.map(|one| one.id).collect();
         let all = self.of(vessel).count();
         for id in over.iter().rev().take(all.saturating_sub(KEPT)) {
             self.all.remove(id);

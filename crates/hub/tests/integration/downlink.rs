@@ -1,8 +1,8 @@
 //! The one way down: which way orders take, what waits, what a stop calls off.
 
 use hub::{
-    Asked, CommandId, Delivery, Dispatched, Door, Hub, Incoming, Now, Order, Peer, PeerId, Role, STOP_LIFE,
-    Settings, Sources, Stage, Tag, Telecommand, Urgency,
+    Asked, CommandId, Delivery, Dispatched, Door, Hub, Incoming, Now, Order, Peer, PeerId, Role, Settings,
+    Sources, Stage, Tag, Telecommand, Urgency,
 };
 use imc::messages::{
     Aborted, Message, PlanControl, PlanControlOp, PlanControlState, PlanControlStateState, PlanControlType,
@@ -106,7 +106,7 @@ fn an_order_takes_the_link_while_it_stands_and_else_the_best_other_way() {
 }
 
 #[test]
-fn a_stop_takes_every_way_and_its_copy_is_not_worth_more_than_any_order() {
+fn a_stop_takes_every_way_and_its_copies_are_not_worth_more_than_any_order() {
     let mut world = World::new();
     let (link, udp) = (world.link(), world.node(Door::Udp));
     world.hub.trust_doors([Door::Udp]);
@@ -117,10 +117,10 @@ fn a_stop_takes_every_way_and_its_copy_is_not_worth_more_than_any_order() {
     let out = world.drain();
     let expires = |peer| out[&peer][0].tag.unwrap().expires;
     assert_eq!(expires(link), at(11_000).mono, "whoever starts anew must not be stopped by it minutes later");
-    assert_eq!(expires(udp), at(1_000).mono + STOP_LIFE);
+    assert_eq!(expires(udp), at(11_000).mono);
     let (_, dispatched) = world.order(200_000, Order::Stop);
     assert_eq!(dispatched, Dispatched::Sent(vec![Door::Link]), "the other way is gone");
-    assert_eq!(world.drain()[&link][0].tag.unwrap().expires, at(200_000).mono + STOP_LIFE);
+    assert_eq!(world.drain()[&link][0].tag.unwrap().expires, at(210_000).mono);
 }
 
 #[test]
@@ -373,18 +373,18 @@ fn a_stop_by_link_and_radio_outlives_both() {
 
 #[test]
 fn what_is_started_after_a_stop_is_not_ended_by_it() {
-    for waits in [false, true] {
-        let mut world = World::new();
-        let udp = world.node(Door::Udp);
-        world.heard(0, udp);
-        let ordered = if waits { 5_000 } else { 1_000 };
-        let (stop, dispatched) = world.order(ordered, Order::Stop);
-        assert_eq!(matches!(dispatched, Dispatched::Waits(_)), waits, "{dispatched:?}");
-        let (begin, _) = world.order(ordered + 1_000, start());
-        assert_eq!(world.ids(udp), [stop, begin]);
-        world.heard(40_000, udp);
-        assert_eq!(world.ids(udp), [], "waits: {waits}");
-    }
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    let (stop, _) = world.order(1_000, Order::Stop);
+    let (begin, _) = world.order(2_000, start());
+    assert_eq!(world.ids(udp), [stop, begin]);
+    world.heard(40_000, udp);
+    assert_eq!(world.ids(udp), []);
+    // A start that the vessel does not take is none.
+    world.hub.commands_mut().refused(at(41_000), begin, "no such plan".to_owned());
+    world.heard(80_000, udp);
+    assert_eq!(world.ids(udp), [stop]);
     // By another console as well.
     let mut world = World::new();
     let (udp, console) = (world.node(Door::Udp), world.node(Door::Proxy));
@@ -428,4 +428,93 @@ fn a_way_that_takes_nothing_is_none() {
     world.hub.takes(tcp, true);
     world.heard(300, tcp);
     assert_eq!(world.ids(tcp), [stop]);
+}
+
+#[test]
+fn nothing_is_started_over_the_head_of_a_stop_that_was_perhaps_not_heard() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    let (stop, dispatched) = world.order(5_000, Order::Stop);
+    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Udp]));
+    let (begin, dispatched) = world.order(6_000, start());
+    assert!(matches!(dispatched, Dispatched::Refused(_)), "{dispatched:?}");
+    assert_eq!(world.stage(begin).0, Stage::Refused);
+    world.drain();
+    world.heard(40_000, udp);
+    assert_eq!(world.ids(udp), [stop]);
+    let (begin, _) = world.order(40_500, start());
+    assert_eq!(world.ids(udp), [begin]);
+}
+
+#[test]
+fn a_vessel_that_is_heard_and_shows_nothing_is_given_the_stop_again_and_more_and_more_seldom() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    world.order(100, Order::Stop);
+    world.drain();
+    let mut given = Vec::new();
+    for second in 1..=600 {
+        world.hub.tick(at(second * 1_000));
+        world.heard(second * 1_000, udp);
+        if !world.ids(udp).is_empty() {
+            given.push(second);
+        }
+    }
+    assert_eq!(given, [4, 11, 24, 49, 98, 195, 388]);
+}
+
+#[test]
+fn a_link_that_is_down_gives_no_start_that_was_ordered_before_a_stop() {
+    let mut world = World::new();
+    let (link, udp) = (world.link(), world.node(Door::Udp));
+    world.hub.trust_doors([Door::Udp]);
+    world.heard(0, udp);
+    world.hub.link_stands(at(0), link, true);
+    world.order(500, start());
+    world.hub.link_stands(at(1_000), link, false);
+    world.drain();
+    let (stop, dispatched) = world.order(2_000, Order::Stop);
+    assert_eq!(dispatched, Dispatched::Sent(vec![Door::Udp]));
+    let out = world.drain();
+    let told = out[&link][0].tag.unwrap();
+    assert_eq!(
+        (told.urgency, told.id),
+        (Urgency::Stop, None),
+        "the link hears of it, and calls off what it holds"
+    );
+    assert_eq!(out[&udp][0].tag.unwrap().id, Some(stop));
+}
+
+#[test]
+fn a_link_that_ended_without_a_word_is_no_way() {
+    let mut world = World::new();
+    let lost = world.link();
+    world.hub.link_stands(at(0), lost, true);
+    let anew = world.link();
+    let (_, dispatched) = world.order(1_000, Order::Stop);
+    assert_eq!(dispatched, Dispatched::Waits(vec![]));
+    world.drain();
+    world.hub.link_stands(at(2_000), anew, true);
+    assert_eq!(world.ids(anew).len(), 1);
+}
+
+#[test]
+fn of_the_last_stop_it_stays_known_whether_it_arrived() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    let (stop, _) = world.order(500, Order::Stop);
+    world.drain();
+    for second in 1..=20 {
+        world.hub.tick(at(second * 1_000));
+    }
+    for number in 0..300 {
+        let (question, _) = world.order(21_000 + number, Order::List);
+        world.hub.commands_mut().refused(at(21_000 + number), question, "no".to_owned());
+    }
+    world.drain();
+    world.heard(30_000, udp);
+    assert_eq!(world.ids(udp), [stop]);
 }
