@@ -177,7 +177,7 @@ async fn however_steering_by_hand_fails_the_motors_stand_still_in_time() {
 
 /// A chart set made of the fictitious archipelago, and a place in it 13 m south of danger.
 fn chart(data: &Path) -> (PathBuf, LatLon) {
-    let cells = data.join("cells");
+    let cells = data.with_file_name("cells");
     std::fs::create_dir_all(&cells).unwrap();
     for file in charts::demo::archipelago().unwrap() {
         std::fs::write(cells.join(format!("{}.000", file.name.trim_end_matches(".000"))), file.bytes)
