@@ -81,6 +81,8 @@ await inBrowser(async (open) => {
   await deaf.routeWebSocket("**/api/live", () => undefined);
   await logIn(deaf, url, "admin", "nine grey otters");
   await deaf.goto(`${url}/vessels/${BOAT}`);
+  // Before its script has begun the button is a form, which leads to another page.
+  await deaf.locator("#stop[title]").waitFor();
   await deaf.locator("#stop form .halt").click();
   await deaf.locator("#orders .order").first().getByText(/NOT SENT|accepted, sent/).first().waitFor();
   check((await stops()) === 4, "by the request alone");

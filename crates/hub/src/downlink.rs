@@ -125,7 +125,7 @@ struct Stood {
     given: MonoTime,
     pause: Duration,
     /// What was ordered to start after it.
-    overtaken_by: Option<CommandId>,
+    overtaken_by: Vec<CommandId>,
 }
 
 impl Standing {
@@ -141,7 +141,8 @@ impl Standing {
         let before = self.0.get(&stop.vessel).filter(|stood| stood.stop.tag.id == stop.tag.id);
         let pause = before.map_or(SILENCE, |stood| 2 * stood.pause);
         let vessel = stop.vessel;
-        let stood = Stood { stop, takers, lost: false, heard: now, given: now, pause, overtaken_by: None };
+        let stood =
+            Stood { stop, takers, lost: false, heard: now, given: now, pause, overtaken_by: Vec::new() };
         self.0.insert(vessel, stood);
     }
 
@@ -306,28 +307,27 @@ impl Hub {
     /// Gives a stop again that the vessel perhaps does not have.
     fn stop_again(&mut self, now: Now, vessel: Address) {
         let Some(stop) = self.standing.heard(now.mono, vessel) else { return };
+        let is_heard = self.reaches_alive(now.mono, vessel);
         let Some(id) = stop.tag.id.filter(|id| self.commands().is_in_the_dark(*id)) else {
             return self.standing.end(vessel);
         };
         let Some(stood) = self.standing.0.get_mut(&vessel) else { return };
-        if let Some(later) = stood.overtaken_by {
-            if !self.commands.came_to_nothing(later) {
-                return;
-            }
-            stood.overtaken_by = None;
+        if !is_heard {
+            stood.lost = true;
+            return;
         }
-        match self.send_down(now, stop) {
-            Dispatched::Sent(doors) => self.commands_mut().sent_again(now, id, &by(&doors)),
-            // It is kept among what waits.
-            Dispatched::Waits(_) => self.standing.end(vessel),
-            Dispatched::Refused(_) => {}
+        if !stood.overtaken_by.iter().all(|later| self.commands.came_to_nothing(*later)) {
+            return;
+        }
+        if let Dispatched::Sent(doors) = self.send_down(now, stop) {
+            self.commands_mut().sent_again(now, id, &by(&doors));
         }
     }
 
     /// Somebody else starts something aboard: a stop that was given before must not end it.
     pub(crate) fn another_starts(&mut self, now: Now, view: &PacketView<'_>) {
         let is_kept = !self.standing.is_empty() || !self.waiting.is_empty();
-        if is_kept && starts(view) && self.reaches(now.mono, view.dst()) {
+        if is_kept && starts(view) && self.reaches_alive(now.mono, view.dst()) {
             self.standing.end(view.dst());
             self.give_up_waiting(now, view.dst());
         }
@@ -353,15 +353,20 @@ impl Hub {
         }
         let stop = tag.urgency == Urgency::Stop;
         let again = stop && self.standing.of(vessel) == tag.id;
-        if stop {
-            self.call_off(now, vessel, tag.id);
+        if stop && !again {
+            self.call_off(now, vessel);
         }
         let starts = tag.id.filter(|id| self.commands().starts(*id));
         let (link, others) = (self.standing_link(vessel), self.other_ways(now.mono, vessel));
         let one_is_alive = others.iter().any(|way| way.alive);
         let has_link = self.peers.values().any(|slot| slot.is_link_of(vessel));
-        if starts.is_some() && !(has_link || one_is_alive) && self.keeps_stop(vessel) {
-            return Dispatched::Refused("the vessel is silent and has perhaps not heard the stop before it");
+        if starts.is_some() && link.is_none() && !one_is_alive && self.keeps_stop(vessel) {
+            if !has_link {
+                return Dispatched::Refused(
+                    "the vessel is silent and has perhaps not heard the stop before it",
+                );
+            }
+            return self.wait(order);
         }
         let (mut doors, mut takers) = (Vec::new(), Vec::new());
         let copy = if stop { Tag { expires: tag.expires.min(now.mono + COPY_LIFE), ..tag } } else { tag };
@@ -390,7 +395,7 @@ impl Hub {
             } else if starts.is_some() {
                 self.give_up_waiting(now, vessel);
                 if let Some(stood) = self.standing.0.get_mut(&vessel) {
-                    stood.overtaken_by = starts;
+                    stood.overtaken_by.extend(starts);
                 }
             }
             return Dispatched::Sent(doors);
@@ -402,16 +407,27 @@ impl Hub {
             }
             Urgency::Command | Urgency::Stop => {}
         }
+        if stop {
+            // The newest stands for all.
+            self.standing.end(vessel);
+        }
+        match self.wait(order) {
+            Dispatched::Waits(_) => Dispatched::Waits(doors),
+            refused => refused,
+        }
+    }
+
+    /// Lets an order wait until its vessel is heard.
+    fn wait(&mut self, order: Telecommand) -> Dispatched {
         match self.waiting.put(order) {
-            Ok(()) => Dispatched::Waits(doors),
+            Ok(()) => Dispatched::Waits(Vec::new()),
             Err(why) => Dispatched::Refused(why),
         }
     }
 
     /// Calls off what waits for a vessel.
-    fn call_off(&mut self, now: Now, vessel: Address, own: Option<CommandId>) {
-        let waiting = self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id);
-        for id in waiting.filter(|id| Some(*id) != own) {
+    fn call_off(&mut self, now: Now, vessel: Address) {
+        for id in self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id) {
             self.commands_mut().refused(now, id, CALLED_OFF.to_owned());
         }
     }

@@ -3,7 +3,7 @@
 // are answered.
 
 import { Arrivals, Awake } from "../state/arrival";
-import { getJson, Refusal } from "./http";
+import { getJson, Refusal, STOP_WANTED_MS } from "./http";
 import type { LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Me, Subscription } from "./types.gen";
 
 /** The server sends a frame every second; after this silence it counts as gone. The page greys within 3 s. */
@@ -41,7 +41,7 @@ export class Live {
   private heardMs: number | undefined;
   private readonly looks: number;
   /** Stops without an answer, by their keys. */
-  private readonly stops = new Map<string, LiveStop>();
+  private readonly stops = new Map<string, { stop: LiveStop; untilMs: number }>();
   /** When the present connection was begun, ms of the steady clock, and until when the next one waits. */
   private begunMs = 0;
   private pause: number | undefined;
@@ -69,7 +69,8 @@ export class Live {
 
   /** Sends a stop at once if there is a connection, and by each new one until it is answered or given up. */
   stop(stop: LiveStop): void {
-    this.stops.set(stop.key, stop);
+    const untilMs = this.stops.get(stop.key)?.untilMs ?? Date.now() + STOP_WANTED_MS;
+    this.stops.set(stop.key, { stop, untilMs });
     if (this.socket?.readyState === WebSocket.OPEN) this.say({ stop });
     else this.hurry();
   }
@@ -103,7 +104,7 @@ export class Live {
     this.watch(BEGIN_MS);
     socket.onopen = () => {
       if (socket !== this.socket) return;
-      for (const stop of this.stops.values()) this.say({ stop });
+      for (const { stop, untilMs } of this.stops.values()) if (Date.now() < untilMs) this.say({ stop });
       this.say({ subscribe: this.subscription });
     };
     socket.onmessage = (event: MessageEvent<string>) => {

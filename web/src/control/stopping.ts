@@ -1,7 +1,7 @@
 // One STOP on its way: by the live socket and by a request at once, both with one key, so that the server carries it out
 // once; and again by both, until one is answered or the person gives it up.
 
-import { postStop, reason, Refusal } from "../api/http";
+import { postStop, reason, Refusal, STOP_WANTED_MS } from "../api/http";
 import { anyOf } from "../api/signal";
 import type { LiveStop, LiveStopped, Ordered } from "../api/types.gen";
 import { newKey, windowKey } from "../state/window";
@@ -10,8 +10,6 @@ import { newKey, windowKey } from "../state/window";
 const TRY_MS = 4_000;
 /** Between two tries, ms. */
 const AGAIN_MS = 1_000;
-/** A stop that nobody answered is not sent any more after so long: whoever opens a computer hours later starts anew, ms. */
-const WANTED_MS = 600_000;
 /** Where one way is refused the other has so long to do better, ms. */
 const OTHER_WAY_MS = 2_000;
 
@@ -26,6 +24,8 @@ export interface StopNews {
   answered(ordered: Ordered): void;
   /** The server does not do it for this person. */
   refused(text: string): void;
+  /** Neither way was answered as long as it was wanted. */
+  forgotten(): void;
   /** Neither way was answered so far; it is tried again. */
   unanswered(text: string): void;
 }
@@ -74,11 +74,11 @@ export function createStopping(line: StopLine, vessel: number, news: StopNews): 
       return false;
     }
   };
-  const until = Date.now() + WANTED_MS;
+  const until = Date.now() + STOP_WANTED_MS;
   const run = async (): Promise<void> => {
     for (;;) {
       if (Date.now() > until) {
-        if (end()) news.refused("The server was not reached in ten minutes. Press STOP again if it is still wanted.");
+        if (end()) news.forgotten();
         return;
       }
       line.stop(ask);

@@ -87,6 +87,10 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
         answered();
         end(one, "failed", `STOP ${name}: NOT SENT. ${why}`);
       },
+      forgotten() {
+        answered();
+        end(one, "failed", `STOP ${name}: no answer in ten minutes. Nobody knows whether it was sent; it is not sent any more. Press STOP again if it is still wanted.`);
+      },
       unanswered(why) {
         tell(one, "failed", `STOP ${name}: NOT SENT as far as is known. ${why} Trying again since ${since} … Stop it by other means.`);
         setText(away, "Give up");
@@ -166,9 +170,11 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
 function followServer(order: Order, ordered: Ordered, frame: LiveFrame): Ordered | undefined {
   const steps = frame.commands.find(({ id }) => id === ordered.id)?.steps ?? [];
   const sent = steps.filter(({ stage }) => stage === "sent");
-  const [latest, last] = [sent.at(-1), steps.at(-1)];
+  // One that was given to a silent vessel may show its effect without being sent again.
+  const shown = steps.find(({ stage }) => ["received", "executing", "effect seen"].includes(stage));
+  const [latest, last] = [sent.at(-1) ?? shown, steps.at(-1)];
   if (latest && (ordered.waits || sent.length > order.sent)) {
-    order.sent = sent.length;
+    order.sent = Math.max(1, sent.length);
     order.effectS = undefined;
     order.ordered = { ...ordered, waits: false, reached: true, time_us: latest.time_us };
     tell(order, "sent", sentText(order.name, latest.time_us));

@@ -102,7 +102,7 @@ impl Commands {
             // What rested before rests by order once it had the time to hear of it.
             Effect::Aborts => {
                 let long = command.sent.is_some_and(|sent| now.mono.since(sent) >= REST_SEEN);
-                rests && (command.ran.is_some() || long)
+                rests && command.sent.is_some() && (command.ran.is_some() || long)
             }
             _ => false,
         };
@@ -116,7 +116,8 @@ impl Commands {
 
     /// The vessel says that it aborted.
     fn aborted(&mut self, now: Now, vessel: Address) {
-        let stop = |one: &Command| one.effect == Effect::Aborts && one.listens(now.mono);
+        let stop =
+            |one: &Command| one.effect == Effect::Aborts && one.sent.is_some() && one.listens(now.mono);
         for id in self.open(vessel, stop) {
             self.works(now, id, "");
             self.advance(now, id, Stage::EffectSeen, "the vessel says that it aborted".to_owned());

@@ -400,6 +400,10 @@ impl Commands {
                     }
                 };
                 self.advance(now, id, Stage::Waiting, text);
+                if let Some(command) = self.all.get_mut(&id).filter(|_| !doors.is_empty()) {
+                    // It did perhaps arrive: what the vessel says from here on may be its effect.
+                    command.sent = Some(now.mono);
+                }
             }
             Dispatched::Refused(why) => self.refused(now, id, (*why).to_owned()),
         }

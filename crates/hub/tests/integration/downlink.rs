@@ -518,3 +518,77 @@ fn of_the_last_stop_it_stays_known_whether_it_arrived() {
     world.heard(30_000, udp);
     assert_eq!(world.ids(udp), [stop]);
 }
+
+#[test]
+fn a_start_waits_behind_a_stop_that_waits() {
+    let mut world = World::new();
+    let (_link, udp) = (world.link(), world.node(Door::Udp));
+    world.hub.trust_doors([Door::Udp]);
+    world.heard(0, udp);
+    let (stop, _) = world.order(5_000, Order::Stop);
+    let (begin, dispatched) = world.order(6_000, start());
+    assert_eq!(dispatched, Dispatched::Waits(vec![]), "not into the same silence");
+    world.drain();
+    world.heard(9_000, udp);
+    assert_eq!(world.ids(udp), [stop, begin]);
+}
+
+#[test]
+fn what_a_console_says_into_the_silence_ends_no_stop() {
+    let mut world = World::new();
+    let (udp, console) = (world.node(Door::Udp), world.node(Door::Proxy));
+    world.heard(0, udp);
+    let (stop, _) = world.order(5_000, Order::Stop);
+    world.drain();
+    let control =
+        PlanControl { op: PlanControlOp::Start, r#type: PlanControlType::Request, ..PlanControl::default() };
+    let header =
+        Header { src: Address(0x4001), dst: BOAT, timestamp: at(30_000).utc.seconds(), ..Header::default() };
+    let packet = bytes::Bytes::from(Packet::new(header, control).encode().unwrap());
+    world.hub.packets(at(30_000), console, [Incoming::from(packet)]);
+    world.heard(40_000, udp);
+    assert_eq!(world.ids(udp), [stop]);
+}
+
+#[test]
+fn of_two_stops_the_newer_is_kept() {
+    let mut world = World::new();
+    let tcp = world.node(Door::Tcp);
+    world.heard(0, tcp);
+    world.order(500, Order::Stop);
+    let (newer, dispatched) = world.order(10_000, Order::Stop);
+    assert_eq!(dispatched, Dispatched::Waits(vec![Door::Tcp]));
+    let left = world.drain().remove(&tcp).unwrap().pop().unwrap();
+    world.hub.leave(tcp);
+    let again = Telecommand { vessel: BOAT, tag: left.tag.unwrap(), packet: left.packet };
+    world.hub.give_again(at(11_000), again);
+    assert_eq!(world.stage(newer).0, Stage::Waiting);
+    let anew = world.node(Door::Tcp);
+    world.heard(560_000, anew);
+    assert_eq!(world.ids(anew), [newer]);
+}
+
+#[test]
+fn a_start_that_is_refused_ends_nothing_that_was_started_before_it() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    world.heard(0, udp);
+    world.order(1_000, Order::Stop);
+    world.order(2_000, start());
+    let (refused, _) = world.order(3_000, start());
+    world.hub.commands_mut().refused(at(3_500), refused, "no such plan".to_owned());
+    world.drain();
+    world.heard(40_000, udp);
+    assert_eq!(world.ids(udp), []);
+}
+
+#[test]
+fn what_nobody_was_given_has_no_effect() {
+    let mut world = World::new();
+    let udp = world.node(Door::Udp);
+    let (stop, dispatched) = world.order(1_000, Order::Stop);
+    assert_eq!(dispatched, Dispatched::Waits(vec![]));
+    world.says(2_000, udp, Aborted);
+    assert_eq!(world.ids(udp), [stop], "it aborted for another reason, perhaps long ago");
+    assert_eq!(world.stage(stop).0, Stage::Sent);
+}
