@@ -31,8 +31,8 @@ use units::MonoTime;
 
 /// A stop is worth delivering for as long as this.
 pub const STOP_LIFE: Duration = Duration::from_mins(10);
-/// What a way was given of a stop is worth no more than any order: whoever starts anew after the stop must not be stopped
-/// by a copy that comes late. The stop itself is kept here, and given again.
+/// A copy of a stop that was handed to a connection lives as long as any order. A later copy could end what somebody
+/// started after the stop. The stop itself is kept here and given again.
 const COPY_LIFE: Duration = crate::TIME_TO_LIVE;
 /// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
 const WAITING: usize = 20;
@@ -232,7 +232,7 @@ impl Waiting {
     }
 }
 
-/// A way to a vessel that is no link.
+/// A connection to a vessel, other than its link.
 #[derive(Debug, Clone, Copy)]
 struct Way {
     peer: PeerId,

@@ -4,7 +4,7 @@ use imc::PacketView;
 use imc::messages::{self as m, Payload as _};
 
 /// Whether a packet makes a vessel do something: this one definition decides what is never taken for a copy when
-/// somebody says it twice, and what goes to a vessel by one way only. Answers are none, though they have the same id.
+/// somebody says it twice, and what goes to a vessel by one way only. Answers have the same id, but are not commands.
 pub(crate) fn is_command(view: &PacketView<'_>) -> bool {
     match view.id() {
         // The first field is the type; 0 is a request in all three.

@@ -59,8 +59,7 @@ impl PeerQueue {
         off
     }
 
-    /// Puts in a stop, ahead of all that is no stop and in the place of an older one for the same vessel. There is always
-    /// room for it.
+    /// Puts in a stop ahead of everything else. It replaces an older stop for the same vessel. There is always room for it.
     pub fn push_stop(&mut self, stop: Delivery) {
         let vessel = destination(&stop);
         if let Some(older) =
@@ -84,7 +83,7 @@ impl PeerQueue {
         others.into_iter().filter_map(|packet| packet.tag?.id).collect()
     }
 
-    /// Appends packets. A stop goes ahead of all that is no stop.
+    /// Appends packets. Stops go ahead of everything else.
     pub fn push(&mut self, packets: impl IntoIterator<Item = Delivery>) -> Pushed {
         let mut dropped = 0;
         for packet in packets {

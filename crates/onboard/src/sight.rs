@@ -12,8 +12,8 @@ pub(crate) struct Sight {
 }
 
 impl Sight {
-    /// Takes an estimate, or that there is none, once there was one; answers whether the position is known. After a loss
-    /// it is when positions have been measured for so long.
+    /// Takes the latest estimate, `None` when there is none. Returns whether the position is known; after a loss it
+    /// counts as known again when positions have been measured for `recovery`.
     pub(crate) fn see(&mut self, now: MonoTime, estimate: Option<&Estimate>, recovery: Duration) -> bool {
         let is_good = estimate.is_some_and(|estimate| !estimate.is_reckoned() && !estimate.is_heading_old());
         if estimate.is_none() {

@@ -135,8 +135,8 @@ fn relays_in_a_circle_do_not_repeat_a_command_for_ever() {
 }
 
 proptest! {
-    /// However many doors lead to one DUNE, whoever speaks by whichever of them: it gets each order once, and none
-    /// that came from it.
+    /// Several doors lead to one DUNE, and consoles order by any of them. DUNE gets each order once, and none that came
+    /// from it.
     #[test]
     fn an_order_arrives_once(
         doors in prop::collection::vec(0_usize..3, 1..4),

@@ -1,5 +1,5 @@
-//! The program ended under way and begins anew, such as after the computer's watchdog: what was under way is told, and
-//! the vessel does not drift unasked.
+//! The program ended under way and is started again, for example by the computer's watchdog. It tells what was under
+//! way, and the vessel does not drift unasked.
 
 use super::{Desk, Supervise, clock_text};
 use crate::arbiter::Source;

@@ -67,7 +67,7 @@ fn a_remedy_that_a_gap_in_the_positions_prevents_is_carried_out_after_it() {
     assert!(sea.run_until(10.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
     sea.run(2.0);
     assert!(says(&sea, Entity::LostComms, "hold station: in force"), "{:?}", state(&sea, Entity::LostComms));
-    // The hold ends in a failure when the positions are away for too long, and begins anew with them.
+    // Without positions the hold fails after a time. It starts again when there are positions.
     sea.world.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(150.0, |sea| !runs(sea, "hold")));
     sea.world.vessel.faults_mut().gnss_silent = false;
