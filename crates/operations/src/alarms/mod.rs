@@ -1,6 +1,6 @@
 //! Alarms: what is wrong, since when, who knows of it, and when it is told again.
 //!
-//! Once a second [`Alarms::watch`] derives what holds from the fleet's live state (`look`) and gives it to this
+//! Once a second [`Alarms::watch`] derives what holds from the fleet's live state (`derive`) and gives it to this
 //! machine, which has one entry for each vessel, kind and part:
 //!
 //! | state | meaning | leaves it by |
@@ -18,22 +18,21 @@
 //! [`ALARMS_KEPT`] are kept. When there are more, a new one takes the place of one of lower priority, and what has no
 //! place is counted and told by an alarm of its own.
 
+mod derive;
 mod kind;
-mod look;
 mod record;
 #[cfg(test)]
 mod tests;
 
+pub use derive::{LinkClock, ShoreState};
 pub use kind::{Advice, Kind, Priority};
-pub use look::{Contradiction, LinkClock, Outside};
 pub use record::{Alarm, AlarmId, AlarmRefused, Key, Note, Said, Saved, Shelf, State, Trouble};
 
-use crate::Now;
-use crate::fleet::Fleet;
+use hub::Fleet;
 use imc::Address;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
-use units::UtcTime;
+use units::{Now, UtcTime};
 
 /// Alarms that are kept at once, besides those of the server itself.
 pub const ALARMS_KEPT: usize = 1_000;
@@ -58,15 +57,15 @@ pub struct Alarms {
     revision: u64,
     /// Trouble that had no place when it was looked at last.
     untold: usize,
-    look: look::Look,
+    observer: derive::Observer,
     /// Those that gave up their place, as normal, for readers that still know them.
     evicted: VecDeque<Alarm>,
 }
 
 impl Alarms {
     /// Looks at the fleet and at what the server says of itself. To be called once a second.
-    pub fn watch(&mut self, now: Now, fleet: &Fleet, outside: &Outside) {
-        let mut seen = self.look.look(now, fleet, outside);
+    pub fn watch(&mut self, now: Now, fleet: &Fleet, shore: &ShoreState) {
+        let mut seen = self.observer.observe(now, fleet, shore);
         // Of a vessel whose silence stood when the server ended that is told, with its time.
         let stands = |vessel| {
             self.all.iter().any(|(key, one)| {
@@ -261,7 +260,7 @@ impl Alarms {
                 None
             } else if silent.contains(&vessel) {
                 Some(Kind::NotHeard)
-            } else if lost.contains(&vessel) && look::is_of_position(&alarm.key) {
+            } else if lost.contains(&vessel) && derive::is_of_position(&alarm.key) {
                 Some(Kind::Position)
             } else {
                 None

@@ -4,24 +4,23 @@ use super::{
     Answer, Command, CommandId, Commands, Effect, PlanAboard, PlansAboard, REST_SEEN, Stage, VESSELS,
     is_same_value,
 };
-use crate::Now;
 use imc::messages::{
     Aborted, EntityParameter, EntityParameters, LogBookEntry, Payload as _, PlanControl, PlanControlOp,
     PlanControlState, PlanControlStateState, PlanControlType, PlanDB, PlanDBInformation, PlanDBOp,
     PlanDBState, PlanDBType, PlanSpecification,
 };
 use imc::{Address, PacketView};
-use units::UtcTime;
+use units::{Now, UtcTime};
 
 /// Plans of one vessel that single answers may add up to; further ones are known when the vessel tells all of its list,
 /// which fits one packet.
 const PLANS: usize = 1_000;
 
 impl Commands {
-    /// A packet of the present from a vessel.
-    pub fn heard(&mut self, now: Now, view: &PacketView<'_>) {
+    /// Takes what a packet of the present tells of orders and of the vessel.
+    pub(super) fn evidence(&mut self, now: Now, view: &PacketView<'_>) {
         let vessel = view.src();
-        self.told.heard(now, view);
+        self.reports.heard(now, view);
         match view.id() {
             Aborted::ID => self.aborted(now, vessel),
             LogBookEntry::ID => {
@@ -212,9 +211,9 @@ impl Commands {
 
     /// What a vessel does not take it says in its log book only: Lutra's to who asked, DUNE's to all.
     fn entry(&mut self, now: Now, vessel: Address, text: &str) {
-        for id in self.open(vessel, |one| matches!(&one.effect, Effect::Told(_, set) if !set.is_empty())) {
+        for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(_, set) if !set.is_empty())) {
             let Some(command) = self.all.get_mut(&id) else { continue };
-            let Effect::Told(_, set) = &command.effect else { continue };
+            let Effect::Reports(_, set) = &command.effect else { continue };
             let why = |name: &str, value: &str| {
                 let by_lutra = text.strip_prefix(&format!("{name} = {value} is refused: "));
                 let by_dune =
@@ -238,9 +237,9 @@ impl Commands {
         let text = |text: &imc::Text| text.to_str_lossy().into_owned();
         let values: Vec<(String, String)> =
             told.params.of::<EntityParameter>().map(|one| (text(&one.name), text(&one.value))).collect();
-        for id in self.open(vessel, |one| matches!(&one.effect, Effect::Told(of, _) if *of == entity)) {
+        for id in self.open(vessel, |one| matches!(&one.effect, Effect::Reports(of, _) if *of == entity)) {
             let Some(command) = self.all.get_mut(&id) else { continue };
-            let Effect::Told(_, set) = &command.effect else { continue };
+            let Effect::Reports(_, set) = &command.effect else { continue };
             // An answer echoes what was taken, and nothing else; one to a question may still tell what was before.
             let taken = |(name, value): &&(String, String)| {
                 values.iter().any(|(told, now)| told == name && is_same_value(now, value))

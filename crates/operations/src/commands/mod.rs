@@ -1,6 +1,6 @@
 //! What becomes of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
 //!
-//! A vessel's answers are events, not one answer (facts/dune_behaviour.md 6): a start is answered several times
+//! A vessel's answers are events, not one answer (DUNE's plan engine answers each change of state): a start is answered several times
 //! under one request id, and a failure may come minutes later. So answers move a command on while it is open, and
 //! the effect is what telemetry shows: the plan that PlanControlState says is executed, the digest that the plan
 //! database gives. Telemetry that could be from before the order counts only after an answer.
@@ -11,21 +11,21 @@
 //! Commands are kept, [`KEPT`] for each vessel, the oldest finished ones go first.
 
 mod answers;
+mod dispatch;
 mod order;
+mod reports;
 #[cfg(test)]
 mod tests;
-mod told;
 
 pub use order::{GOTO_PLAN, Order, TELEOPERATION_PLAN};
-pub use told::{EntityTold, ParameterTold, PlanTold, Question, Told, is_same_value};
+pub use reports::{EntityReport, ParameterReport, PlanReport, Question, Reports, is_same_value};
 
-use crate::Now;
-use crate::downlink::{Dispatched, STOP_LIFE, Tag, Telecommand, Urgency};
+use hub::{CALLED_OFF, CommandId, STOP_LIFE, TIME_TO_LIVE, Tag, Telecommand, Urgency};
 use imc::{Address, Header, Packet};
 use order::Effect;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Commands kept for each vessel.
 const KEPT: usize = 100;
@@ -35,12 +35,8 @@ const OPEN: usize = 20;
 const ANSWERS_KEPT: usize = 10;
 /// Vessels of which it is kept which plans they store: a peer may speak for any number of addresses.
 const VESSELS: usize = 256;
-/// A packet that is not delivered within this is not delivered at all.
-pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
 /// Most characters of what a stage says.
 const TEXT_CHARS: usize = 500;
-/// Why an order is not sent after a stop.
-pub(crate) const CALLED_OFF: &str = "a stop was ordered before it could be sent";
 /// How long each stage may take. The link gives its own verdict before the first.
 const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
 const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
@@ -51,10 +47,6 @@ const LATE_STATE: Duration = Duration::from_mins(1);
 const REST_SEEN: Duration = Duration::from_secs(2);
 /// What happened to commands and was not fetched yet; the oldest goes first, counted.
 const EVENTS: usize = 10_000;
-
-/// A command's number; grows, also over restarts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct CommandId(pub u64);
 
 /// How far a command is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -254,7 +246,7 @@ pub struct Commands {
     all: BTreeMap<CommandId, Command>,
     /// With the time by which the one that told longest ago is found.
     aboard: BTreeMap<Address, (MonoTime, PlansAboard)>,
-    told: Told,
+    reports: Reports,
     next_request: u16,
     last_id: u64,
     revision: u64,
@@ -271,7 +263,7 @@ impl Commands {
             own,
             all: BTreeMap::new(),
             aboard: BTreeMap::new(),
-            told: Told::new(own),
+            reports: Reports::new(own),
             next_request: 0,
             last_id: 0,
             revision: 0,
@@ -385,67 +377,6 @@ impl Commands {
         }
     }
 
-    /// What became of it when it was given to the doors.
-    pub fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched) {
-        match dispatched {
-            Dispatched::Sent(doors) => self.sent(now, id, &crate::downlink::by(doors)),
-            Dispatched::Waits(doors) => {
-                let text = match &**doors {
-                    [] => "no way leads to the vessel; it is sent as soon as the vessel is heard".to_owned(),
-                    doors => {
-                        let by = crate::downlink::by(doors);
-                        format!(
-                            "sent {by}, where the vessel was not heard lately; again as soon as it is heard"
-                        )
-                    }
-                };
-                self.advance(now, id, Stage::Waiting, text);
-                if let Some(command) = self.all.get_mut(&id).filter(|_| !doors.is_empty()) {
-                    // It did perhaps arrive: what the vessel says from here on may be its effect.
-                    command.sent = Some(now.mono);
-                }
-            }
-            Dispatched::Refused(why) => self.refused(now, id, (*why).to_owned()),
-        }
-    }
-
-    /// It is on its way.
-    pub fn sent(&mut self, now: Now, id: CommandId, by: &str) {
-        self.advance(now, id, Stage::Sent, by.to_owned());
-    }
-
-    /// It is on its way once more, for nothing showed that the vessel has it.
-    pub(crate) fn sent_again(&mut self, now: Now, id: CommandId, by: &str) {
-        if let Some(command) = self.all.get_mut(&id) {
-            // What the vessel says from here on is evidence as after the first time.
-            command.timed_out = None;
-            self.step(now, id, Stage::Sent, format!("again {by}"));
-        }
-    }
-
-    /// Something was started after a stop that waited.
-    pub(crate) fn overtaken(&mut self, now: Now, id: CommandId) {
-        let text = "something was started after it: it is not given again";
-        self.advance(now, id, Stage::TimedOut, text.to_owned());
-    }
-
-    /// Whether nothing shows that the vessel has it.
-    pub(crate) fn is_in_the_dark(&self, id: CommandId) -> bool {
-        let shown =
-            |step: &Step| matches!(step.stage, Stage::Received | Stage::Executing | Stage::EffectSeen);
-        self.all.get(&id).is_some_and(|command| !command.steps.iter().any(shown))
-    }
-
-    /// Whether the vessel did not do it and will not.
-    pub(crate) fn came_to_nothing(&self, id: CommandId) -> bool {
-        self.all.get(&id).is_some_and(|command| matches!(command.stage(), Stage::Refused | Stage::Expired))
-    }
-
-    /// Whether it has the vessel begin something.
-    pub(crate) fn starts(&self, id: CommandId) -> bool {
-        self.all.get(&id).is_some_and(|command| matches!(command.effect, Effect::Runs(_)))
-    }
-
     /// The server does not send it, or the vessel does not take it.
     pub fn refused(&mut self, now: Now, id: CommandId, why: String) {
         self.advance(now, id, Stage::Refused, why);
@@ -475,12 +406,6 @@ impl Commands {
                 self.advance(now, id, Stage::TimedOut, text);
             }
         }
-    }
-
-    /// It found no way as long as it was worth anything.
-    pub(crate) fn expired(&mut self, now: Now, id: CommandId) {
-        let text = "no way led to the vessel in time; it will not get it any more".to_owned();
-        self.advance(now, id, Stage::Expired, text);
     }
 
     /// Time passes: what was to come by now and did not is told. Call it about once a second.
@@ -522,21 +447,22 @@ impl Commands {
     }
 
     /// What vessels tell of themselves.
-    pub fn told(&self) -> &Told {
-        &self.told
+    pub fn reports(&self) -> &Reports {
+        &self.reports
     }
 
     /// What vessels tell of themselves, to ask them.
-    pub fn told_mut(&mut self) -> &mut Told {
-        &mut self.told
+    pub fn reports_mut(&mut self) -> &mut Reports {
+        &mut self.reports
     }
 
     /// What an order to a vessel is about, in words: of parameters what they were and shall be, one by one.
     pub fn subjects(&self, vessel: Address, order: &Order) -> Vec<String> {
         let Order::SetParameters { entity, values } = order else { return vec![order.subject()] };
         let change = |(name, value): &(String, String)| {
-            let before = self.told.parameter(vessel, entity, name).map_or("?", |known| known.value.as_str());
-            format!("{entity}: {name} {} -> {}", told::brief(before), told::brief(value))
+            let before =
+                self.reports.parameter(vessel, entity, name).map_or("?", |known| known.value.as_str());
+            format!("{entity}: {name} {} -> {}", reports::brief(before), reports::brief(value))
         };
         values.iter().map(change).collect()
     }

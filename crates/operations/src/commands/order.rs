@@ -102,7 +102,7 @@ pub(super) enum Effect {
     /// It gives this plan.
     Gave(String),
     /// It tells an entity's parameters, these among them.
-    Told(String, Vec<(String, String)>),
+    Reports(String, Vec<(String, String)>),
     /// Nothing: the vessel does not say.
     Silent,
 }
@@ -273,8 +273,8 @@ impl Order {
             Self::Delete { plan_id } => Effect::Removed(plan_id.clone()),
             Self::List => Effect::Listed,
             Self::Get { plan_id } => Effect::Gave(plan_id.clone()),
-            Self::QueryParameters { entity } => Effect::Told(entity.clone(), Vec::new()),
-            Self::SetParameters { entity, values } => Effect::Told(entity.clone(), values.clone()),
+            Self::QueryParameters { entity } => Effect::Reports(entity.clone(), Vec::new()),
+            Self::SetParameters { entity, values } => Effect::Reports(entity.clone(), values.clone()),
             Self::SaveParameters { .. } => Effect::Silent,
         }
     }

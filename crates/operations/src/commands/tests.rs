@@ -42,7 +42,7 @@ impl Bench {
     fn hears(&mut self, seconds: u64, src: Address, dst: Address, message: impl Into<Message>) {
         let header = Header { src, dst, ..Header::default() };
         let bytes = Packet::new(header, message).encode().unwrap();
-        self.commands.heard(at(seconds), &PacketView::new(&bytes).unwrap());
+        self.commands.evidence(at(seconds), &PacketView::new(&bytes).unwrap());
     }
 
     fn answers(&mut self, seconds: u64, kind: PlanControlType, to: &Message, info: &str) {

@@ -15,11 +15,10 @@
 #[cfg(test)]
 mod tests;
 
-use crate::Now;
 use imc::Address;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// A lease ends by itself so long after its holder's page was last heard.
 pub const LASTS: Duration = Duration::from_mins(1);

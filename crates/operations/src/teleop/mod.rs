@@ -31,9 +31,8 @@
 #[cfg(test)]
 mod tests;
 
-use crate::Now;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// A person's sample that is older interrupts.
 pub const MOST_AGE: Duration = Duration::from_millis(250);

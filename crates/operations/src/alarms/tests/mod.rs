@@ -1,5 +1,5 @@
 use super::*;
-use crate::Door;
+use hub::Door;
 use imc::messages::{self as m, EntityState, EntityStateState, Message, Payload as _, VehicleStateOpMode};
 use imc::{Header, Packet, PacketView};
 use proptest::prelude::*;
@@ -13,14 +13,14 @@ const BOAT: Address = Address(0x2810);
 struct Bench {
     fleet: Fleet,
     alarms: Alarms,
-    outside: Outside,
+    shore: ShoreState,
     s: u64,
 }
 
 impl Bench {
     fn new() -> Self {
         let mut bench =
-            Self { fleet: Fleet::default(), alarms: Alarms::default(), outside: Outside::default(), s: 0 };
+            Self { fleet: Fleet::default(), alarms: Alarms::default(), shore: ShoreState::default(), s: 0 };
         bench.say(0, m::Announce { sys_type: m::SystemType::Usv, ..m::Announce::default() });
         let list = m::EntityList {
             op: m::EntityListOp::Report,
@@ -56,7 +56,7 @@ impl Bench {
         for _ in 0..seconds {
             self.s += 1;
             let now = self.now();
-            self.alarms.watch(now, &self.fleet, &self.outside);
+            self.alarms.watch(now, &self.fleet, &self.shore);
         }
     }
 
@@ -66,7 +66,7 @@ impl Bench {
             self.s += 1;
             self.say(0, m::Heartbeat);
             let now = self.now();
-            self.alarms.watch(now, &self.fleet, &self.outside);
+            self.alarms.watch(now, &self.fleet, &self.shore);
         }
     }
 
@@ -204,7 +204,7 @@ fn what_flaps_is_held_and_short_trouble_is_none() {
 #[test]
 fn shelving_hides_for_a_time_and_never_an_emergency() {
     let mut bench = Bench::new();
-    bench.outside.recording = Some("the disk is full".to_owned());
+    bench.shore.recording = Some("the disk is full".to_owned());
     bench.pass(2);
     let id = bench.only().id;
     let minutes = Duration::from_mins;
@@ -269,18 +269,18 @@ fn a_position_that_stops_while_the_vessel_speaks_is_told_once() {
 #[test]
 fn clocks_errors_in_log_books_and_a_full_disk_are_told() {
     let mut bench = Bench::new();
-    bench.outside.clocks = vec![LinkClock { vessel: BOAT, ahead_s: 0.3, uncertainty_s: 0.25 }];
+    bench.shore.clocks = vec![LinkClock { vessel: BOAT, ahead_s: 0.3, uncertainty_s: 0.25 }];
     bench.pass(30);
     assert!(bench.told().is_empty(), "the measurement's doubt explains it");
-    bench.outside.clocks[0].uncertainty_s = 0.05;
-    bench.outside.disk = Some((500 << 20, 100 << 30));
+    bench.shore.clocks[0].uncertainty_s = 0.05;
+    bench.shore.disk = Some((500 << 20, 100 << 30));
     let entry =
         m::LogBookEntry { r#type: m::LogBookEntryType::Error, text: "broken".into(), ..Default::default() };
     bench.say(5, entry);
     bench.pass(15);
     let kinds: Vec<Kind> = bench.told().into_iter().map(|(kind, ..)| kind).collect();
     assert_eq!(kinds, [Kind::Disk, Kind::Clock, Kind::LogBook]);
-    bench.outside = Outside::default();
+    bench.shore = ShoreState::default();
     bench.pass(90);
     let left = bench.told();
     assert_eq!(left.len(), 2, "the caution went by itself: {left:?}");
@@ -290,7 +290,7 @@ fn clocks_errors_in_log_books_and_a_full_disk_are_told() {
 #[test]
 fn a_vessel_that_sails_by_another_chart_is_a_caution_after_a_minute() {
     let mut bench = Bench::new();
-    bench.outside.charts = vec![(BOAT, "another than ashore: 43 % transferred".to_owned())];
+    bench.shore.charts = vec![(BOAT, "another than ashore: 43 % transferred".to_owned())];
     bench.pass(90);
     assert!(bench.told().is_empty(), "at rest nobody needs to know");
     bench.mode(VehicleStateOpMode::Maneuver, 450);
@@ -299,7 +299,7 @@ fn a_vessel_that_sails_by_another_chart_is_a_caution_after_a_minute() {
     bench.pass(4);
     assert!(matches!(bench.told()[..], [(Kind::Chart, _, Priority::Caution)]), "{:?}", bench.told());
     assert!(bench.only().text.contains("43 %"), "{}", bench.only().text);
-    bench.outside.charts.clear();
+    bench.shore.charts.clear();
     bench.pass(10);
     assert!(bench.told().is_empty(), "it goes by itself");
 }
@@ -346,7 +346,7 @@ fn when_all_places_are_taken_the_urgent_get_one_and_the_rest_is_counted() {
     assert_eq!(alarms.standing().count(), ALARMS_KEPT);
     assert!(alarms.standing().any(|alarm| alarm.priority == Priority::Alarm));
     assert_eq!(alarms.untold, 11);
-    alarms.watch(at(10), &Fleet::default(), &Outside::default());
+    alarms.watch(at(10), &Fleet::default(), &ShoreState::default());
     assert!(alarms.standing().any(|alarm| alarm.key.kind == Kind::TooMany));
 }
 
@@ -406,7 +406,7 @@ proptest! {
 fn a_vessel_that_is_expected_and_never_came_in_is_told_until_it_comes_or_is_not_expected() {
     let mut bench = Bench::new();
     let absent = Address(0x2811);
-    bench.outside.expected = vec![BOAT, absent];
+    bench.shore.expected = vec![BOAT, absent];
     bench.pass(60);
     assert_eq!(bench.told(), [], "it may be on its way");
     bench.pass(1);
@@ -430,10 +430,10 @@ fn a_vessel_that_is_expected_and_never_came_in_is_told_until_it_comes_or_is_not_
     assert_eq!(bench.told(), []);
 
     let retired = Address(0x2812);
-    bench.outside.expected = vec![retired];
+    bench.shore.expected = vec![retired];
     bench.pass(61);
     assert_eq!(bench.only().key.vessel, Some(retired));
-    bench.outside.expected.clear();
+    bench.shore.expected.clear();
     bench.pass(6);
     assert_eq!(bench.told(), [], "whose token is revoked is laid up");
 }
@@ -446,7 +446,7 @@ fn a_silence_that_stood_before_the_start_is_not_told_twice() {
     assert_eq!(bench.only().key.kind, Kind::NotHeard);
     // The server starts anew.
     bench.fleet = Fleet::default();
-    bench.outside.expected = vec![BOAT];
+    bench.shore.expected = vec![BOAT];
     bench.silence(61);
     assert_eq!(bench.only().key.kind, Kind::NotHeard);
 }

@@ -1,16 +1,17 @@
 //! The one way down: which way orders take, what waits, what a stop calls off.
 
 use hub::{
-    Asked, CommandId, Delivery, Dispatched, Door, Hub, Incoming, Now, Order, Peer, PeerId, Role, Settings,
-    Sources, Stage, Tag, Telecommand, Urgency,
+    CommandId, Delivery, Dispatched, Door, Hub, Incoming, OrderLog as _, Peer, PeerId, Role, Settings,
+    Sources, Tag, Telecommand, Urgency,
 };
 use imc::messages::{
     Aborted, Message, PlanControl, PlanControlOp, PlanControlState, PlanControlStateState, PlanControlType,
     Voltage,
 };
 use imc::{Address, Header, Packet};
+use operations::{Asked, Commands, Order, Receipt, Stage};
 use std::collections::BTreeMap;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 const BOAT: Address = Address(0x2810);
 
@@ -20,12 +21,13 @@ fn at(millis: u64) -> Now {
 }
 
 struct World {
-    hub: Hub,
+    hub: Hub<Commands>,
 }
 
 impl World {
     fn new() -> Self {
-        Self { hub: Hub::new(Settings { address: Address(0x4F00), name: "shore".into(), active: false }) }
+        let settings = Settings { address: Address(0x4F00), name: "shore".into(), active: false };
+        Self { hub: Hub::new(settings, Commands::new(Address(0x4F00))) }
     }
 
     /// The peer of the vessel's link, which does not stand yet.
@@ -53,11 +55,17 @@ impl World {
 
     fn order(&mut self, millis: u64, order: Order) -> (CommandId, Dispatched) {
         let by = Asked { name: "anna".to_owned(), ..Asked::default() };
-        let id = self.hub.commands_mut().begin(at(millis), BOAT, &by, 7, order).unwrap();
-        let telecommand = self.hub.commands_mut().accepted(at(millis), id, None).unwrap();
+        let id = self.hub.orders_mut().begin(at(millis), BOAT, &by, 7, order).unwrap();
+        let telecommand = self.hub.orders_mut().accepted(at(millis), id, None).unwrap();
         let dispatched = self.hub.dispatch(at(millis), telecommand);
-        self.hub.commands_mut().dispatched(at(millis), id, &dispatched);
+        self.hub.orders_mut().dispatched(at(millis), id, &dispatched);
         (id, dispatched)
+    }
+
+    /// Time passes, as for the shore.
+    fn tick(&mut self, now: Now) {
+        self.hub.tick(now);
+        self.hub.orders_mut().tick(now);
     }
 
     /// The orders that wait for each peer, by their commands.
@@ -78,7 +86,7 @@ impl World {
     }
 
     fn stage(&self, id: CommandId) -> (Stage, String) {
-        let command = self.hub.commands().get(id).unwrap();
+        let command = self.hub.orders().get(id).unwrap();
         (command.stage(), command.steps.last().unwrap().text.clone())
     }
 }
@@ -134,7 +142,7 @@ fn a_stop_waits_for_its_vessel_and_goes_out_first_when_it_is_heard() {
     assert_eq!(world.stage(early), (Stage::Refused, "a stop was ordered before it could be sent".to_owned()));
     let (late, _) = world.order(300_000, start());
     for second in 1..=305 {
-        world.hub.tick(at(second * 1_000));
+        world.tick(at(second * 1_000));
     }
     assert_eq!(world.stage(stop).0, Stage::Waiting, "for minutes");
     world.hub.link_stands(at(306_000), link, true);
@@ -155,11 +163,11 @@ fn a_stop_that_nobody_was_there_to_hear_expires_and_any_other_order_sooner() {
     assert_eq!((dispatched, world.stage(command).0), (Dispatched::Waits(vec![]), Stage::Refused));
     let (command, _) = world.order(2, start());
     for second in 1..=12 {
-        world.hub.tick(at(second * 1_000));
+        world.tick(at(second * 1_000));
     }
     assert_eq!(world.stage(command).0, Stage::Expired);
     assert_eq!(world.stage(other).0, Stage::Waiting);
-    world.hub.tick(at(601_000));
+    world.tick(at(601_000));
     assert_eq!(world.stage(other).0, Stage::Expired);
 }
 
@@ -215,7 +223,7 @@ fn the_effect_of_a_stop_is_what_the_vessel_says() {
     }
     assert_eq!(world.order(7_000, Order::Stop).1, Dispatched::Sent(vec![Door::Udp]));
     for second in 7..=40 {
-        world.hub.tick(at(second * 1_000));
+        world.tick(at(second * 1_000));
     }
     assert_eq!(world.stage(stop).0, Stage::TimedOut);
     world.says(41_000, udp, Aborted);
@@ -230,11 +238,11 @@ fn how_far_commands_get_is_told_once_for_the_audit_log() {
     world.order(1_000, Order::Stop);
     world.order(1_000, Order::List);
     world.says(1_200, udp, Aborted);
-    let (events, forgotten) = world.hub.commands_mut().drain();
+    let (events, forgotten) = world.hub.orders_mut().drain();
     let told: Vec<(&str, &str)> = events.iter().map(|one| (one.verb, one.step.stage.name())).collect();
     let stages = ["sent", "received", "executing", "effect seen"];
     assert_eq!((told, forgotten), (stages.map(|stage| ("vessel.abort", stage)).to_vec(), 0));
-    assert!(world.hub.commands_mut().drain().0.is_empty());
+    assert!(world.hub.orders_mut().drain().0.is_empty());
     assert_eq!(events[0].by.name, "anna");
 }
 
@@ -245,12 +253,12 @@ fn a_start_that_is_still_being_written_down_is_not_sent_after_a_stop() {
     world.heard(0, udp);
     let by = Asked { name: "anna".to_owned(), ..Asked::default() };
     let begin =
-        |world: &mut World, order| world.hub.commands_mut().begin(at(100), BOAT, &by, 7, order).unwrap();
+        |world: &mut World, order| world.hub.orders_mut().begin(at(100), BOAT, &by, 7, order).unwrap();
     let id = begin(&mut world, start());
-    assert_eq!(world.hub.commands().stops(BOAT), 0);
+    assert_eq!(world.hub.orders().stops(BOAT), 0);
     world.order(200, Order::Stop);
-    assert_eq!(world.hub.commands().stops(BOAT), 1, "who prepares an order sees that a stop came in between");
-    assert_eq!(world.hub.commands_mut().accepted(at(300), id, None), None);
+    assert_eq!(world.hub.orders().stops(BOAT), 1, "who prepares an order sees that a stop came in between");
+    assert_eq!(world.hub.orders_mut().accepted(at(300), id, None), None);
     assert_eq!(world.stage(id), (Stage::Refused, "a stop was ordered before it could be sent".to_owned()));
     // What is ordered after the stop goes out.
     let (later, _) = world.order(400, start());
@@ -296,7 +304,7 @@ fn that_the_link_did_not_bring_a_stop_is_not_its_end_where_another_way_did() {
     world.heard(0, udp);
     world.hub.link_stands(at(0), link, true);
     let (stop, _) = world.order(1_000, Order::Stop);
-    world.hub.commands_mut().receipt(at(11_000), stop, hub::Receipt::Expired);
+    world.hub.orders_mut().receipt(at(11_000), stop, Receipt::Expired);
     assert_eq!(world.stage(stop).0, Stage::TimedOut);
     world.says(12_000, udp, Aborted);
     assert_eq!(world.stage(stop).0, Stage::EffectSeen);
@@ -311,7 +319,7 @@ fn a_stop_that_was_sent_is_given_again_until_the_vessel_shows_that_it_has_it() {
     let (stop, dispatched) = world.order(1_000, Order::Stop);
     assert_eq!((dispatched, world.ids(udp)), (Dispatched::Sent(vec![Door::Udp]), vec![stop]));
     for second in 2..=70 {
-        world.hub.tick(at(second * 1_000));
+        world.tick(at(second * 1_000));
     }
     assert_eq!(world.stage(stop).0, Stage::TimedOut);
     world.heard(90_000, udp);
@@ -332,7 +340,7 @@ fn a_stop_that_nobody_confirms_ends_with_its_life() {
     world.heard(0, udp);
     let (stop, _) = world.order(1_000, Order::Stop);
     assert_eq!(world.ids(udp), [stop]);
-    world.hub.tick(at(601_500));
+    world.tick(at(601_500));
     world.heard(602_000, udp);
     assert_eq!(world.ids(udp), []);
 }
@@ -361,11 +369,11 @@ fn a_stop_by_link_and_radio_outlives_both() {
     world.hub.link_stands(at(0), link, true);
     let (stop, _) = world.order(1_000, Order::Stop);
     world.drain();
-    world.hub.commands_mut().receipt(at(14_000), stop, hub::Receipt::Unanswered);
+    world.hub.orders_mut().receipt(at(14_000), stop, Receipt::Unanswered);
     world.hub.link_stands(at(15_000), link, false);
     world.hub.link_stands(at(100_000), link, true);
     assert_eq!(world.ids(link), [stop]);
-    world.hub.commands_mut().receipt(at(100_100), stop, hub::Receipt::Received);
+    world.hub.orders_mut().receipt(at(100_100), stop, Receipt::Received);
     world.hub.link_stands(at(110_000), link, false);
     world.hub.link_stands(at(120_000), link, true);
     assert_eq!(world.ids(link), [], "it has it");
@@ -382,7 +390,7 @@ fn what_is_started_after_a_stop_is_not_ended_by_it() {
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), []);
     // A start that the vessel does not take is none.
-    world.hub.commands_mut().refused(at(41_000), begin, "no such plan".to_owned());
+    world.hub.orders_mut().refused(at(41_000), begin, "no such plan".to_owned());
     world.heard(80_000, udp);
     assert_eq!(world.ids(udp), [stop]);
     // By another console as well.
@@ -456,7 +464,7 @@ fn a_vessel_that_is_heard_and_shows_nothing_is_given_the_stop_again_and_more_and
     world.drain();
     let mut given = Vec::new();
     for second in 1..=600 {
-        world.hub.tick(at(second * 1_000));
+        world.tick(at(second * 1_000));
         world.heard(second * 1_000, udp);
         if !world.ids(udp).is_empty() {
             given.push(second);
@@ -508,11 +516,11 @@ fn of_the_last_stop_it_stays_known_whether_it_arrived() {
     let (stop, _) = world.order(500, Order::Stop);
     world.drain();
     for second in 1..=20 {
-        world.hub.tick(at(second * 1_000));
+        world.tick(at(second * 1_000));
     }
     for number in 0..300 {
         let (question, _) = world.order(21_000 + number, Order::List);
-        world.hub.commands_mut().refused(at(21_000 + number), question, "no".to_owned());
+        world.hub.orders_mut().refused(at(21_000 + number), question, "no".to_owned());
     }
     world.drain();
     world.heard(30_000, udp);
@@ -576,7 +584,7 @@ fn a_start_that_is_refused_ends_nothing_that_was_started_before_it() {
     world.order(1_000, Order::Stop);
     world.order(2_000, start());
     let (refused, _) = world.order(3_000, start());
-    world.hub.commands_mut().refused(at(3_500), refused, "no such plan".to_owned());
+    world.hub.orders_mut().refused(at(3_500), refused, "no such plan".to_owned());
     world.drain();
     world.heard(40_000, udp);
     assert_eq!(world.ids(udp), []);

@@ -3,7 +3,6 @@
 //! Asking commands nothing, so it takes no lease. The same question goes out once in [`AGAIN`], however many people
 //! look. What is kept is bounded by bytes; the vessel that told last stays.
 
-use crate::Now;
 use bytes::Bytes;
 use imc::entities::SAVED_SUFFIX;
 use imc::messages::{
@@ -14,7 +13,7 @@ use imc::{Address, Header, Packet, PacketView};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// The same question is not asked again within this time: its answer may be on the way.
 const AGAIN: Duration = Duration::from_secs(2);
@@ -47,7 +46,7 @@ pub enum Question {
 
 /// A parameter as a vessel told it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ParameterTold {
+pub struct ParameterReport {
     /// Its value.
     pub value: String,
     /// What the next start will have; `None` where the vessel does not tell that.
@@ -60,9 +59,9 @@ pub struct ParameterTold {
 
 /// The parameters of an entity.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct EntityTold {
+pub struct EntityReport {
     /// By name.
-    pub parameters: BTreeMap<String, ParameterTold>,
+    pub parameters: BTreeMap<String, ParameterReport>,
     /// How many more the vessel told than are kept.
     pub left_out: usize,
     /// When it told last.
@@ -71,7 +70,7 @@ pub struct EntityTold {
     asked: Option<UtcTime>,
 }
 
-impl EntityTold {
+impl EntityReport {
     /// Takes names and values that were told.
     pub fn take<'a>(&mut self, told: impl Iterator<Item = (Cow<'a, str>, Cow<'a, str>)>, at: UtcTime) {
         (self.at, self.left_out) = (Some(at), 0);
@@ -85,7 +84,7 @@ impl EntityTold {
             if let Some(known) = self.parameters.get_mut(&name) {
                 (known.value, known.cut, known.at) = (value, cut, at);
             } else if self.parameters.len() < PARAMETERS {
-                self.parameters.insert(name, ParameterTold { value, saved: None, cut, at });
+                self.parameters.insert(name, ParameterReport { value, saved: None, cut, at });
             } else {
                 self.left_out += 1;
             }
@@ -100,7 +99,7 @@ impl EntityTold {
 
 /// A plan as a vessel told it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlanTold {
+pub struct PlanReport {
     /// All of it.
     pub plan: PlanSpecification,
     /// When it was told.
@@ -110,15 +109,15 @@ pub struct PlanTold {
 
 #[derive(Debug, Default)]
 struct OfVessel {
-    entities: BTreeMap<String, EntityTold>,
-    plans: BTreeMap<String, PlanTold>,
+    entities: BTreeMap<String, EntityReport>,
+    plans: BTreeMap<String, PlanReport>,
     asked: BTreeMap<Question, MonoTime>,
     last: MonoTime,
 }
 
 impl OfVessel {
     fn bytes(&self) -> usize {
-        let of_one = |(name, one): (&String, &ParameterTold)| {
+        let of_one = |(name, one): (&String, &ParameterReport)| {
             128 + name.len() + one.value.len() + one.saved.as_ref().map_or(0, String::len)
         };
         let entities = self.entities.values().flat_map(|entity| entity.parameters.iter()).map(of_one);
@@ -128,12 +127,12 @@ impl OfVessel {
 
 /// What all vessels told.
 #[derive(Debug)]
-pub struct Told {
+pub struct Reports {
     own: Address,
     vessels: BTreeMap<Address, OfVessel>,
 }
 
-impl Told {
+impl Reports {
     pub(super) fn new(own: Address) -> Self {
         Self { own, vessels: BTreeMap::new() }
     }
@@ -199,18 +198,18 @@ impl Told {
     }
 
     /// The entities of which a vessel told parameters, by label.
-    pub fn entities(&self, vessel: Address) -> impl Iterator<Item = (&str, &EntityTold)> {
+    pub fn entities(&self, vessel: Address) -> impl Iterator<Item = (&str, &EntityReport)> {
         let of = self.vessels.get(&vessel);
         of.into_iter().flat_map(|of| of.entities.iter().map(|(label, entity)| (label.as_str(), entity)))
     }
 
     /// A parameter as it was told last.
-    pub fn parameter(&self, vessel: Address, entity: &str, name: &str) -> Option<&ParameterTold> {
+    pub fn parameter(&self, vessel: Address, entity: &str, name: &str) -> Option<&ParameterReport> {
         self.vessels.get(&vessel)?.entities.get(entity)?.parameters.get(name)
     }
 
     /// A plan as the vessel told it last.
-    pub fn plan(&self, vessel: Address, plan_id: &str) -> Option<&PlanTold> {
+    pub fn plan(&self, vessel: Address, plan_id: &str) -> Option<&PlanReport> {
         self.vessels.get(&vessel)?.plans.get(plan_id)
     }
 
@@ -240,7 +239,7 @@ impl Told {
         let of = self.vessels.entry(view.src()).or_default();
         of.last = now.mono;
         let plan_id = plan.plan_id.to_str_lossy().into_owned();
-        of.plans.insert(plan_id, PlanTold { plan, at: now.utc, bytes: view.bytes().len() });
+        of.plans.insert(plan_id, PlanReport { plan, at: now.utc, bytes: view.bytes().len() });
         while of.plans.len() > PLANS {
             let oldest = of.plans.iter().min_by_key(|(_, plan)| plan.at).map(|(id, _)| id.clone());
             oldest.and_then(|id| of.plans.remove(&id));
@@ -324,7 +323,7 @@ mod tests {
         Now { mono: MonoTime::from_micros(us), utc: UtcTime::from_micros(us as i64) }
     }
 
-    fn says(told: &mut Told, seconds: u64, src: Address, message: impl Into<Message>) {
+    fn says(told: &mut Reports, seconds: u64, src: Address, message: impl Into<Message>) {
         let bytes = Packet::new(Header { src, dst: SHORE, ..Header::default() }, message).encode().unwrap();
         told.heard(at(seconds), &PacketView::new(&bytes).unwrap());
     }
@@ -335,14 +334,14 @@ mod tests {
         EntityParameters { name: "Path Control".into(), params: values.iter().map(one).collect() }
     }
 
-    fn known(told: &Told) -> Vec<(&str, &str, Option<&str>)> {
+    fn known(told: &Reports) -> Vec<(&str, &str, Option<&str>)> {
         let of = told.entities(BOAT).flat_map(|(_, entity)| &entity.parameters);
         of.map(|(name, one)| (name.as_str(), one.value.as_str(), one.saved.as_deref())).collect()
     }
 
     #[test]
     fn an_echo_adds_to_what_is_known_and_an_answer_replaces_it() {
-        let mut told = Told::new(SHORE);
+        let mut told = Reports::new(SHORE);
         says(&mut told, 1, BOAT, parameters(&[("A", "1"), ("B", "2"), ("A - Saved", "0")]));
         says(&mut told, 2, BOAT, parameters(&[("B", "3")]));
         assert_eq!(known(&told), [("A", "1", Some("0")), ("B", "3", None)]);
@@ -356,7 +355,7 @@ mod tests {
 
     #[test]
     fn plans_are_what_vessels_say_and_not_what_consoles_do() {
-        let mut told = Told::new(SHORE);
+        let mut told = Reports::new(SHORE);
         let plan = |id: usize| PlanSpecification { plan_id: format!("p{id}").into(), ..Default::default() };
         says(&mut told, 0, Address(0x4002), plan(0));
         assert_eq!(told.plan(Address(0x4002), "p0"), None);
@@ -368,7 +367,7 @@ mod tests {
 
     #[test]
     fn a_vessel_that_tells_without_end_is_kept_within_bounds() {
-        let mut told = Told::new(SHORE);
+        let mut told = Reports::new(SHORE);
         let long = "x".repeat(30_000);
         let names: Vec<String> = (0..2_000).map(|number| format!("{number}")).collect();
         let all: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), "1")).collect();

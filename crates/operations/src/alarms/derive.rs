@@ -4,8 +4,7 @@
 //! silence and nothing else. Of a vessel that is silent nothing else is said at all.
 
 use super::{Key, Kind, Priority, Trouble};
-use crate::fleet::{Fleet, Liveness, Series, SeriesKey, System};
-use crate::{Door, Now};
+use hub::{Contradiction, Door, Fleet, Liveness, Series, SeriesKey, System};
 use imc::messages::{
     Abort, EntityState, EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Payload,
     SystemType, TBRSensor, Teleoperation, VehicleState, VehicleStateOpMode,
@@ -13,7 +12,7 @@ use imc::messages::{
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Charge below which an operator is warned and alarmed (%), as the vessels' own monitor has it by default.
 const BATTERY_WARNING: f32 = 30.0;
@@ -49,20 +48,9 @@ pub struct LinkClock {
     pub uncertainty_s: f64,
 }
 
-/// Somebody else speaks in the name of a vessel that has a link, and is not believed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Contradiction {
-    /// The vessel.
-    pub vessel: Address,
-    /// Where the other came in.
-    pub door: Door,
-    /// What the other is called there: its address above all.
-    pub peer: String,
-}
-
 /// What the server says of itself.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Outside {
+pub struct ShoreState {
     /// The clocks of vessels whose link is up.
     pub clocks: Vec<LinkClock>,
     /// Vessels that are expected to come in by their link.
@@ -81,13 +69,13 @@ pub struct Outside {
 
 /// What was seen.
 #[derive(Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct Observed {
     pub(super) troubles: Vec<Trouble>,
     heard: BTreeSet<Address>,
     silent: BTreeSet<Address>,
 }
 
-impl Seen {
+impl Observed {
     /// Whether nobody can say at the moment if this holds.
     pub(super) fn unknown(&self, key: &Key) -> bool {
         key.vessel.is_some_and(|vessel| match key.kind {
@@ -106,24 +94,24 @@ pub(super) fn is_of_position(key: &Key) -> bool {
         && ["gps", "compass", "navigation", "path control"].iter().any(|word| part.contains(word))
 }
 
-/// What must be remembered between two looks.
+/// What must be remembered between two observations.
 #[derive(Debug, Default)]
-pub(super) struct Look {
+pub(super) struct Observer {
     /// Events up to here were read.
     events: u64,
     /// When each vessel was last told to abort.
     aborts: BTreeMap<Address, MonoTime>,
     /// Errors in log books, by vessel and part.
     entries: BTreeMap<(Address, String), (MonoTime, Priority, String)>,
-    /// What was beyond its threshold at the last look.
+    /// What was beyond its threshold when it was observed last.
     beyond: BTreeMap<(Address, Kind), Priority>,
     /// When it was looked first.
     began: Option<UtcTime>,
 }
 
-impl Look {
-    pub(super) fn look(&mut self, now: Now, fleet: &Fleet, outside: &Outside) -> Seen {
-        let mut seen = Seen::default();
+impl Observer {
+    pub(super) fn observe(&mut self, now: Now, fleet: &Fleet, shore: &ShoreState) -> Observed {
+        let mut seen = Observed::default();
         self.read_log_books(now, fleet);
         for system in fleet.systems().filter(|system| is_vessel(system)) {
             if system.liveness(now.mono) == Liveness::Lost {
@@ -131,20 +119,20 @@ impl Look {
                 seen.troubles.push(not_heard(system));
             } else {
                 seen.heard.insert(system.address());
-                let of_vessel = self.of_vessel(now, system, outside);
+                let of_vessel = self.of_vessel(now, system, shore);
                 seen.troubles.extend(of_vessel);
             }
         }
         self.beyond.retain(|(vessel, _), _| fleet.system(*vessel).is_some());
         let began = *self.began.get_or_insert(now.utc);
-        let never = outside.expected.iter().filter(|vessel| !came_in(fleet, **vessel));
+        let never = shore.expected.iter().filter(|vessel| !came_in(fleet, **vessel));
         seen.troubles.extend(never.map(|vessel| never_heard(*vessel, began)));
-        seen.troubles.extend(outside.contradictions.iter().map(other_source));
-        seen.troubles.extend(of_server(outside));
+        seen.troubles.extend(shore.contradictions.iter().map(other_source));
+        seen.troubles.extend(of_server(shore));
         seen
     }
 
-    fn of_vessel(&mut self, now: Now, system: &System, outside: &Outside) -> Vec<Trouble> {
+    fn of_vessel(&mut self, now: Now, system: &System, shore: &ShoreState) -> Vec<Trouble> {
         let vessel = system.address();
         let mut parts = Parts::default();
         for (label, state) in states(now, system) {
@@ -155,12 +143,12 @@ impl Look {
         }
         let mut all = parts.troubles(vessel, Work::of(system));
         all.extend(self.battery(system, parts.battery));
-        all.extend(self.clock(vessel, parts.clock, outside));
+        all.extend(self.clock(vessel, parts.clock, shore));
         if let Some(text) = parts.hydrophone.or_else(|| silent_hydrophone(now, system)) {
             all.push(trouble(vessel, Kind::Hydrophone, "", Priority::Warning, text));
         }
         if Work::of(system) != Work::Rest {
-            let other = outside.charts.iter().find(|(of, _)| *of == vessel);
+            let other = shore.charts.iter().find(|(of, _)| *of == vessel);
             all.extend(other.map(|(_, text)| {
                 trouble(vessel, Kind::Chart, "", Priority::Caution, format!("sea chart: {text}"))
             }));
@@ -237,9 +225,9 @@ impl Look {
         Some(trouble(vessel, Kind::Battery, "", priority, text))
     }
 
-    fn clock(&mut self, vessel: Address, told: Option<String>, outside: &Outside) -> Option<Trouble> {
+    fn clock(&mut self, vessel: Address, told: Option<String>, shore: &ShoreState) -> Option<Trouble> {
         let key = (vessel, Kind::Clock);
-        let off = outside.clocks.iter().find(|clock| clock.vessel == vessel).filter(|clock| {
+        let off = shore.clocks.iter().find(|clock| clock.vessel == vessel).filter(|clock| {
             let part = if self.beyond.contains_key(&key) { CLOCK_HYSTERESIS } else { 1.0 };
             // Only what the measurement's own doubt cannot explain.
             clock.ahead_s.abs() - clock.uncertainty_s > CLOCK_OFFSET_S * part
@@ -408,19 +396,19 @@ fn not_heard(system: &System) -> Trouble {
     trouble(system.address(), Kind::NotHeard, "", priority, text)
 }
 
-fn of_server(outside: &Outside) -> Vec<Trouble> {
+fn of_server(shore: &ShoreState) -> Vec<Trouble> {
     let mut all = Vec::new();
     let mut push = |kind, priority, text: String| {
         let key = Key { vessel: None, kind, part: String::new() };
         all.push(Trouble { key, priority, text });
     };
-    if let Some(text) = &outside.recording {
+    if let Some(text) = &shore.recording {
         push(Kind::Recording, Priority::Alarm, text.clone());
     }
-    if let Some(text) = &outside.history {
+    if let Some(text) = &shore.history {
         push(Kind::History, Priority::Warning, text.clone());
     }
-    if let Some((free, whole)) = outside.disk {
+    if let Some((free, whole)) = shore.disk {
         let low = free < DISK_CAUTION.0 && (free as f64) < whole as f64 * DISK_CAUTION.1;
         let text = format!("{:.1} GiB are free on the server's disk", free as f64 / (1_u64 << 30) as f64);
         if free < DISK_WARNING {
