@@ -4,7 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use units::UtcTime;
 
 /// The time, UTC.
-pub(crate) fn now() -> UtcTime {
+pub fn now() -> UtcTime {
     let us = match SystemTime::now().duration_since(UNIX_EPOCH) {
         Ok(since) => i64::try_from(since.as_micros()).unwrap_or(i64::MAX),
         Err(before) => -i64::try_from(before.duration().as_micros()).unwrap_or(i64::MAX),
@@ -13,7 +13,7 @@ pub(crate) fn now() -> UtcTime {
 }
 
 /// As `2026-03-01 12:34:56Z`.
-pub(crate) fn written(time: UtcTime) -> String {
+pub fn written(time: UtcTime) -> String {
     let at = time.civil();
     format!("{:04}-{:02}-{:02} {:02}:{:02}:{:02}Z", at.year, at.month, at.day, at.hour, at.minute, at.second)
 }

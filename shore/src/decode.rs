@@ -9,14 +9,14 @@ use serde_json::{Map, Value as Json, json};
 use units::UtcTime;
 
 /// The latest of a series.
-pub(super) fn series(key: SeriesKey, series: &Series) -> Option<Update> {
+pub(crate) fn series(key: SeriesKey, series: &Series) -> Option<Update> {
     let period_s = series.period_s().map(f64::from);
     let update = packet(series.packet(), key.instance, series.received(), period_s)?;
     Some(Update { count: series.count(), ..update })
 }
 
 /// One packet. `None` for bytes that are none, which nobody keeps.
-pub(super) fn packet(
+pub(crate) fn packet(
     bytes: &[u8],
     instance: Option<u8>,
     received: UtcTime,
@@ -38,7 +38,7 @@ pub(super) fn packet(
 }
 
 /// A message's abbreviation, or its number where the catalogue has none.
-pub(super) fn abbrev(id: u16) -> String {
+pub(crate) fn abbrev(id: u16) -> String {
     catalogue::by_id(id).map_or_else(|| id.to_string(), |desc| desc.abbrev.to_owned())
 }
 

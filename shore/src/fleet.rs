@@ -1,17 +1,19 @@
 //! The fleet as it is now, in the words of the API.
 
-use super::{Changes, Wanted, alarms, control, decode};
-use crate::relay::Relay;
+use crate::commands::view;
+use crate::router::Router;
+use crate::{Changes, Wanted, alarms, decode};
 use api::{Fix, Liveness};
-use hub::{EntityTold, Hub, Now, Question, SeriesKey, System};
+use hub::{SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
 use mission::guard::GuardLimits;
 use onboard::{Entity, Settings};
+use operations::{EntityReport, Operations, Question};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use tokio::sync::watch;
-use units::LatLon;
+use units::{LatLon, Now};
 
 /// Series handed over at once; a client that wants more gets the rest with its next frame.
 const AT_ONCE: usize = 20_000;
@@ -24,84 +26,88 @@ const LIMITS_AGE_US: i64 = 300_000_000;
 
 /// The way to the fleet's state; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct Fleet {
-    relay: Relay,
+pub struct Fleet {
+    router: Router,
 }
 
 impl Fleet {
     /// By the task that owns the state.
-    pub(crate) fn new(relay: Relay) -> Self {
-        Self { relay }
+    pub fn new(router: Router) -> Self {
+        Self { router }
     }
 
     /// All systems that `wanted` admits; `None` when the owner is gone.
-    pub(crate) async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<api::System>> {
-        self.relay.look(move |hub, now| systems(hub.fleet(), now, &wanted)).await.ok()
+    pub async fn systems(&self, wanted: Arc<Wanted>) -> Option<Vec<api::System>> {
+        self.router.ask(move |operations, now| systems(operations.fleet(), now, &wanted)).await.ok()
     }
 
     /// Where a vessel said last to be, however long ago.
-    pub(crate) async fn place(&self, vessel: Address) -> Option<LatLon> {
-        let look = move |hub: &mut Hub, _| hub.fleet().system(vessel).and_then(fix);
-        let fix = self.relay.look(look).await.ok()??;
+    pub async fn place(&self, vessel: Address) -> Option<LatLon> {
+        let ask = move |operations: &mut Operations, _| operations.fleet().system(vessel).and_then(fix);
+        let fix = self.router.ask(ask).await.ok()??;
         LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
     }
 
     /// Where a vessel that is heard now is.
-    pub(crate) async fn place_now(&self, vessel: Address) -> Option<LatLon> {
-        let look = move |hub: &mut Hub, now: Now| {
+    pub async fn place_now(&self, vessel: Address) -> Option<LatLon> {
+        let ask = move |operations: &mut Operations, now: Now| {
             let live = |system: &&System| system.liveness(now.mono) == hub::Liveness::Live;
-            hub.fleet().system(vessel).filter(live).and_then(fix)
+            operations.fleet().system(vessel).filter(live).and_then(fix)
         };
-        let fix = self.relay.look(look).await.ok()??;
+        let fix = self.router.ask(ask).await.ok()??;
         LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()
     }
 
     /// What the vessel's own guard goes by, as it told its parameters; `base` stands for what it did not tell. `None`
     /// where it told no depths that it keeps to, as vessels of other programs. It is asked where that is long ago.
-    pub(crate) async fn guard_limits(&self, vessel: Address, base: &GuardLimits) -> Option<GuardLimits> {
-        let look = move |hub: &mut Hub, now: Now| {
-            ask_limits(hub, now, vessel);
-            let told = hub.commands().told();
+    pub async fn guard_limits(&self, vessel: Address, base: &GuardLimits) -> Option<GuardLimits> {
+        let ask = move |operations: &mut Operations, now: Now| {
+            ask_limits(operations, now, vessel);
+            let reports = operations.commands().reports();
             GUARD_PARTS.map(|part| {
-                let of = told.entities(vessel).find(|(entity, _)| *entity == part.label_and_task().0);
+                let of = reports.entities(vessel).find(|(entity, _)| *entity == part.label_and_task().0);
                 of.map(|(_, told)| told.clone()).unwrap_or_default()
             })
         };
-        guard_limits(vessel, &self.relay.look(look).await.ok()?, base)
+        guard_limits(vessel, &self.router.ask(ask).await.ok()?, base)
     }
 
     /// What changed after `since`, how the systems are if `described`, and of who
     /// commands, of commands and of alarms after `control`; `None` when the owner is gone.
-    pub(crate) async fn changes(
+    pub async fn changes(
         &self,
         since: u64,
         control: (u64, u64, u64),
         wanted: Arc<Wanted>,
         described: bool,
     ) -> Option<Changes> {
-        let take = move |hub: &mut Hub, now| {
-            let raw = Raw::take(hub.fleet(), now, since, &wanted, described);
+        let take = move |operations: &mut Operations, now| {
+            let raw = Raw::take(operations.fleet(), now, since, &wanted, described);
             let (leases, commands, alarms) = control;
-            let control = (hub.leases().revision(), hub.commands().revision(), hub.alarms().revision());
-            let alarms = alarms::changes(hub, alarms, &wanted);
-            (raw, control::changes(hub, (leases, commands), &wanted), alarms, control)
+            let control = (
+                operations.leases().revision(),
+                operations.commands().revision(),
+                operations.alarms().revision(),
+            );
+            let alarms = alarms::changes(operations, alarms, &wanted);
+            (raw, view::changes(operations, (leases, commands), &wanted), alarms, control)
         };
-        let (raw, (leases, commands), alarms, control) = self.relay.look(take).await.ok()?;
+        let (raw, (leases, commands), alarms, control) = self.router.ask(take).await.ok()?;
         Some(Changes { leases, commands, alarms, control, ..raw.decode() })
     }
 
     /// Counts changes.
-    pub(crate) fn revision(&self) -> watch::Receiver<u64> {
-        self.relay.revision()
+    pub fn revision(&self) -> watch::Receiver<u64> {
+        self.router.revision()
     }
 }
 
 /// Asks a vessel that has such parts for their parameters, where it has not told them lately.
-fn ask_limits(hub: &mut Hub, now: Now, vessel: Address) {
-    let Some(system) = hub.fleet().system(vessel) else { return };
-    let told = hub.commands().told();
+fn ask_limits(operations: &mut Operations, now: Now, vessel: Address) {
+    let Some(system) = operations.fleet().system(vessel) else { return };
+    let reports = operations.commands().reports();
     let stale = |label: &str| {
-        let at = told.entities(vessel).find(|(entity, _)| *entity == label).and_then(|(_, told)| told.at);
+        let at = reports.entities(vessel).find(|(entity, _)| *entity == label).and_then(|(_, told)| told.at);
         at.is_none_or(|at| now.utc.micros() - at.micros() > LIMITS_AGE_US)
     };
     let labels = GUARD_PARTS.map(|part| part.label_and_task().0);
@@ -113,16 +119,16 @@ fn ask_limits(hub: &mut Hub, now: Now, vessel: Address) {
     let wanted = labels.into_iter().filter(has).filter(|label| stale(label));
     let questions: Vec<Question> = wanted.map(|label| Question::Parameters(label.to_owned())).collect();
     // Too many questions at once: the next check asks again.
-    let packets = hub.commands_mut().told_mut().ask(now, vessel, &questions).unwrap_or_default();
+    let packets = operations.commands_mut().reports_mut().ask(now, vessel, &questions).unwrap_or_default();
     for packet in &packets {
-        hub.send(now, packet);
+        operations.hub_mut().send(now, packet);
     }
 }
 
 /// The limits of a vessel that told these parameters of its parts.
 fn guard_limits(
     vessel: Address,
-    told: &[EntityTold; GUARD_PARTS.len()],
+    told: &[EntityReport; GUARD_PARTS.len()],
     base: &GuardLimits,
 ) -> Option<GuardLimits> {
     let mut settings = Settings::otter("told", vessel);

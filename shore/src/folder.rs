@@ -40,7 +40,7 @@ const MARKS: [&str; 8] = [
 const NO_MATTER: [&str; 2] = ["lost+found", "server.toml"];
 
 /// Whether Lutra makes this, named by its way below the data folder.
-pub(crate) fn is_ours(way: &[&str], is_folder: bool) -> bool {
+pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
     match way {
         [name] if is_folder => *name == "archive" || HISTORIES.contains(name) || FOLDERS.contains(name),
         [name] => FILES.contains(name),
@@ -72,7 +72,7 @@ fn is_day(name: &str) -> bool {
 ///
 /// # Errors
 /// It is such a folder, or cannot be read.
-pub(crate) fn check(folder: &Path) -> anyhow::Result<()> {
+pub fn check(folder: &Path) -> anyhow::Result<()> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         other => other.with_context(|| {

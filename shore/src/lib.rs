@@ -1,121 +1,107 @@
-//! What every handler may reach: the configuration and the handles of the tasks that own state.
+//! What a shore server does, without HTTP: supervised services that pages, programs, the demo and tests use alike.
 //!
-//! The fleet belongs to the task that owns the hub and is asked through [`Fleet`]; the history is read through
-//! [`History`], on threads where slow work may be done.
+//! [`Shore`] holds one handle for each service. Whoever owns state is a task or a thread, watched by [`owners`]; others send
+//! it typed requests over bounded channels, or read what it publishes. Everything that commands a vessel goes through
+//! [`commands::Commands`].
+//!
+//! - [`router::Router`]: the task that owns the hub and what people do with it ([`operations::Operations`]).
+//! - [`commands`]: control, orders, STOP, steering by hand; [`alarms`]; [`reports`] of vessels.
+//! - [`links`]: the vessel link's sessions; the sockets are the server's.
+//! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
+//! - [`charts`], [`plans`], [`identity`]: the sea chart, plans as people draw them, accounts and the audit log.
+//!
+//! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
+//! settings of its own.
 
-pub(crate) mod alarms;
-pub(crate) mod control;
+pub mod alarms;
+pub mod backup;
+pub mod charts;
+pub mod clock;
+pub mod commands;
 mod decode;
-pub(crate) mod export;
-mod fleet;
-mod helms;
-pub(crate) mod history;
-pub(crate) mod imports;
-pub(crate) mod parameters;
+mod error;
+pub mod fleet;
+pub mod folder;
+pub mod history;
+pub mod identity;
+pub mod links;
+pub mod owners;
+mod parameters;
+pub mod plans;
+pub mod private;
+pub mod recorder;
+pub mod reports;
+pub mod router;
+mod selection;
+mod settings;
+pub mod sinks;
+mod start;
 
-pub(crate) use fleet::Fleet;
-pub(crate) use helms::{Helm, Helms};
-pub(crate) use history::History;
-pub(crate) use imports::Imports;
+pub use error::{Error, ErrorKind, Result};
+pub use selection::{Changes, Wanted};
+pub use settings::Settings;
+pub use start::{Opened, Running};
 
+use crate::alarms::Alarms;
 use crate::charts::Charts;
-use crate::config::Config;
-use crate::doors::link::Links;
-use crate::http::stop::Stops;
+use crate::commands::steering::Steering;
+use crate::commands::{Commands, Grounding, Helms, Issuer};
+use crate::fleet::Fleet;
+use crate::history::{History, Imports};
+use crate::identity::People;
+use crate::links::Links;
 use crate::owners::Owners;
-use crate::people::{Grants, People};
-use crate::relay::{Recorder, Relay};
+use crate::recorder::Recorder;
+use crate::reports::Reports;
+use crate::router::Router;
 use crate::sinks::SinkState;
-use api::{System, Update};
-use metrics_exporter_prometheus::PrometheusHandle;
-use std::collections::BTreeSet;
-use std::sync::Arc;
+use imc::Address;
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-/// Shared by all handlers; cheap to clone.
+/// The services of a running shore; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct AppState {
-    /// As the server was started.
-    pub(crate) config: Arc<Config>,
+pub struct Shore {
+    /// Control, orders and STOP.
+    pub commands: Commands,
+    /// The guard against grounding.
+    pub grounding: Grounding,
+    /// What is wrong.
+    pub alarms: Alarms,
+    /// What vessels report when they are asked.
+    pub reports: Reports,
     /// Accounts, sessions, tokens.
-    pub(crate) people: People,
+    pub people: People,
     /// The fleet as it is.
-    pub(crate) fleet: Fleet,
+    pub fleet: Fleet,
     /// The fleet as it was.
-    pub(crate) history: History,
+    pub history: History,
     /// Logs that were uploaded.
-    pub(crate) imports: Imports,
+    pub imports: Imports,
     /// The sea chart.
-    pub(crate) charts: Charts,
-    /// Figures for Prometheus.
-    pub(crate) metrics: PrometheusHandle,
-    /// Says that the server is about to end.
-    pub(crate) stop: CancellationToken,
-    /// Sockets that outlive their request; the end waits for them.
-    pub(crate) tasks: TaskTracker,
+    pub charts: Charts,
     /// The vessels that came in by the link.
-    pub(crate) links: Links,
+    pub links: Links,
     /// Who steers which vessel by hand.
-    pub(crate) helms: Helms,
-    /// The stops of the last minutes.
-    pub(crate) stops: Stops,
+    pub helms: Helms,
     /// The hub: routing and the fleet's state.
-    pub(crate) relay: Relay,
+    pub router: Router,
     /// The archive and history.
-    pub(crate) recorder: Recorder,
+    pub recorder: Recorder,
     /// Whether those who own state are there.
-    pub(crate) owners: Owners,
+    pub owners: Owners,
     /// How the InfluxDB that gets everything too gets on; `None` without one.
-    pub(crate) influx: Option<watch::Receiver<SinkState>>,
+    pub influx: Option<watch::Receiver<SinkState>>,
+    /// Says that the server is about to end.
+    pub stop: CancellationToken,
+    /// Work that outlives its request; the end waits for it.
+    pub tasks: TaskTracker,
 }
 
-/// What somebody wants to see and may see.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Wanted {
-    /// What the person may see.
-    pub(crate) grants: Grants,
-    /// IMC addresses; `None` for all.
-    pub(crate) systems: Option<BTreeSet<u16>>,
-    /// Abbreviations of messages; `None` for all.
-    pub(crate) messages: Option<BTreeSet<String>>,
-    /// Whether events are wanted.
-    pub(crate) events: bool,
-}
-
-impl Wanted {
-    /// Whether this system is wanted and may be seen.
-    pub(crate) fn admits_system(&self, address: u16) -> bool {
-        self.grants.on(address).is_some()
-            && self.systems.as_ref().is_none_or(|systems| systems.contains(&address))
+impl Shore {
+    /// Begins to steer a vessel by hand from one window.
+    pub fn steering(&self, vessel: Address, by: Issuer) -> Steering {
+        Steering::new(self.commands.clone(), self.links.clone(), self.helms.clone(), vessel, by)
     }
-
-    /// Whether messages with this abbreviation are wanted.
-    pub(crate) fn admits_message(&self, abbrev: &str) -> bool {
-        self.messages.as_ref().is_none_or(|messages| messages.contains(abbrev))
-    }
-}
-
-/// What changed.
-#[derive(Debug, Default)]
-pub(crate) struct Changes {
-    /// To ask with next time.
-    pub(crate) revision: u64,
-    /// All wanted systems as they are, if that was asked for.
-    pub(crate) systems: Vec<System>,
-    /// Series with a new value.
-    pub(crate) values: Vec<Update>,
-    /// Events, in order.
-    pub(crate) events: Vec<Update>,
-    /// Events that were forgotten since.
-    pub(crate) events_missed: u64,
-    /// Who commands, where that changed.
-    pub(crate) leases: Vec<api::Lease>,
-    /// Commands that got further.
-    pub(crate) commands: Vec<api::Command>,
-    /// Alarms that changed.
-    pub(crate) alarms: Vec<api::Alarm>,
-    /// To ask with next time for these three.
-    pub(crate) control: (u64, u64, u64),
 }

@@ -15,7 +15,7 @@ const HANGS_AFTER: Duration = Duration::from_secs(5);
 
 /// Everyone who owns state; cheap to clone.
 #[derive(Debug, Clone)]
-pub(crate) struct Owners(Arc<Inner>);
+pub struct Owners(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
@@ -32,13 +32,13 @@ struct Pulse {
     /// Milliseconds from the start until it began to work on what it works on, and one; 0 while it rests.
     busy_since_ms: AtomicU64,
     /// Makes a watched task panic.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "testing"))]
     fault: tokio::sync::Notify,
 }
 
 /// Held by an owner as long as it does its work.
 #[derive(Debug)]
-pub(crate) struct Duty {
+pub struct Duty {
     owners: Owners,
     pulse: Arc<Pulse>,
     done: bool,
@@ -46,7 +46,7 @@ pub(crate) struct Duty {
 
 /// Work on one thing, until it is dropped.
 #[derive(Debug)]
-pub(crate) struct Busy(Arc<Pulse>);
+pub struct Busy(Arc<Pulse>);
 
 impl Default for Owners {
     fn default() -> Self {
@@ -57,11 +57,11 @@ impl Default for Owners {
 
 impl Owners {
     /// A new owner, by the name that people know it by.
-    pub(crate) fn duty(&self, name: &'static str) -> Duty {
+    pub fn duty(&self, name: &'static str) -> Duty {
         let pulse = Arc::new(Pulse {
             name,
             busy_since_ms: AtomicU64::new(0),
-            #[cfg(test)]
+            #[cfg(any(test, feature = "testing"))]
             fault: tokio::sync::Notify::new(),
         });
         self.0.all.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&pulse));
@@ -69,14 +69,14 @@ impl Owners {
     }
 
     /// A task that is an owner as long as it runs.
-    pub(crate) fn watch<T, F: Future<Output = T>>(
+    pub fn watch<T, F: Future<Output = T>>(
         &self,
         name: &'static str,
         task: F,
     ) -> impl Future<Output = T> + use<T, F> {
         let duty = self.duty(name);
         async move {
-            #[cfg(test)]
+            #[cfg(any(test, feature = "testing"))]
             let task = or_fault(Arc::clone(&duty.pulse), task);
             let outcome = task.await;
             duty.done();
@@ -85,7 +85,7 @@ impl Owners {
     }
 
     /// Waits until an owner is lost, and says which.
-    pub(crate) async fn failed(&self) -> &'static str {
+    pub async fn failed(&self) -> &'static str {
         let mut lost = self.0.lost.subscribe();
         match lost.wait_for(Option::is_some).await.ok().and_then(|lost| *lost) {
             Some(name) => name,
@@ -94,7 +94,7 @@ impl Owners {
     }
 
     /// What is wrong with the owners, if anything: for anyone.
-    pub(crate) fn trouble(&self) -> Option<String> {
+    pub fn trouble(&self) -> Option<String> {
         if let Some(name) = *self.0.lost.borrow() {
             return Some(format!("{name} was lost to a fault; the server ends"));
         }
@@ -110,13 +110,13 @@ impl Owners {
     }
 
     /// Whether all are there.
-    pub(crate) fn are_there(&self) -> bool {
+    pub fn are_there(&self) -> bool {
         self.0.lost.borrow().is_none()
     }
 
     /// Loses a watched task to a fault, as a bug in it would; whether there is one of this name.
-    #[cfg(test)]
-    pub(crate) fn lose(&self, name: &str) -> bool {
+    #[cfg(any(test, feature = "testing"))]
+    pub fn lose(&self, name: &str) -> bool {
         let all = self.0.all.lock().unwrap_or_else(PoisonError::into_inner);
         all.iter().filter(|pulse| pulse.name == name).map(|pulse| pulse.fault.notify_one()).count() > 0
     }
@@ -127,7 +127,7 @@ impl Owners {
 }
 
 /// A task that panics once a test wants it to.
-#[cfg(test)]
+#[cfg(any(test, feature = "testing"))]
 async fn or_fault<T>(pulse: Arc<Pulse>, task: impl Future<Output = T>) -> T {
     tokio::select! {
         biased;
@@ -138,13 +138,13 @@ async fn or_fault<T>(pulse: Arc<Pulse>, task: impl Future<Output = T>) -> T {
 
 impl Duty {
     /// The owner begins to work on one thing.
-    pub(crate) fn busy(&self) -> Busy {
+    pub fn busy(&self) -> Busy {
         self.pulse.busy_since_ms.store(self.owners.now_ms(), Ordering::Relaxed);
         Busy(Arc::clone(&self.pulse))
     }
 
     /// The owner ends as it should.
-    pub(crate) fn done(mut self) {
+    pub fn done(mut self) {
         self.done = true;
     }
 }

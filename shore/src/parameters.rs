@@ -2,19 +2,19 @@
 
 use api::{ParameterAbout, VesselParameters};
 use config::{Kind, Length, ParamSpec, SectionSpec};
-use hub::{EntityTold, Hub, ParameterTold};
 use imc::Address;
 use onboard::parameters::{self, Access, Parameter};
+use operations::{EntityReport, Operations, ParameterReport};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use units::UtcTime;
 
 /// What a vessel told, by its entities' labels.
-pub(crate) type ByEntity = BTreeMap<String, EntityTold>;
+pub(crate) type ByEntity = BTreeMap<String, EntityReport>;
 
 /// What a vessel told since the server started.
-pub(crate) fn told(hub: &Hub, vessel: Address) -> ByEntity {
-    let of = hub.commands().told().entities(vessel).filter(|(_, entity)| entity.at.is_some());
+pub(crate) fn reported(operations: &Operations, vessel: Address) -> ByEntity {
+    let of = operations.commands().reports().entities(vessel).filter(|(_, entity)| entity.at.is_some());
     of.map(|(label, entity)| (label.to_owned(), entity.clone())).collect()
 }
 
@@ -41,9 +41,9 @@ pub(crate) fn described(entities: ByEntity, recorded: bool) -> VesselParameters 
     // same name may mean something else.
     let lutra =
         entities.values().flat_map(|entity| entity.parameters.values()).any(|one| one.saved.is_some());
-    let entity = |(label, entity): (String, EntityTold)| {
+    let entity = |(label, entity): (String, EntityReport)| {
         let names: Vec<&str> = entity.parameters.keys().map(String::as_str).collect();
-        let parameter = |(name, told): (&String, &ParameterTold)| api::ParameterTold {
+        let parameter = |(name, told): (&String, &ParameterReport)| api::ParameterTold {
             name: name.clone(),
             value: told.value.clone(),
             saved: told.saved.clone(),
@@ -116,8 +116,8 @@ fn description(parameter: &Parameter, section: &SectionSpec, spec: &ParamSpec) -
 mod tests {
     use super::*;
 
-    fn entity(values: &[(&str, &str)]) -> EntityTold {
-        let mut told = EntityTold::default();
+    fn entity(values: &[(&str, &str)]) -> EntityReport {
+        let mut told = EntityReport::default();
         let values = values.iter().map(|(name, value)| (Cow::Borrowed(*name), Cow::Borrowed(*value)));
         told.take(values, UtcTime::from_micros(5));
         told

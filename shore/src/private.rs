@@ -11,16 +11,16 @@ const OTHERS: u32 = 0o077;
 
 /// What was looked at.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(crate) struct Found {
+pub struct Found {
     /// Files and folders that others could reach.
-    pub(crate) open: u64,
+    pub open: u64,
     /// The first that belongs to somebody else, and how many there are.
-    pub(crate) foreign: Option<(PathBuf, u64)>,
+    pub foreign: Option<(PathBuf, u64)>,
 }
 
 impl Found {
     /// What people are to be told, if anything; `changed` says whether it was put right.
-    pub(crate) fn told(&self, changed: bool) -> Vec<String> {
+    pub fn told(&self, changed: bool) -> Vec<String> {
         let mut told = Vec::new();
         if self.open > 0 {
             let count = self.open;
@@ -43,19 +43,19 @@ impl Found {
 }
 
 /// From here on this process makes files and folders for its own user alone.
-pub(crate) fn begin() {
+pub fn begin() {
     rustix::process::umask(rustix::fs::Mode::from_raw_mode(OTHERS));
 }
 
 /// Looks who may reach what Lutra made in a folder of data.
-pub(crate) fn look(data: &Path) -> io::Result<Found> {
+pub fn look(data: &Path) -> io::Result<Found> {
     walk(data, false)
 }
 
 /// Takes from others what they could reach of what Lutra made in a folder of data, which [`crate::folder::check`] found to
 /// be one. Names that Lutra does not make are left as they are, and so is what lies on another disk or beyond a symbolic
 /// link. What belongs to somebody else is only told.
-pub(crate) fn keep(data: &Path) -> io::Result<Found> {
+pub fn keep(data: &Path) -> io::Result<Found> {
     walk(data, true)
 }
 

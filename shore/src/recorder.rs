@@ -23,43 +23,43 @@ const IDLE_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait after a failure before the next attempt.
 const RETRY_AFTER: Duration = Duration::from_secs(1);
 /// Bytes of packets of other doors than the link that may wait.
-pub(crate) const WAITING_BYTES: usize = 16 << 20;
+pub const WAITING_BYTES: usize = 16 << 20;
 /// Bytes of packets that are given to the store before a commit: until then it holds them a second time.
 const SLICE_BYTES: usize = 2 << 20;
 /// What a waiting packet costs beside its bytes.
 const OVERHEAD_BYTES: usize = size_of::<Record>();
 
 /// The highest durable number of each link stream that was heard since the start.
-pub(crate) type Durable = BTreeMap<u64, u64>;
+pub type Durable = BTreeMap<u64, u64>;
 
 /// Work that needs the store itself.
 type Work = Box<dyn FnOnce(&mut Store) + Send>;
 
 /// Why nothing can be recorded.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Trouble {
+pub struct Trouble {
     /// For anyone.
-    pub(crate) short: &'static str,
+    pub short: &'static str,
     /// With what to do and the system's own words, for people who are logged in.
-    pub(crate) text: String,
+    pub text: String,
 }
 
 /// How recording goes, for people.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct RecorderState {
+pub struct RecorderState {
     /// Why nothing can be recorded at the moment.
-    pub(crate) trouble: Option<Trouble>,
+    pub trouble: Option<Trouble>,
     /// Why the history does not hold all of the archive.
-    pub(crate) history_behind: Option<String>,
+    pub history_behind: Option<String>,
     /// Packets recorded since the start.
-    pub(crate) recorded: u64,
+    pub recorded: u64,
     /// Packets that could not wait any longer and are not recorded.
-    pub(crate) not_recorded: u64,
+    pub not_recorded: u64,
 }
 
 impl RecorderState {
     /// What people must know, if anything.
-    pub(crate) fn problem(&self) -> Option<String> {
+    pub fn problem(&self) -> Option<String> {
         let behind = |reason: &String| format!("the history is behind the archive: {reason}");
         let trouble = self.trouble.as_ref().map(|trouble| trouble.text.clone());
         trouble.or_else(|| self.history_behind.as_ref().map(behind))
@@ -68,7 +68,7 @@ impl RecorderState {
 
 /// The way to the thread; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct Recorder {
+pub struct Recorder {
     shared: Arc<Shared>,
 }
 
@@ -91,7 +91,7 @@ struct Waiting {
 
 impl Recorder {
     /// Starts the thread. It ends, with everything durable that can be, after [`Recorder::close`].
-    pub(crate) fn start(store: Store, owners: &Owners) -> std::io::Result<(Self, JoinHandle<()>)> {
+    pub fn start(store: Store, owners: &Owners) -> std::io::Result<(Self, JoinHandle<()>)> {
         let shared = Arc::new(Shared {
             waiting: Mutex::default(),
             ready: Condvar::new(),
@@ -111,7 +111,7 @@ impl Recorder {
     }
 
     /// Queues records; never waits for the disk.
-    pub(crate) fn submit(&self, records: Vec<Record>) {
+    pub fn submit(&self, records: Vec<Record>) {
         let mut waiting = self.shared.lock();
         for record in records {
             let cost = record.packet.len() + OVERHEAD_BYTES;
@@ -128,12 +128,12 @@ impl Recorder {
     }
 
     /// Bytes that wait for the disk.
-    pub(crate) fn waiting_bytes(&self) -> usize {
+    pub fn waiting_bytes(&self) -> usize {
         self.shared.lock().bytes
     }
 
     /// Runs `work` where the store lives and gives what it returns; `None` when the thread has ended.
-    pub(crate) async fn with_store<T: Send + 'static>(
+    pub async fn with_store<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Store) -> T + Send + 'static,
     ) -> Option<T> {
@@ -158,17 +158,17 @@ impl Recorder {
     }
 
     /// What is durable of each stream, as it grows.
-    pub(crate) fn durable(&self) -> watch::Receiver<Durable> {
+    pub fn durable(&self) -> watch::Receiver<Durable> {
         self.shared.durable.subscribe()
     }
 
     /// How recording goes.
-    pub(crate) fn state(&self) -> watch::Receiver<RecorderState> {
+    pub fn state(&self) -> watch::Receiver<RecorderState> {
         self.shared.state.subscribe()
     }
 
     /// Lets the thread end once what waits is on disk.
-    pub(crate) fn close(&self) {
+    pub fn close(&self) {
         self.shared.lock().closed = true;
         self.shared.ready.notify_one();
     }

@@ -4,7 +4,7 @@
 //! what the system lets this process open. Who opens more than an address's share is hung up on: one machine,
 //! however slowly it speaks, cannot keep out vessels and everybody else.
 
-use crate::people::network;
+use shore::identity::network;
 use std::collections::BTreeMap;
 use std::io;
 use std::net::IpAddr;

@@ -1,8 +1,9 @@
 //! What is asked for in path and query, checked: every refusal is JSON that names the parameter.
 
 use super::error::ApiError;
-use axum::extract::rejection::{PathRejection, QueryRejection};
-use axum::extract::{FromRequestParts, Path, Query};
+use axum::Json;
+use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
+use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 use std::ops::RangeInclusive;
@@ -108,5 +109,21 @@ pub(crate) fn order(order: Option<&str>) -> Result<Order, ApiError> {
 /// A number is not within its bounds.
 pub(crate) fn page(limit: Option<u32>, skip: Option<u32>) -> Result<store::Page, ApiError> {
     let rows = number("limit", limit, ROWS_UNASKED, ROWS)?;
-    Ok(crate::shore::history::page(rows, number("skip", skip, 0, SKIP)?))
+    Ok(shore::history::page(rows, number("skip", skip, 0, SKIP)?))
+}
+
+/// JSON in the body; a refusal says what is wrong with it.
+pub(crate) struct InBody<T>(pub(crate) T);
+
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for InBody<T> {
+    type Rejection = ApiError;
+    async fn from_request(request: Request, state: &S) -> Result<Self, ApiError> {
+        let body = Json::<T>::from_request(request, state).await;
+        body.map(|Json(body)| Self(body)).map_err(|error: JsonRejection| {
+            ApiError::malformed(
+                error.status(),
+                format!("{}; /api/v1/openapi.json tells all", error.body_text()),
+            )
+        })
+    }
 }

@@ -2,7 +2,6 @@
 
 use super::testing::{Boats, FIRST, boat, packet};
 use super::tests::{Shore, bearer};
-use crate::clock;
 use api::{PlanUnderWay, Role, VesselAsked, VesselParameters};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
@@ -12,6 +11,7 @@ use imc::messages::{
     PlanManeuver, PlanSpecification, QueryEntityParameters, SetEntityParameters, SpeedUnits,
 };
 use serde_json::{Value, json};
+use shore::clock;
 
 async fn post(shore: &Shore, what: &str, token: &str, body: &Value) -> (StatusCode, Value) {
     let request = Request::post(format!("/api/v1/vessels/{FIRST}/{what}"));
@@ -40,7 +40,7 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     let ask = json!({"about": "parameters", "entities": ["Navigation"]});
     let (status, none) = post(&shore, "ask", &viewer, &ask).await;
     assert_eq!((status, none["error"]["code"].as_str()), (StatusCode::CONFLICT, Some("unknown_entities")));
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
 
     assert_eq!(post(&shore, "ask", &elsewhere, &ask).await.0, StatusCode::FORBIDDEN);
@@ -83,8 +83,9 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     let (status, command) = post(&shore, "commands", &operator, &set).await;
     assert_eq!(status, StatusCode::ACCEPTED, "{command}");
     boats.heard(SetEntityParameters::ID).await;
-    shore.state.people.write_notes().await;
-    let written = shore.state.people.ask(|db| crate::people::audit::entries(db, None, 100)).await.unwrap();
+    shore.state.shore.people.write_notes().await;
+    let written =
+        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
     let of = |outcome: &str| -> Vec<String> {
         let set = written.iter().rev().filter(|one| one.action == "parameters.set");
         set.filter(|one| one.outcome.starts_with(outcome)).map(|one| one.subject.clone()).collect()
@@ -144,7 +145,7 @@ fn specification(id: &str, speed: f32) -> PlanSpecification {
 async fn the_plan_that_a_vessel_sails_is_known_when_it_told_it_and_else_that_is_said() {
     let shore = Shore::with(|_| ());
     let viewer = shore.token(Some(FIRST), Role::Viewer).await;
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
     assert_eq!(get::<PlanUnderWay>(&shore, "plan", &viewer).await.plan_id, None);
 

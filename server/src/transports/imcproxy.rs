@@ -6,11 +6,11 @@
 //! belongs on loopback or the VPN; `allow` narrows it to declared addresses.
 
 use super::Access;
-use crate::relay::{AT_ONCE_BYTES, Connection, Relay};
 use bytes::Bytes;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{FutureExt as _, SinkExt as _, StreamExt as _};
 use hub::{Door, Incoming, Peer, Role, Sources};
+use shore::router::{AT_ONCE_BYTES, Connection, Router};
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
@@ -45,7 +45,7 @@ type Socket = WebSocketStream<TcpStream>;
 pub(super) async fn serve(
     listener: TcpListener,
     access: Access,
-    relay: Relay,
+    router: Router,
     tasks: TaskTracker,
     stop: CancellationToken,
 ) {
@@ -59,26 +59,26 @@ pub(super) async fn serve(
             Err(error) => {
                 // Out of file handles, usually: that passes, the listener stays.
                 tracing::warn!(%error, "the IMCProxy door cannot accept a connection");
-                relay.ledger().failed(Door::Proxy, &format!("cannot accept a connection: {error}"));
+                router.ledger().failed(Door::Proxy, &format!("cannot accept a connection: {error}"));
                 tokio::time::sleep(Duration::from_millis(200)).await;
                 continue;
             }
         };
         if !access.admits(from.ip()) {
             tracing::warn!(peer = %from, "refused at the IMCProxy door: not in doors.imcproxy.allow");
-            relay.ledger().refused(Door::Proxy, from.ip(), "not in doors.imcproxy.allow");
+            router.ledger().refused(Door::Proxy, from.ip(), "not in doors.imcproxy.allow");
             continue;
         }
         let Some(permit) = access.permit() else {
             tracing::warn!(peer = %from, "refused at the IMCProxy door: doors.imcproxy.max_peers are connected");
-            relay.ledger().refused(Door::Proxy, from.ip(), "doors.imcproxy.max_peers are connected");
+            router.ledger().refused(Door::Proxy, from.ip(), "doors.imcproxy.max_peers are connected");
             continue;
         };
-        let (relay, stop) = (relay.clone(), stop.clone());
+        let (router, stop) = (router.clone(), stop.clone());
         tasks.spawn(async move {
-            if let Err(reason) = peer(stream, from, relay.clone(), stop).await {
+            if let Err(reason) = peer(stream, from, router.clone(), stop).await {
                 tracing::info!(peer = %from, %reason, "an IMCProxy peer is gone");
-                relay.ledger().failed(Door::Proxy, &format!("{from}: {reason}"));
+                router.ledger().failed(Door::Proxy, &format!("{from}: {reason}"));
             }
             drop(permit);
         });
@@ -88,7 +88,7 @@ pub(super) async fn serve(
 async fn peer(
     stream: TcpStream,
     from: SocketAddr,
-    relay: Relay,
+    router: Router,
     stop: CancellationToken,
 ) -> anyhow::Result<()> {
     stream.set_nodelay(true)?;
@@ -105,7 +105,7 @@ async fn peer(
     let socket = tokio::time::timeout(HANDSHAKE, handshake).await??;
     tracing::info!(peer = %from, "an IMCProxy peer is here");
     let peer = Peer { door: Door::Proxy, role: Role::Console, name: from.to_string(), sources: Sources::Any };
-    let connection = relay.join(peer, OUTBOX_BYTES).await?;
+    let connection = router.join(peer, OUTBOX_BYTES).await?;
     let (sink, stream) = socket.split();
     let outcome = tokio::select! {
         outcome = receive(stream, &connection) => outcome,

@@ -1,10 +1,8 @@
 //! One connection of a vessel.
 
-use super::{Event, Links, OUTGOING, Out};
+use crate::AppState;
 use crate::http::guard::LinkOf;
 use crate::http::outgoing;
-use crate::people::People;
-use crate::shore::AppState;
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::http::{HeaderMap, header};
@@ -12,6 +10,8 @@ use axum::response::Response;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
 use link::{ConnectionId, DEAD_AFTER, MAX_MESSAGE_BYTES};
+use shore::identity::People;
+use shore::links::{Event, Links, OUTGOING, Out};
 use std::time::Duration;
 use tokio::sync::mpsc;
 
@@ -30,10 +30,10 @@ pub(crate) async fn open(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let (links, tasks) = (state.links, state.tasks);
+    let (links, tasks) = (state.shore.links, state.shore.tasks);
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
     let token = given.and_then(|given| given.strip_prefix("Bearer ")).unwrap_or_default().trim().to_owned();
-    let invalid = until_invalid(state.people, token, vessel);
+    let invalid = until_invalid(state.shore.people, token, vessel);
     outgoing::bounded(upgrade, MAX_MESSAGE_BYTES, WAITING_BYTES)
         .on_upgrade(move |socket| tasks.track_future(serve(links, vessel, socket, invalid)))
 }

@@ -1,21 +1,23 @@
-//! Doors through which IMC comes in and goes out, one module each.
+//! The transports by which IMC comes in and goes out, one module each.
 //!
-//! The doors of the IMC world ([`imcproxy`], [`udp`], [`tcp`]) have no authentication in their protocols. They
+//! Those of the IMC world ([`imcproxy`], [`udp`], [`tcp`]) have no authentication in their protocols. They
 //! are off unless configured, belong on loopback or a VPN, and admit only declared addresses. A vessel that has a link
 //! is not believed there, unless `doors.trusted` names the door.
 
 mod imcproxy;
-pub(crate) mod link;
+mod link;
 mod tcp;
 mod udp;
 
+pub(crate) use link::open as open_link;
+
 use crate::config::{Doors as DoorsConfig, parse_network};
-use crate::owners::Owners;
-use crate::relay::Relay;
 use anyhow::Context as _;
 use futures_util::FutureExt as _;
 use futures_util::future::BoxFuture;
 use hub::Door;
+use shore::owners::Owners;
+use shore::router::Router;
 use std::net::{IpAddr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
@@ -56,24 +58,19 @@ impl Opened {
 ///
 /// # Errors
 /// A port is taken or an address is not ours; the message names the key.
-pub(crate) async fn open(
-    config: &DoorsConfig,
-    data: &Path,
-    relay: &Relay,
-    (tasks, owners): (&TaskTracker, &Owners),
-    stop: &CancellationToken,
-) -> anyhow::Result<Opened> {
+pub(crate) async fn open(config: &DoorsConfig, data: &Path, shore: &shore::Opened) -> anyhow::Result<Opened> {
     let (mut open, mut doors) = (Open::default(), Vec::new());
-    let (relay, tasks, stop) = (relay.clone(), tasks.clone(), stop.clone());
+    let shore::Opened { router, owners, tasks, stop, .. } = shore;
+    let (router, tasks, stop) = (router.clone(), tasks.clone(), stop.clone());
     if let Some(address) = config.imcproxy.listen.get() {
         let listener = TcpListener::bind(address).await.with_context(|| {
             format!("cannot listen on {address}: choose another by doors.imcproxy.listen")
         })?;
         let address = listener.local_addr()?;
-        relay.ledger().opened(Door::Proxy, address.to_string());
+        router.ledger().opened(Door::Proxy, address.to_string());
         open.imcproxy = Some(address);
         let access = Access::new(&config.imcproxy.allow, config.imcproxy.max_peers);
-        let door = imcproxy::serve(listener, access, relay.clone(), tasks.clone(), stop.clone());
+        let door = imcproxy::serve(listener, access, router.clone(), tasks.clone(), stop.clone());
         doors.push(("the IMCProxy door", door.boxed()));
     }
     if let Some(address) = config.udp.listen.get() {
@@ -82,12 +79,12 @@ pub(crate) async fn open(
         (open.udp, open.announce) = (Some(node.address()), node.announce_address());
         let discovery =
             open.announce.map_or_else(|| "no discovery port".to_owned(), |at| format!("discovery {at}"));
-        relay.ledger().opened(Door::Udp, format!("{}, {discovery}", node.address()));
-        let door = node.run(relay.clone(), tasks.clone(), owners.clone(), stop.clone());
+        router.ledger().opened(Door::Udp, format!("{}, {discovery}", node.address()));
+        let door = node.run(router.clone(), tasks.clone(), owners.clone(), stop.clone());
         doors.push(("the UDP door", door.boxed()));
     }
     for peer in &config.tcp.connect {
-        let door = tcp::keep_connected(peer.clone(), relay.clone(), stop.clone());
+        let door = tcp::keep_connected(peer.clone(), router.clone(), stop.clone());
         doors.push(("the TCP door", door.boxed()));
     }
     Ok(Opened { open, doors })

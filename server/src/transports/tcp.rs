@@ -5,10 +5,10 @@
 //! says nothing for [`SILENCE`] is told, and only one whose computer does not answer for [`DEAD_AFTER`] is connected to
 //! anew.
 
-use crate::relay::{Connection, Ledger, Relay, Stopped};
 use bytes::Bytes;
 use hub::{Door, Incoming, Peer, Role, Sources};
 use imc::{Deframer, Frame};
+use shore::router::{Connection, Ledger, Router, Stopped};
 use socket2::{SockRef, TcpKeepalive};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWriteExt as _};
@@ -41,7 +41,7 @@ fn jitter() -> f64 {
 }
 
 /// Connects to `node` (host:port) again and again until `stop`.
-pub(super) async fn keep_connected(node: String, relay: Relay, stop: CancellationToken) {
+pub(super) async fn keep_connected(node: String, router: Router, stop: CancellationToken) {
     let mut wait = BACK_OFF.0;
     let mut told = false;
     loop {
@@ -49,12 +49,12 @@ pub(super) async fn keep_connected(node: String, relay: Relay, stop: Cancellatio
             let stream = tokio::time::timeout(CONNECT, TcpStream::connect(&node)).await??;
             tracing::info!(%node, "connected");
             (wait, told) = (BACK_OFF.0, false);
-            converse(stream, &node, &relay).await
+            converse(stream, &node, &router).await
         };
         let outcome = stop.run_until_cancelled(attempt).await;
         let Some(outcome) = outcome else { return };
         if let Err(reason) = outcome {
-            relay.ledger().failed(Door::Tcp, &format!("{node}: {reason}"));
+            router.ledger().failed(Door::Tcp, &format!("{node}: {reason}"));
             // Said once, not at each attempt of a night in harbour.
             if !told {
                 tracing::warn!(%node, %reason, "not connected; trying again");
@@ -69,17 +69,17 @@ pub(super) async fn keep_connected(node: String, relay: Relay, stop: Cancellatio
     }
 }
 
-async fn converse(stream: TcpStream, node: &str, relay: &Relay) -> anyhow::Result<()> {
+async fn converse(stream: TcpStream, node: &str, router: &Router) -> anyhow::Result<()> {
     stream.set_nodelay(true)?;
     let socket = SockRef::from(&stream);
     socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(ASK).with_interval(ASK))?;
     socket.set_tcp_user_timeout(Some(DEAD_AFTER))?;
     let (reader, writer) = stream.into_split();
     let peer = Peer { door: Door::Tcp, role: Role::Vessel, name: node.to_owned(), sources: Sources::Any };
-    let connection = relay.join(peer, OUTBOX_BYTES).await?;
+    let connection = router.join(peer, OUTBOX_BYTES).await?;
     let outcome = tokio::select! {
-        outcome = receive(reader, node, relay.ledger(), |batch| connection.give(batch)) => outcome,
-        outcome = send(writer, node, relay.ledger(), &connection) => outcome,
+        outcome = receive(reader, node, router.ledger(), |batch| connection.give(batch)) => outcome,
+        outcome = send(writer, node, router.ledger(), &connection) => outcome,
     };
     connection.leave().await;
     outcome

@@ -1,8 +1,7 @@
 //! Making a backup.
 
 use super::manifest::{Entry, MANIFEST, Manifest, copy};
-use crate::config::Config;
-use crate::{clock, folder, people};
+use crate::{clock, folder, identity};
 use anyhow::{Context as _, ensure};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -21,17 +20,16 @@ const UNDER_WAY: [&str; 6] = [".part", ".new", ".tmp", ".lock", "-wal", "-shm"];
 const OUTSIDE: &str = "outside";
 
 /// Copies everything into a folder, which may hold an earlier backup: archive, history, people, charts, certificates,
-/// and the files beyond the data folder that the configuration names. `progress` is told what comes next.
+/// and those of the files that the configuration names which lie beyond the data folder. `progress` is told what comes next.
 ///
 /// # Errors
 /// Something cannot be read or written. What was there of an earlier backup may then be partly replaced.
-pub(crate) fn make(
-    config: &Config,
-    config_file: Option<&Path>,
+pub fn make(
+    data: &Path,
+    named: &[PathBuf],
     to: &Path,
     progress: &mut dyn FnMut(&str),
 ) -> anyhow::Result<BackedUp> {
-    let data = &config.data;
     folder::check(to)?;
     refuse_below(to, data)?;
     fs::create_dir_all(to).with_context(|| format!("cannot make {}", to.display()))?;
@@ -42,17 +40,17 @@ pub(crate) fn make(
         progress(what);
         true
     })?;
-    people::backup(data, to)?;
+    identity::backup(data, to)?;
     let mut manifest = Manifest::new(clock::now().micros());
     for path in files(data, Path::new(""))? {
         progress(&path.display().to_string());
         copy_file(&data.join(&path), &to.join(&path))?;
     }
-    for path in beyond(config, config_file) {
+    for path in beyond(data, named) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let here = Path::new(OUTSIDE).join(format!("{}-{name}", manifest.outside.len() + 1));
-        copy_file(&path, &to.join(&here))?;
-        manifest.outside.push((path, here));
+        copy_file(path, &to.join(&here))?;
+        manifest.outside.push((path.to_owned(), here));
     }
     let known: BTreeMap<&Path, &Entry> =
         earlier.files.iter().map(|entry| (entry.path.as_path(), entry)).collect();
@@ -102,17 +100,11 @@ fn files(data: &Path, below: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 /// Files beyond the data folder without which the server is another one.
-fn beyond(config: &Config, config_file: Option<&Path>) -> Vec<PathBuf> {
-    let influx = &config.sinks.influx;
-    let set = config.chart_set();
-    let index = chartdb::index_path(&set);
-    let named = [&set, &index, &config.tls.certificate, &config.tls.key];
-    let more = [&influx.token_file, &influx.password_file, &influx.ca_file];
-    let all = named.into_iter().chain(more).map(PathBuf::as_path).chain(config_file);
-    let data = config.data.canonicalize().unwrap_or_else(|_| config.data.clone());
+fn beyond<'p>(data: &Path, named: &'p [PathBuf]) -> Vec<&'p Path> {
+    let data = data.canonicalize().unwrap_or_else(|_| data.to_owned());
     let is_beyond =
         |path: &&Path| path.is_file() && path.canonicalize().is_ok_and(|path| !path.starts_with(&data));
-    all.filter(is_beyond).map(Path::to_owned).collect()
+    named.iter().map(PathBuf::as_path).filter(is_beyond).collect()
 }
 
 /// Copies a file: under another name until it is whole.

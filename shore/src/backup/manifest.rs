@@ -8,13 +8,13 @@ use std::io::{Read, Write};
 use std::path::{Component, Path, PathBuf};
 
 /// The manifest's name.
-pub(super) const MANIFEST: &str = "backup.json";
+pub(crate) const MANIFEST: &str = "backup.json";
 /// The form of the manifest that is written.
 const VERSION: u32 = 1;
 
 /// What a backup holds.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct Manifest {
+pub(crate) struct Manifest {
     version: u32,
     /// By which program.
     program: String,
@@ -28,7 +28,7 @@ pub(super) struct Manifest {
 
 /// One file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Entry {
+pub(crate) struct Entry {
     /// Below the folder.
     pub(super) path: PathBuf,
     /// Bytes from its start on that belong to the backup; a file of the archive may have grown since.
@@ -36,11 +36,11 @@ pub(super) struct Entry {
     /// SHA-256 of these, in hexadecimal digits.
     pub(super) sha256: String,
     /// Its rights.
-    pub(super) mode: u32,
+    pub(crate) mode: u32,
 }
 
 impl Manifest {
-    pub(super) fn new(made_us: i64) -> Self {
+    pub(crate) fn new(made_us: i64) -> Self {
         let program = concat!("lutra-server ", env!("CARGO_PKG_VERSION")).to_owned();
         Self { version: VERSION, program, made_us, ..Self::default() }
     }
@@ -49,7 +49,7 @@ impl Manifest {
     ///
     /// # Errors
     /// There is none, or none that this program understands.
-    pub(super) fn read(backup: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn read(backup: &Path) -> anyhow::Result<Self> {
         let path = backup.join(MANIFEST);
         let text = fs::read(&path).with_context(|| {
             format!(
@@ -74,7 +74,7 @@ impl Manifest {
     }
 
     /// Writes it whole or not at all.
-    pub(super) fn write(&self, backup: &Path) -> anyhow::Result<()> {
+    pub(crate) fn write(&self, backup: &Path) -> anyhow::Result<()> {
         let (path, new) = (backup.join(MANIFEST), backup.join("backup.json.new"));
         let write = || -> std::io::Result<()> {
             let mut file = File::create(&new)?;
@@ -88,7 +88,7 @@ impl Manifest {
 }
 
 /// Copies the first `bytes` bytes of what is read, or all there are; how many, and their digest.
-pub(super) fn copy(from: impl Read, bytes: u64, to: &mut impl Write) -> std::io::Result<(u64, String)> {
+pub(crate) fn copy(from: impl Read, bytes: u64, to: &mut impl Write) -> std::io::Result<(u64, String)> {
     let (mut hash, mut copied, mut buffer) = (Sha256::new(), 0, vec![0; 256 << 10]);
     let mut from = from.take(bytes);
     loop {

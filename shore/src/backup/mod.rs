@@ -8,5 +8,5 @@ mod make;
 mod manifest;
 mod restore;
 
-pub(crate) use make::make;
-pub(crate) use restore::restore;
+pub use make::make;
+pub use restore::restore;

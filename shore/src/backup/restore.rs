@@ -9,28 +9,24 @@ use std::path::{Path, PathBuf};
 
 /// What a restore did.
 #[derive(Debug)]
-pub(crate) struct Restored {
+pub struct Restored {
     /// Files that are there again.
-    pub(crate) files: usize,
+    pub files: usize,
     /// Their bytes.
-    pub(crate) bytes: u64,
+    pub bytes: u64,
     /// When the backup was made, µs since 1970 UTC.
-    pub(crate) made_us: i64,
+    pub made_us: i64,
     /// Files of the history that were damaged and are made again from the archive.
-    pub(crate) made_again: Vec<PathBuf>,
+    pub made_again: Vec<PathBuf>,
     /// Files that lay outside of the data folder: where, and where they lie now.
-    pub(crate) outside: Vec<(PathBuf, PathBuf)>,
+    pub outside: Vec<(PathBuf, PathBuf)>,
 }
 
 /// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all.
 ///
 /// # Errors
 /// The folder holds something, the backup is not whole or is damaged, or something cannot be read or written.
-pub(crate) fn restore(
-    backup: &Path,
-    data: &Path,
-    progress: &mut dyn FnMut(&str),
-) -> anyhow::Result<Restored> {
+pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> anyhow::Result<Restored> {
     let manifest = Manifest::read(backup)?;
     let there = match fs::read_dir(data) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => false,

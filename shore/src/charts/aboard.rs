@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// What one vessel said.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Told {
+pub(super) struct Told {
     /// SHA-256 of the file in force, in hexadecimal digits; null for none.
     held: Option<String>,
     edition: String,
@@ -57,7 +57,7 @@ impl Told {
 
 /// All vessels; cheap to clone.
 #[derive(Debug, Clone)]
-pub(crate) struct ChartsAboard(Arc<Shared>);
+pub struct ChartsAboard(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -69,7 +69,7 @@ struct Shared {
 
 impl ChartsAboard {
     /// What is known in this folder of data. A file that cannot be read is as good as none: vessels say it again.
-    pub(crate) fn open(data: &Path) -> Self {
+    pub fn open(data: &Path) -> Self {
         let path = data.join("charts/aboard.json");
         let told = read(&path).unwrap_or_else(|error| {
             tracing::warn!(%error, "which charts are aboard is known when the vessels say it again");
@@ -79,13 +79,13 @@ impl ChartsAboard {
     }
 
     /// A vessel says this.
-    pub(crate) fn tell(&self, vessel: Address, report: ChartReport) {
+    pub fn tell(&self, vessel: Address, report: ChartReport) {
         let mut told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
         told.insert(vessel.0, Told::of(report, clock::now().micros()));
     }
 
     /// Writes the file.
-    pub(crate) fn save(&self) {
+    pub fn save(&self) {
         let _saving = self.0.saving.lock().unwrap_or_else(PoisonError::into_inner);
         let told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if let Err(error) = write(&self.0.path, &told) {
@@ -94,12 +94,12 @@ impl ChartsAboard {
     }
 
     /// The vessels of which something is known.
-    pub(crate) fn vessels(&self) -> Vec<u16> {
+    pub fn vessels(&self) -> Vec<u16> {
         self.0.told.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect()
     }
 
     /// What a vessel holds, beside what is ashore.
-    pub(crate) fn chart(&self, vessel: Address, ashore: Option<ChartDigest>) -> VesselChart {
+    pub fn chart(&self, vessel: Address, ashore: Option<ChartDigest>) -> VesselChart {
         let told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
         compared(told.get(&vessel.0), ashore)
     }

@@ -17,7 +17,7 @@ const OBJECTS: usize = 50;
 const PROFILE: f64 = 400.0;
 
 /// The set as it is.
-pub(crate) fn described(charts: &Charts) -> ChartSet {
+pub fn described(charts: &Charts) -> ChartSet {
     let limits = charts.limits();
     let empty = ChartSet {
         trouble: charts.trouble(),
@@ -111,7 +111,7 @@ fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> Cha
 ///
 /// # Errors
 /// The charts cannot be read.
-pub(crate) fn at(set: &Set, limits: &GuardLimits, place: LatLon, within_m: f64) -> Result<ChartNear, String> {
+pub fn at(set: &Set, limits: &GuardLimits, place: LatLon, within_m: f64) -> Result<ChartNear, String> {
     let sheet = set.sheet()?;
     let (autonomous, navigable) = demands(limits);
     let answer = set.index.depth_at(place, &autonomous);
@@ -152,7 +152,7 @@ fn object(sheet: &Sheet, near: &Near) -> Option<ChartObject> {
 ///
 /// # Errors
 /// The charts cannot be read.
-pub(crate) fn corridor(
+pub fn corridor(
     set: &Set,
     limits: &GuardLimits,
     points: &[LatLon],
@@ -187,6 +187,6 @@ pub(crate) fn corridor(
 }
 
 /// Length of a way (m).
-pub(crate) fn way_m(points: &[LatLon]) -> f64 {
+pub fn way_m(points: &[LatLon]) -> f64 {
     points.windows(2).map(|pair| Leg { from: pair[0], to: pair[1] }.length_m()).sum()
 }

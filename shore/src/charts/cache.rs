@@ -11,7 +11,7 @@ const OVERHEAD: usize = 128;
 
 /// A cache of tiles.
 #[derive(Debug)]
-pub(super) struct Cache {
+pub(crate) struct Cache {
     most: usize,
     bytes: usize,
     clock: u64,
@@ -21,12 +21,12 @@ pub(super) struct Cache {
 
 impl Cache {
     /// An empty cache for so many bytes.
-    pub(super) fn new(most: usize) -> Self {
+    pub(crate) fn new(most: usize) -> Self {
         Self { most, bytes: 0, clock: 0, tiles: HashMap::new(), by_use: BTreeMap::new() }
     }
 
     /// The tile, which is the last used now.
-    pub(super) fn get(&mut self, key: Key) -> Option<Bytes> {
+    pub(crate) fn get(&mut self, key: Key) -> Option<Bytes> {
         let (used, tile) = self.tiles.get_mut(&key)?;
         self.by_use.remove(used);
         self.clock += 1;
@@ -36,7 +36,7 @@ impl Cache {
     }
 
     /// Keeps a tile; those used longest ago make room. One that is larger than all room is not kept.
-    pub(super) fn put(&mut self, key: Key, tile: Bytes) {
+    pub(crate) fn put(&mut self, key: Key, tile: Bytes) {
         let takes = tile.len() + OVERHEAD;
         if takes > self.most {
             return;

@@ -9,15 +9,15 @@ const MOST: usize = 100;
 
 /// What a plan is judged by.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Limits {
+pub struct Limits {
     /// What is demanded of the water.
-    pub(crate) demanded: GuardLimits,
+    pub demanded: GuardLimits,
     /// Whether the vessel told it.
-    pub(crate) of_vessel: bool,
+    pub of_vessel: bool,
 }
 
 /// A verdict as it is told.
-pub(crate) fn told(verdict: &Verdict, limits: &Limits) -> Guard {
+pub fn told(verdict: &Verdict, limits: &Limits) -> Guard {
     Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,
@@ -29,7 +29,7 @@ pub(crate) fn told(verdict: &Verdict, limits: &Limits) -> Guard {
 }
 
 /// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
-pub(super) fn without(trouble: &str, limits: &Limits) -> Guard {
+pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
     Guard {
         autonomous_m: limits.demanded.autonomous_m,
         of_vessel: limits.of_vessel,

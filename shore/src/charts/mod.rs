@@ -9,13 +9,14 @@ mod answer;
 mod cache;
 mod guard;
 mod parcel;
+mod settings;
 
-pub(crate) use aboard::ChartsAboard;
-pub(crate) use answer::{at, corridor, described, way_m};
-pub(crate) use guard::{Limits, told};
-pub(crate) use parcel::Parcel;
+pub use aboard::ChartsAboard;
+pub use answer::{at, corridor, described, way_m};
+pub use guard::{Limits, told};
+pub use parcel::Parcel;
+pub use settings::Settings;
 
-use crate::config::Config;
 use cache::Cache;
 use chartdb::{Chart, ChartDb};
 use charts::depth_index::{Demand, DepthIndex};
@@ -39,7 +40,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(2);
 
 /// The sea chart; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct Charts(Arc<Shared>);
+pub struct Charts(Arc<Shared>);
 
 struct Shared {
     path: PathBuf,
@@ -75,13 +76,13 @@ impl Stamp {
 }
 
 /// A chart set in memory.
-pub(crate) struct Set {
+pub struct Set {
     /// What names its contents, in hexadecimal digits.
-    pub(crate) digest: String,
+    pub digest: String,
     /// The charts by name.
-    pub(crate) charts: Vec<Chart>,
+    pub charts: Vec<Chart>,
     /// How deep it is.
-    pub(crate) index: DepthIndex,
+    pub index: DepthIndex,
     /// What vessels get of it; nothing where that cannot be read.
     parcel: Option<Arc<Parcel>>,
     path: PathBuf,
@@ -91,11 +92,11 @@ pub(crate) struct Set {
 
 impl Charts {
     /// Nothing yet; [`Self::look`] takes what is there.
-    pub(crate) fn new(config: &Config) -> Self {
-        let cache_bytes = usize::try_from(config.charts.tiles_mib << 20).unwrap_or(usize::MAX);
+    pub fn new(settings: &crate::Settings) -> Self {
+        let cache_bytes = usize::try_from(settings.charts.tiles_mib << 20).unwrap_or(usize::MAX);
         Self(Arc::new(Shared {
-            path: config.chart_set(),
-            limits: config.charts.limits(),
+            path: settings.chart_set(),
+            limits: settings.charts.limits(),
             cache_bytes,
             now: RwLock::default(),
             seen: Mutex::default(),
@@ -104,22 +105,22 @@ impl Charts {
     }
 
     /// What is demanded of the water where no vessel told its own limits.
-    pub(crate) fn limits(&self) -> &GuardLimits {
+    pub fn limits(&self) -> &GuardLimits {
         &self.0.limits
     }
 
     /// The set, if there is one.
-    pub(crate) fn set(&self) -> Option<Arc<Set>> {
+    pub fn set(&self) -> Option<Arc<Set>> {
         self.now().set
     }
 
     /// What vessels are offered, as it changes.
-    pub(crate) fn offered(&self) -> watch::Receiver<Option<Arc<Parcel>>> {
+    pub fn offered(&self) -> watch::Receiver<Option<Arc<Parcel>>> {
         self.0.offered.subscribe()
     }
 
     /// Why there is none although there is a file.
-    pub(crate) fn trouble(&self) -> Option<String> {
+    pub fn trouble(&self) -> Option<String> {
         self.now().trouble
     }
 
@@ -128,7 +129,7 @@ impl Charts {
     }
 
     /// Takes the set on the disk, if it is another one than before. Reads for as long as a large set takes.
-    pub(crate) fn look(&self) {
+    pub fn look(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let stamp = Stamp::of(&self.0.path);
         if *seen == stamp {
@@ -166,7 +167,7 @@ impl Charts {
 
     /// Looks every two seconds until the server ends, and draws nothing for those who ask first: the sheet of a new
     /// set is made beforehand.
-    pub(crate) async fn keep(self, stop: CancellationToken) {
+    pub async fn keep(self, stop: CancellationToken) {
         let mut every = tokio::time::interval(LOOK_EVERY);
         while stop.run_until_cancelled(every.tick()).await.is_some() {
             let charts = self.clone();
@@ -181,13 +182,13 @@ impl Charts {
     }
 
     /// Whether a vessel with these limits may set out from there by itself; not where there is no chart.
-    pub(crate) fn afloat(&self, place: LatLon, limits: &GuardLimits) -> bool {
+    pub fn afloat(&self, place: LatLon, limits: &GuardLimits) -> bool {
         let demand = Demand { position_m: 0.0, ..limits.demand(limits.autonomous_m) };
         self.set().is_some_and(|set| set.index.depth_at(place, &demand).navigable)
     }
 
     /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
-    pub(crate) fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
+    pub fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
         match self.now() {
             Now { set: Some(set), .. } => {
                 Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
@@ -222,7 +223,7 @@ impl Set {
     ///
     /// # Errors
     /// The charts cannot be read, or are others by now: then the new set is about to be taken.
-    pub(crate) fn sheet(&self) -> Result<&Sheet, String> {
+    pub fn sheet(&self) -> Result<&Sheet, String> {
         let make = || {
             let db = ChartDb::open(&self.path).map_err(|error| error.to_string())?;
             let digest = db.digest().map_err(|error| error.to_string())?;
@@ -243,7 +244,7 @@ impl Set {
     ///
     /// # Errors
     /// There is no such tile, or the charts cannot be read.
-    pub(crate) fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<bytes::Bytes, Undrawn> {
+    pub fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<bytes::Bytes, Undrawn> {
         let key = (zoom, x, y);
         let tiles = || self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(tile) = tiles().get(key) {
@@ -260,7 +261,7 @@ impl Set {
 
 /// Why there is no tile.
 #[derive(Debug)]
-pub(crate) enum Undrawn {
+pub enum Undrawn {
     /// It does not exist.
     None(NoTile),
     /// The charts cannot be read.

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// The file, held open: an import meanwhile puts another in its place and leaves this one as it is.
 #[derive(Debug)]
-pub(crate) struct Parcel {
+pub struct Parcel {
     path: PathBuf,
     file: File,
     digest: ChartDigest,
@@ -25,7 +25,7 @@ impl Parcel {
     ///
     /// # Errors
     /// When there is none, or it is of another state of the set.
-    pub(crate) fn open(db: &Path, loaded: &LoadedIndex) -> io::Result<Self> {
+    pub fn open(db: &Path, loaded: &LoadedIndex) -> io::Result<Self> {
         let path = index_path(db);
         let file = File::open(&path)?;
         let (mut hash, mut bytes, mut buffer) = (Sha256::new(), 0, vec![0; 256 << 10]);
@@ -45,22 +45,22 @@ impl Parcel {
     }
 
     /// Where the file lies.
-    pub(crate) fn path(&self) -> &Path {
+    pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// What vessels are offered.
-    pub(crate) fn offer(&self) -> ChartOffer {
+    pub fn offer(&self) -> ChartOffer {
         ChartOffer { digest: self.digest, bytes: self.bytes, edition: self.edition.clone() }
     }
 
     /// SHA-256 of the file.
-    pub(crate) fn digest(&self) -> ChartDigest {
+    pub fn digest(&self) -> ChartDigest {
         self.digest
     }
 
     /// A part of it; nothing where it cannot be read.
-    pub(crate) fn part(&self, offset: u64, length: u32) -> Option<Bytes> {
+    pub fn part(&self, offset: u64, length: u32) -> Option<Bytes> {
         let mut part = vec![0; length as usize];
         let read = self.file.read_exact_at(&mut part, offset);
         read.inspect_err(|error| tracing::error!(%error, "the chart for the vessels cannot be read")).ok()?;
@@ -71,7 +71,7 @@ impl Parcel {
     ///
     /// # Errors
     /// A disk does not do it.
-    pub(crate) fn copy(&self, to: &Path) -> io::Result<()> {
+    pub fn copy(&self, to: &Path) -> io::Result<()> {
         let mut part = to.as_os_str().to_owned();
         part.push(".part");
         let part = PathBuf::from(part);

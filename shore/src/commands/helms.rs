@@ -6,15 +6,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The vessels that are steered by hand through this server: each by one window.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Helms(Arc<Mutex<BTreeSet<Address>>>);
+pub struct Helms(Arc<Mutex<BTreeSet<Address>>>);
 
 /// One's place at a helm, until it is dropped.
 #[derive(Debug)]
-pub(crate) struct Helm(Helms, Address);
+pub struct Helm(Helms, Address);
 
 impl Helms {
     /// The helm of a vessel, unless another window has it.
-    pub(crate) fn take(&self, vessel: Address) -> Option<Helm> {
+    pub fn take(&self, vessel: Address) -> Option<Helm> {
         let mut taken = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         taken.insert(vessel).then(|| Helm(self.clone(), vessel))
     }

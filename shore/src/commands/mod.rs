@@ -1,253 +1,235 @@
-//! Orders to vessels, from the asking to the end.
+//! The one way in for orders to vessels, whoever gives them: pages, programs, the demo, tests.
 //!
-//! A task of the server's carries each order, so that one is never left half done because whoever gave it went away. The
-//! audit log holds that it was asked before it is sent; how far it gets (sent, received, its effect, or why not) is
-//! written as it happens, by [`keep_log`], as is what happens to control by itself.
+//! An order passes role (the caller's), the guard against grounding, lease and audit log, and goes down by the hub's one
+//! downlink. A task of the shore's carries each order, so that one is never left half done because whoever gave it went
+//! away. The audit log holds that it was asked before it is sent; how far it gets (sent, received, its effect, or why not)
+//! is written as it happens ([`log`]), as is what happens to control by itself.
 
-use super::error::ApiError;
-use super::grounding;
+pub mod grounding;
+mod helms;
+mod log;
+pub mod steering;
+mod stop;
+pub mod view;
+
+pub use grounding::Grounding;
+pub use helms::{Helm, Helms};
+pub use stop::{Stop, Stops};
+
 use crate::clock;
-use crate::people::audit::{self, Act};
-use crate::people::{Fault, Line, People, Principal};
-use crate::relay::Relay;
-use crate::shore::{AppState, control};
-use api::Command;
-use axum::http::StatusCode;
-use hub::{Change, Dispatched, Holder, Hub, LeaseEvent, LeaseRefused, Order};
-use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
-use imc::{Address, PacketView};
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::audit::{self, Act};
+use crate::identity::{Fault, Line, People, Principal};
+use crate::router::Router;
+use api::{Command, Lease, PlansAboard};
+use hub::CommandId;
+use imc::Address;
+use operations::{Holder, LeaseAsk, LeaseRefused, Operations, Order};
 use std::time::Duration;
 use tokio::sync::oneshot;
-use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
 
 /// How long an order that is no stop waits for the audit log.
 const AUDIT_PATIENCE: Duration = Duration::from_secs(5);
-/// What happened is fetched at least so often; at once, when something did.
-const LOG_EVERY: Duration = Duration::from_secs(1);
+/// Commands of a vessel that are given at once.
+const LATEST: usize = 100;
 
 /// Who orders, from where.
 #[derive(Debug, Clone)]
-pub(crate) struct Issuer {
+pub struct Issuer {
     /// The person.
-    pub(crate) who: Principal,
+    pub who: Principal,
     /// The network address, for the audit log.
-    pub(crate) from: String,
+    pub from: String,
     /// Which of the person's windows.
-    pub(crate) window: String,
+    pub window: String,
 }
 
 impl Issuer {
     /// As a command knows them.
-    pub(super) fn asked(&self) -> hub::Asked {
-        hub::Asked { name: self.who.name.clone(), actor: self.who.actor(), from: self.from.clone() }
+    pub fn asked(&self) -> operations::Asked {
+        operations::Asked { name: self.who.name.clone(), actor: self.who.actor(), from: self.from.clone() }
     }
 
     /// As a lease knows them.
-    pub(super) fn holder(&self) -> Holder {
+    pub fn holder(&self) -> Holder {
         Holder { person: self.who.person, name: self.who.name.clone(), key: self.window.clone() }
     }
 }
 
-/// Gives a vessel an order: refused where the chart shows danger and without the lease, written into the audit log, sent by
-/// the way that leads there. It is carried out whether anybody waits for this or not; what becomes of it is told by the
-/// command's later stages.
-///
-/// # Errors
-/// The order is none, somebody else has control, or the audit log cannot be written.
-pub(crate) async fn issue(
-    state: &AppState,
-    vessel: Address,
-    by: &Issuer,
-    order: Order,
-) -> Result<Command, ApiError> {
-    let (told, outcome) = oneshot::channel();
-    let (task, by) = (state.clone(), by.clone());
-    state.tasks.spawn(async move {
-        // Whoever asked may be gone.
-        told.send(carry_out(&task, vessel, &by, order).await).ok();
-    });
-    outcome.await.unwrap_or_else(|_| Err(ApiError::internal(&"an order ended without a word")))
+/// The command service; cheap to clone.
+#[derive(Clone)]
+pub struct Commands {
+    router: Router,
+    people: People,
+    grounding: Grounding,
+    stops: Stops,
+    tasks: TaskTracker,
 }
 
-async fn carry_out(
-    state: &AppState,
-    vessel: Address,
-    by: &Issuer,
-    order: Order,
-) -> Result<Command, ApiError> {
-    let verb = order.verb();
-    let stops = move |hub: &mut Hub, _| hub.commands().stops(vessel);
-    let stops = state.relay.look(stops).await.map_err(|_| ApiError::stopping())?;
-    let subjects = subjects(state, vessel, &order).await?;
-    let refused = |text: &str| {
-        for subject in &subjects {
-            let (actor, address) = (by.who.actor(), by.from.clone());
-            let (subject, outcome) = (subject.clone(), text.to_owned());
-            state.people.note(Line { actor, address, action: verb, subject, outcome });
-        }
-    };
-    if let Some(danger) = grounding::danger(state, vessel, &order).await? {
-        refused(&danger.text);
-        return Err(danger);
+impl Commands {
+    pub(crate) fn new(router: Router, people: People, grounding: Grounding, tasks: TaskTracker) -> Self {
+        Self { router, people, grounding, stops: Stops::default(), tasks }
     }
-    let (holder, asked) = (by.holder(), by.asked());
-    let begin = move |hub: &mut Hub, now| {
-        let epoch = if order.takes_lease() {
-            hub.leases().epoch(now, vessel, &holder).map_err(|why| no_control(&why))?
+
+    /// Who commands a vessel.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn lease(&self, vessel: Address) -> Result<Lease> {
+        let ask = move |operations: &mut Operations, _| view::lease(vessel, operations.leases().of(vessel));
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// Takes, gives back or hands on control. It is in memory, and is written down afterwards: control of a boat is taken
+    /// also while the disk hangs.
+    ///
+    /// # Errors
+    /// Somebody else has control.
+    pub async fn ask_lease(&self, vessel: Address, by: Issuer, ask: LeaseAsk, reason: &str) -> Result<Lease> {
+        let subject = if reason.is_empty() { vessel.to_string() } else { format!("{vessel}: {reason}") };
+        let action = match ask {
+            LeaseAsk::Request(_) => Some("lease.request"),
+            LeaseAsk::Grant => Some("lease.grant"),
+            LeaseAsk::Decline => Some("lease.decline"),
+            LeaseAsk::Release => Some("lease.release"),
+            // That a page is still there is no act of anybody.
+            LeaseAsk::Renew => None,
+            LeaseAsk::Take(_) => Some("lease.take"),
+        };
+        let holder = by.holder();
+        let change = move |operations: &mut Operations, now| {
+            operations.leases_mut().ask(now, vessel, &holder, ask)?;
+            Ok::<_, LeaseRefused>(view::lease(vessel, operations.leases().of(vessel)))
+        };
+        let changed = self.router.ask(change).await?;
+        if let Some(action) = action {
+            let outcome = changed.as_ref().map_or_else(ToString::to_string, |_| "done".to_owned());
+            self.people.note(Line { actor: by.who.actor(), address: by.from, action, subject, outcome });
+        }
+        changed.map_err(|why| Error::new(ErrorKind::NoControl, why.to_string()))
+    }
+
+    /// The latest commands of a vessel, the newest first.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn latest(&self, vessel: Address) -> Result<Vec<Command>> {
+        let ask = move |operations: &mut Operations, _| {
+            operations.commands().of(vessel).take(LATEST).map(view::command).collect()
+        };
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// One command of a vessel, with what the vessel answered; `None` when it is not known any more.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn one(&self, vessel: Address, id: u64) -> Result<Option<Command>> {
+        let ask = move |operations: &mut Operations, _| {
+            operations.commands().get(CommandId(id)).filter(|one| one.vessel == vessel).map(view::whole)
+        };
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// The plans that a vessel stores, as far as it reported them.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn plans_aboard(&self, vessel: Address) -> Result<PlansAboard> {
+        let ask = move |operations: &mut Operations, _| view::aboard(operations.commands().aboard(vessel));
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// Gives a vessel an order: refused where the chart shows danger and without the lease, written into the audit log,
+    /// sent by the way that leads there. It is carried out whether anybody waits for this or not; what becomes of it is
+    /// told by the command's later stages.
+    ///
+    /// # Errors
+    /// The order is none, somebody else has control, or the audit log cannot be written.
+    pub async fn issue(&self, vessel: Address, by: &Issuer, order: Order) -> Result<Command> {
+        let (told, outcome) = oneshot::channel();
+        let (service, by) = (self.clone(), by.clone());
+        self.tasks.spawn(async move {
+            // Whoever asked may be gone.
+            told.send(service.carry_out(vessel, &by, order).await).ok();
+        });
+        outcome.await.unwrap_or_else(|_| Err(Error::internal(&"an order ended without a word")))
+    }
+
+    async fn carry_out(&self, vessel: Address, by: &Issuer, order: Order) -> Result<Command> {
+        let verb = order.verb();
+        let stops = self.router.ask(move |operations, _| operations.commands().stops(vessel)).await?;
+        let subjects = self.subjects(vessel, &order).await?;
+        if let Some(danger) = self.grounding.danger(vessel, &order).await? {
+            self.note_refused(by, verb, &subjects, &danger.text);
+            return Err(danger);
+        }
+        let (holder, asked) = (by.holder(), by.asked());
+        let begin = move |operations: &mut Operations, now| {
+            operations.begin(now, vessel, (&asked, &holder), order, stops)
+        };
+        let id = match self.router.ask(begin).await? {
+            Ok(id) => id,
+            Err(why) => {
+                self.note_refused(by, verb, &subjects, &why.to_string());
+                return Err(why.into());
+            }
+        };
+        if let Err(fault) = self.write_asked(by, verb, &subjects).await {
+            tracing::error!(%vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
+            let why = "NOT SENT: the audit log cannot be written";
+            let refuse = move |operations: &mut Operations, now| {
+                operations.commands_mut().refused(now, id, why.to_owned());
+            };
+            self.router.ask(refuse).await?;
+            let text = format!("{why}, and nothing is ordered without it. Try again; STOP works.");
+            return Err(Error { text, ..Error::from(fault) });
+        }
+        let holder = by.holder();
+        let send = move |operations: &mut Operations, now| {
+            operations.dispatch(now, id, Some(&holder));
+            operations.commands().get(id).map(view::command)
+        };
+        let command = self.router.ask(send).await?;
+        command.ok_or_else(|| Error::internal(&"a command was forgotten while it was open"))
+    }
+
+    /// What an order is about, as the audit log has it: each parameter by itself, with its value before.
+    async fn subjects(&self, vessel: Address, order: &Order) -> Result<Vec<String>> {
+        let subjects = if let Order::SetParameters { .. } = order {
+            let order = order.clone();
+            let ask = move |operations: &mut Operations, _| operations.commands().subjects(vessel, &order);
+            self.router.ask(ask).await?
         } else {
-            0
+            vec![order.subject()]
         };
-        if order.commands() && hub.commands().stops(vessel) != stops {
-            return Err(unprocessable("a stop was ordered before it could be sent".to_owned()));
-        }
-        hub.commands_mut().begin(now, vessel, &asked, epoch, order).map_err(unprocessable)
-    };
-    let id = match state.relay.look(begin).await.map_err(|_| ApiError::stopping())? {
-        Ok(id) => id,
-        Err(error) => {
-            refused(&error.text);
-            return Err(error);
-        }
-    };
-    if let Err(fault) = write_asked(state, by, verb, &subjects).await {
-        tracing::error!(%vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
-        let why = "NOT SENT: the audit log cannot be written";
-        let refuse = move |hub: &mut Hub, now| hub.commands_mut().refused(now, id, why.to_owned());
-        state.relay.look(refuse).await.map_err(|_| ApiError::stopping())?;
-        let error = ApiError::from(fault);
-        let text = format!("{why}, and nothing is ordered without it. Try again; STOP works.");
-        return Err(ApiError { text, ..error });
+        Ok(subjects.into_iter().map(|subject| format!("{vessel} {subject}")).collect())
     }
-    let holder = by.holder();
-    let send = move |hub: &mut Hub, now| {
-        dispatch(hub, now, id, vessel, Some(&holder));
-        hub.commands().get(id).map(control::command)
-    };
-    let command = state.relay.look(send).await.map_err(|_| ApiError::stopping())?;
-    command.ok_or_else(|| ApiError::internal(&"a command was forgotten while it was open"))
-}
 
-/// What an order is about, as the audit log has it: each parameter by itself, with its value before.
-async fn subjects(state: &AppState, vessel: Address, order: &Order) -> Result<Vec<String>, ApiError> {
-    let subjects = if let Order::SetParameters { .. } = order {
-        let order = order.clone();
-        let look = move |hub: &mut Hub, _| hub.commands().subjects(vessel, &order);
-        state.relay.look(look).await.map_err(|_| ApiError::stopping())?
-    } else {
-        vec![order.subject()]
-    };
-    Ok(subjects.into_iter().map(|subject| format!("{vessel} {subject}")).collect())
-}
-
-/// Writes into the audit log that an order was asked for.
-async fn write_asked(
-    state: &AppState,
-    by: &Issuer,
-    action: &'static str,
-    subjects: &[String],
-) -> Result<(), Fault> {
-    let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
-    let write = state.people.change(move |db| {
-        for subject in &subjects {
-            let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
-            audit::record(db, act, clock::now())?;
+    fn note_refused(&self, by: &Issuer, action: &'static str, subjects: &[String], why: &str) {
+        for subject in subjects {
+            let (actor, address) = (by.who.actor(), by.from.clone());
+            let (subject, outcome) = (subject.clone(), why.to_owned());
+            self.people.note(Line { actor, address, action, subject, outcome });
         }
-        Ok(())
-    });
-    tokio::time::timeout(AUDIT_PATIENCE, write).await.unwrap_or(Err(Fault::Hangs))
-}
-
-/// Sends an order, if the lease that it was given under still holds; `None` for what takes none.
-pub(super) fn dispatch(
-    hub: &mut Hub,
-    now: hub::Now,
-    id: hub::CommandId,
-    vessel: Address,
-    holder: Option<&Holder>,
-) -> Option<Dispatched> {
-    let epoch = hub.commands().get(id).map_or(0, |command| command.epoch);
-    if epoch != 0 && holder.is_none_or(|holder| hub.leases().epoch(now, vessel, holder) != Ok(epoch)) {
-        hub.commands_mut().refused(now, id, "control was lost before it was sent".to_owned());
-        return None;
     }
-    let ran = running(hub, vessel);
-    let order = hub.commands_mut().accepted(now, id, ran)?;
-    let dispatched = hub.dispatch(now, order);
-    hub.commands_mut().dispatched(now, id, &dispatched);
-    Some(dispatched)
-}
 
-/// The plan that a vessel said it executes.
-pub(super) fn running(hub: &Hub, vessel: Address) -> Option<String> {
-    let (_, series) = hub.fleet().system(vessel)?.latest(PlanControlState::ID)?;
-    let state: PlanControlState = imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()??;
-    let runs = matches!(state.state, PlanControlStateState::Executing | PlanControlStateState::Initializing);
-    runs.then(|| state.plan_id.to_str_lossy().into_owned())
-}
-
-/// What cannot be.
-pub(super) fn unprocessable(text: String) -> ApiError {
-    ApiError::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text)
-}
-
-/// Somebody else has control.
-pub(super) fn no_control(why: &LeaseRefused) -> ApiError {
-    ApiError::new(StatusCode::CONFLICT, "no_control", why.to_string())
-}
-
-/// Writes down how far commands get and what happens to leases by itself, until the server ends.
-pub(crate) async fn keep_log(relay: Relay, people: People, stop: CancellationToken) {
-    let mut changed = relay.revision();
-    loop {
-        let happened = async {
-            // Without a hub nothing happens any more.
-            if changed.changed().await.is_err() {
-                std::future::pending::<()>().await;
+    /// Writes into the audit log that an order was asked for.
+    async fn write_asked(
+        &self,
+        by: &Issuer,
+        action: &'static str,
+        subjects: &[String],
+    ) -> std::result::Result<(), Fault> {
+        let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
+        let write = self.people.change(move |db| {
+            for subject in &subjects {
+                let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
+                audit::record(db, act, clock::now())?;
             }
-        };
-        let ends = tokio::select! {
-            () = stop.cancelled() => true,
-            () = happened => false,
-            () = tokio::time::sleep(LOG_EVERY) => false,
-        };
-        let drain = |hub: &mut Hub, _| (hub.leases_mut().drain(), hub.commands_mut().drain());
-        let Ok(((leases, leases_lost), (commands, commands_lost))) = relay.look(drain).await else { return };
-        if leases_lost + commands_lost > 0 {
-            tracing::error!(leases_lost, commands_lost, "what happened is not all in the audit log");
-        }
-        for event in leases {
-            tracing::info!(vessel = %event.vessel, change = event.change.name(), who = event.who, "control");
-            if let Some(line) = of_lease(event) {
-                people.note(line);
-            }
-        }
-        for hub::CommandEvent { vessel, by, verb, subject, step } in commands {
-            let stage = step.stage.name();
-            tracing::info!(%vessel, actor = by.actor, verb, subject, stage, text = step.text, "command");
-            let outcome =
-                if step.text.is_empty() { stage.to_owned() } else { format!("{stage}: {}", step.text) };
-            let subject = format!("{vessel} {subject}");
-            people.note(Line { actor: by.actor, address: by.from, action: verb, subject, outcome });
-        }
-        if ends {
-            return;
-        }
+            Ok(())
+        });
+        tokio::time::timeout(AUDIT_PATIENCE, write).await.unwrap_or(Err(Fault::Hangs))
     }
-}
-
-/// What happened to a lease by itself; what somebody asked for is written down where they ask.
-fn of_lease(event: LeaseEvent) -> Option<Line> {
-    let action = match event.change {
-        Change::Expired => "lease.expired",
-        Change::Unanswered => "lease.unanswered",
-        Change::Granted => "lease.granted",
-        Change::Requested
-        | Change::HandedOver
-        | Change::Declined
-        | Change::Withdrawn
-        | Change::Released
-        | Change::TakenOver => return None,
-    };
-    let (subject, outcome) = (event.vessel.to_string(), "done".to_owned());
-    Some(Line { actor: event.who, address: String::new(), action, subject, outcome })
 }

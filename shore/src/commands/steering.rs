@@ -1,7 +1,7 @@
-//! `/api/v1/vessels/{vessel}/teleop`: a person steers a vessel by hand, over a WebSocket.
+//! A person steers a vessel by hand.
 //!
-//! [`hub::Teleop`] decides what goes to the vessel; here are its socket, its clock and its doors. A stick position goes
-//! out only while this window has control, by the vessel's link with a time to live, else by the door behind which the
+//! [`operations::Teleop`] decides what goes to the vessel; here are its clock and its ways down. A stick position goes out
+//! only while this window has control, by the vessel's link with a time to live, else by the connection behind which the
 //! vessel is heard. However the conversation ends, the vessel is told to stop and that steering by hand is over; when it
 //! cannot be told, the life of the last stick position ends aboard. When control is lost the link itself stops the
 //! vessel; one that is reached otherwise knows of no control, and is told to stop. Either is told that it is not steered by
@@ -10,73 +10,22 @@
 mod to_vessel;
 
 use self::to_vessel::{dispatch, keys, release};
-use super::caller::Caller;
-use super::guard::{OfVessel, Who, identify};
-use super::orders::{Issuer, issue, running};
-use super::outgoing;
-use crate::people::Line;
-use crate::shore::{AppState, Helm};
-use api::{Role, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold};
-use axum::extract::State;
-use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
-use axum::http::HeaderMap;
-use axum::response::Response;
-use hub::{CommandId, Hub, Order, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, Why};
+use super::{Commands, Helm, Helms, Issuer};
+use crate::error::ErrorKind;
+use crate::identity::{Line, Principal};
+use crate::links::Links;
+use crate::router::Stopped;
+use api::{TeleopPhase, TeleopSample, TeleopStop, TeleopTold};
+use hub::CommandId;
 use imc::Address;
+use operations::{Operations, Order, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, WARN_OVER, Why};
 use std::time::Duration;
-use tokio::time::MissedTickBehavior;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
-/// Bytes that a browser may send at once.
-const SAY_BYTES: usize = 2 * 1024;
-/// Bytes that may wait in the socket of a browser that takes nothing.
-const WAITING_BYTES: usize = 64 * 1024;
-/// How often the server looks at what it has, and answers.
-const TICK: Duration = Duration::from_millis(50);
 /// A stop is still worth delivering after this, unlike a stick position.
 const STOP_LASTS: Duration = Duration::from_secs(2);
 /// A vessel that says nothing for so long is not steered: it says something many times a second.
-const HEARD_WITHIN: Duration = hub::BUDGET;
-/// A browser that takes nothing for so long is let go.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// Looks without a word from the browser, one each [`TICK`], after which it is let go, and the helm with it: 3 s. What
-/// holds up the server lets no time pass here, as what came meanwhile is not read yet.
-const SILENT_LOOKS: u32 = 60;
-/// Rights are looked at again at least so often.
-const RIGHTS_EVERY: Duration = Duration::from_secs(30);
-
-/// `GET /api/v1/vessels/{vessel}/teleop`.
-pub(crate) async fn socket(
-    State(state): State<AppState>,
-    OfVessel(vessel): OfVessel,
-    Who(who): Who,
-    caller: Caller,
-    headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
-) -> Response {
-    outgoing::bounded(upgrade, SAY_BYTES, WAITING_BYTES).on_upgrade(move |socket| {
-        let tasks = state.tasks.clone();
-        let late = state.links.late_sticks(vessel);
-        let by = Issuer { who, from: caller.address.to_string(), window: String::new() };
-        let session = Session {
-            state,
-            vessel,
-            by,
-            caller,
-            headers,
-            teleop: Teleop::new(),
-            phase: Phase::Idle,
-            helm: None,
-            late,
-            said: (String::new(), ""),
-            silent: 0,
-        };
-        tasks.track_future(session.run(socket))
-    })
-}
-
-/// Why the socket is closed: code and words of the protocol.
-type End = (u16, &'static str);
+const HEARD_WITHIN: Duration = operations::BUDGET;
 
 #[derive(Debug, Clone, Copy)]
 enum Phase {
@@ -87,12 +36,13 @@ enum Phase {
     Live,
 }
 
-struct Session {
-    state: AppState,
+/// One window's steering of one vessel, from the opening of its connection to the end.
+pub struct Steering {
+    commands: Commands,
+    links: Links,
+    helms: Helms,
     vessel: Address,
     by: Issuer,
-    caller: Caller,
-    headers: HeaderMap,
     teleop: Teleop,
     phase: Phase,
     /// This window's place while it is not idle.
@@ -101,85 +51,71 @@ struct Session {
     late: u64,
     /// Why it is not begun, or ended, and what to do about that.
     said: (String, &'static str),
-    /// Looks since the browser said something.
-    silent: u32,
 }
 
 /// What the hub says when it is asked to steer.
-struct Looked {
+struct Answer {
     may: bool,
     running: bool,
     heard: bool,
     begun: Option<(Stage, String)>,
 }
 
-impl Session {
-    async fn run(mut self, mut socket: WebSocket) {
-        let (code, reason) = self.converse(&mut socket).await;
+impl Steering {
+    /// Nothing is steered before [`Steering::begin`].
+    pub fn new(commands: Commands, links: Links, helms: Helms, vessel: Address, by: Issuer) -> Self {
+        let late = links.late_sticks(vessel);
+        let (teleop, phase, said) = (Teleop::new(), Phase::Idle, (String::new(), ""));
+        Self { commands, links, helms, vessel, by, teleop, phase, helm: None, late, said }
+    }
+
+    /// The person as they are known now: their rights were looked at again.
+    pub fn is_of(&mut self, who: Principal) {
+        self.by.who = who;
+    }
+
+    /// Takes where the sticks are.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn sample(&mut self, sample: &TeleopSample) -> Result<(), Stopped> {
+        let now = self.now();
+        let sticks = self.noting(|teleop| teleop.sample(now.mono, &understood(sample)));
+        if matches!(self.phase, Phase::Live) && sticks.is_some() {
+            self.steer(sticks, now.utc).await?;
+        }
+        Ok(())
+    }
+
+    /// The window stops by itself, or the person lets go.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn interrupt(&mut self, why: TeleopStop) -> Result<(), Stopped> {
+        self.noting(|teleop| teleop.interrupt(because(why)));
+        self.stop_now().await
+    }
+
+    /// The person ends it.
+    pub async fn end(&mut self) {
         self.teleop.interrupt(Why::Person);
-        let why = if reason.is_empty() { "the window was closed or its connection broke" } else { reason };
+        self.finish("the person ended it", "").await;
+    }
+
+    /// The connection is over.
+    pub async fn close(mut self, why: &str) {
+        self.teleop.interrupt(Why::Person);
         self.finish(why, "").await;
-        let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
-        tokio::time::timeout(PATIENCE, socket.send(close)).await.ok();
     }
 
-    async fn converse(&mut self, socket: &mut WebSocket) -> End {
-        let mut tick = tokio::time::interval(TICK);
-        tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut rights = self.state.people.changes();
-        let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
-        loop {
-            let step = tokio::select! {
-                // What is due stops for certain; a flood of samples does not hold it up.
-                biased;
-                () = self.state.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
-                _ = tick.tick() => self.tick(socket).await,
-                _ = rights.changed() => self.check_rights().await,
-                _ = rights_due.tick() => self.check_rights().await,
-                said = socket.recv() => self.heed(said).await,
-            };
-            if let Err(end) = step {
-                return end;
-            }
-        }
-    }
-
-    /// Takes what the browser sent.
-    async fn heed(&mut self, said: Option<Result<Message, axum::Error>>) -> Result<(), End> {
-        self.silent = 0;
-        let text = match said {
-            Some(Ok(Message::Text(text))) => text,
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
-            Some(Ok(Message::Binary(_))) => return Err((close_code::UNSUPPORTED, "send JSON as text")),
-            Some(Ok(Message::Close(_)) | Err(_)) | None => return Err((close_code::NORMAL, "")),
-        };
-        match serde_json::from_str(&text) {
-            Ok(TeleopSay::Sample(sample)) => {
-                let now = self.state.relay.clock().now();
-                let sticks = self.noting(|teleop| teleop.sample(now.mono, &understood(&sample)));
-                if matches!(self.phase, Phase::Live) && sticks.is_some() {
-                    self.look(sticks, now.utc).await?;
-                }
-                Ok(())
-            }
-            Ok(TeleopSay::Begin { window }) => self.begin(window).await,
-            Ok(TeleopSay::Stop { why }) => {
-                self.noting(|teleop| teleop.interrupt(because(why)));
-                self.stop_now().await
-            }
-            Ok(TeleopSay::End {}) => {
-                self.teleop.interrupt(Why::Person);
-                self.finish("the person ended it", "").await;
-                Ok(())
-            }
-            Err(_) => Err((close_code::POLICY, "not understood: /api/v1/openapi.json tells all")),
-        }
+    fn now(&self) -> Now {
+        self.commands.router.clock().now()
     }
 
     /// Asks the vessel to be steered by hand.
-    async fn begin(&mut self, window: String) -> Result<(), End> {
+    pub async fn begin(&mut self, window: String) {
         if !matches!(self.phase, Phase::Idle) {
-            return Ok(());
+            return;
         }
         if !self.teleop.may_begin() {
             let trip = self.teleop.round_trip();
@@ -188,23 +124,22 @@ impl Session {
                 format!("Not begun: the round trip is {ms}; it may be 1000 ms."),
                 "Try again when the network is faster, or send the vessel by a plan.",
             );
-            return Ok(());
+            return;
         }
-        let Some(helm) = self.state.helms.take(self.vessel) else {
+        let Some(helm) = self.helms.take(self.vessel) else {
             let why = "Not begun: another window of yours steers this vessel.".to_owned();
             self.said = (why, "End it there first.");
-            return Ok(());
+            return;
         };
         self.by.window = window;
-        let order = Order::Teleoperate { by: self.state.relay.address() };
-        match issue(&self.state, self.vessel, &self.by, order).await {
+        let order = Order::Teleoperate { by: self.commands.router.address() };
+        match self.commands.issue(self.vessel, &self.by, order).await {
             Ok(command) => {
                 (self.phase, self.helm) = (Phase::Starting(CommandId(command.id)), Some(helm));
                 self.said = (String::new(), "");
             }
             Err(error) => self.said = (format!("Not begun: {}", error.text), ""),
         }
-        Ok(())
     }
 
     /// Does something with the hands; that they steer no more is worth a line.
@@ -218,33 +153,24 @@ impl Session {
         done
     }
 
-    /// Time passes: stops what is stale, and answers.
-    async fn tick(&mut self, socket: &mut WebSocket) -> Result<(), End> {
-        self.silent += 1;
-        if self.silent > SILENT_LOOKS {
-            // Of a computer that lost its network nothing tells that it is gone.
-            return Err((close_code::POLICY, "nothing came from the window for 3 s"));
-        }
-        let trip = self.state.links.round_trip(self.vessel);
+    /// Time passes: stops what is stale, and tells how it is.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn tick(&mut self) -> Result<TeleopTold, Stopped> {
+        let trip = self.links.round_trip(self.vessel);
         self.teleop.vessel_trip(trip.unwrap_or_default());
-        let now = self.state.relay.clock().now();
-        let late = self.state.links.late_sticks(self.vessel);
+        let now = self.now();
+        let late = self.links.late_sticks(self.vessel);
         if std::mem::replace(&mut self.late, late) != late {
             self.noting(|teleop| teleop.interrupt(Why::Unreached));
         }
         let sticks = self.noting(|teleop| teleop.tick(now));
         if !matches!(self.phase, Phase::Idle) {
             let sticks = sticks.filter(|_| matches!(self.phase, Phase::Live));
-            self.look(sticks, now.utc).await?;
+            self.steer(sticks, now.utc).await?;
         }
-        let now = self.state.relay.clock().now().mono;
-        let text = serde_json::to_string(&self.told(now, trip.is_some()))
-            .map_err(|_| (close_code::ERROR, "the server failed"))?;
-        match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) => Err((close_code::NORMAL, "")),
-            Err(_) => Err((close_code::POLICY, "too slow: the window took nothing for 1 s")),
-        }
+        Ok(self.told(self.now().mono, trip.is_some()))
     }
 
     fn told(&self, now: MonoTime, with_vessel: bool) -> TeleopTold {
@@ -272,42 +198,41 @@ impl Session {
             remedy: remedy.to_owned(),
             round_trip_ms: trip.map(|trip| trip.as_secs_f64() * 1e3),
             with_vessel,
-            slow: trip.is_some_and(|trip| trip > hub::WARN_OVER),
+            slow: trip.is_some_and(|trip| trip > WARN_OVER),
             cap: self.teleop.cap(),
         }
     }
 
-    /// Looks where the hub lives whether this window may steer and the vessel lets itself be steered, and sends. The
+    /// Asks the hub whether this window may steer and the vessel lets itself be steered, and sends. The
     /// time of the packet is that at which the sample was judged: its life aboard counts from then.
-    async fn look(&mut self, sticks: Option<Sticks>, at: UtcTime) -> Result<(), End> {
-        let gone = (close_code::AWAY, "the server is stopping");
+    async fn steer(&mut self, sticks: Option<Sticks>, at: UtcTime) -> Result<(), Stopped> {
         let (vessel, holder) = (self.vessel, self.by.holder());
         let asked = match &self.phase {
             Phase::Starting(id) => Some(*id),
             _ => None,
         };
-        let look = move |hub: &mut Hub, now: hub::Now| {
-            let epoch = hub.leases().epoch(now, vessel, &holder);
-            let begun = asked.and_then(|id| hub.commands().get(id)).map(|command| {
+        let steer = move |operations: &mut Operations, now: Now| {
+            let epoch = operations.leases().epoch(now, vessel, &holder);
+            let begun = asked.and_then(|id| operations.commands().get(id)).map(|command| {
                 (command.stage(), command.steps.last().map(|step| step.text.clone()).unwrap_or_default())
             });
-            let running = running(hub, vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
+            let running = operations.running(vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
             if let (Ok(epoch), Some(sticks)) = (&epoch, sticks) {
                 let life = if sticks.stop { STOP_LASTS } else { sticks.life };
-                dispatch(hub, now, (vessel, *epoch), keys(&sticks), at.seconds(), life);
+                dispatch(operations, now, (vessel, *epoch), keys(&sticks), at.seconds(), life);
             }
-            let heard = hub
+            let heard = operations
                 .fleet()
                 .system(vessel)
                 .is_some_and(|system| now.mono.since(system.last_heard()) <= HEARD_WITHIN);
-            Looked { may: epoch.is_ok(), running, heard, begun }
+            Answer { may: epoch.is_ok(), running, heard, begun }
         };
-        let looked = self.state.relay.look(look).await.map_err(|_| gone)?;
-        if !looked.heard {
+        let answer = self.commands.router.ask(steer).await?;
+        if !answer.heard {
             // Nobody steers what does not say how it is, and when it is heard again the sticks pass neutral first.
             self.noting(|teleop| teleop.interrupt(Why::Vessel));
         }
-        self.follow(looked.may, looked.running, looked.begun).await;
+        self.follow(answer.may, answer.running, answer.begun).await;
         Ok(())
     }
 
@@ -343,14 +268,15 @@ impl Session {
     /// Control is lost: stops the vessel if it does not learn of that by itself, and tells it that it is not steered by
     /// hand any more. No other window of this server steers it yet, as this one has the helm.
     async fn let_go(&mut self) {
-        let stop = self.teleop.tick(self.state.relay.clock().now());
+        let stop = self.teleop.tick(self.now());
         if !matches!(self.phase, Phase::Live) {
             return;
         }
         let vessel = self.vessel;
-        let look = move |hub: &mut Hub, now: hub::Now| release(hub, now, vessel, stop.as_ref());
+        let let_go =
+            move |operations: &mut Operations, now: Now| release(operations, now, vessel, stop.as_ref());
         // When the hub is gone nothing is sent any more.
-        self.state.relay.look(look).await.ok();
+        self.commands.router.ask(let_go).await.ok();
     }
 
     /// Nothing is steered from here on.
@@ -360,7 +286,7 @@ impl Session {
 
     /// It is over without a word to the vessel, which did or would not listen: writes that down.
     fn over(&mut self, why: &str, remedy: &'static str) {
-        self.state.people.note(Line {
+        self.commands.people.note(Line {
             actor: self.by.who.actor(),
             address: self.by.from.clone(),
             action: "teleop.end",
@@ -371,11 +297,11 @@ impl Session {
     }
 
     /// Sends the stop that an interruption owes, without waiting for the next tick.
-    async fn stop_now(&mut self) -> Result<(), End> {
-        let now = self.state.relay.clock().now();
+    async fn stop_now(&mut self) -> Result<(), Stopped> {
+        let now = self.now();
         let sticks = self.teleop.tick(now);
         if sticks.is_some() && matches!(self.phase, Phase::Live) {
-            self.look(sticks, now.utc).await?;
+            self.steer(sticks, now.utc).await?;
         }
         Ok(())
     }
@@ -385,47 +311,36 @@ impl Session {
         if matches!(self.phase, Phase::Idle) {
             return;
         }
-        let stop = self.teleop.tick(self.state.relay.clock().now());
+        let stop = self.teleop.tick(self.now());
         let live = matches!(self.phase, Phase::Live);
         let (vessel, holder) = (self.vessel, self.by.holder());
-        let look = move |hub: &mut Hub, now: hub::Now| {
-            let Ok(epoch) = hub.leases().epoch(now, vessel, &holder) else {
+        let finish = move |operations: &mut Operations, now: Now| {
+            let Ok(epoch) = operations.leases().epoch(now, vessel, &holder) else {
                 if live {
-                    release(hub, now, vessel, stop.as_ref());
+                    release(operations, now, vessel, stop.as_ref());
                 }
                 return false;
             };
             if let Some(stop) = stop {
-                dispatch(hub, now, (vessel, epoch), keys(&stop), now.utc.seconds(), STOP_LASTS);
+                dispatch(operations, now, (vessel, epoch), keys(&stop), now.utc.seconds(), STOP_LASTS);
             }
             true
         };
-        if !self.state.relay.look(look).await.unwrap_or(true) {
+        if !self.commands.router.ask(finish).await.unwrap_or(true) {
             // The vessel would not listen to an order from here.
             return self.over(Why::Lease.text(), Why::Lease.remedy());
         }
         let order = Order::EndTeleoperation { why: why.to_owned() };
-        match issue(&self.state, self.vessel, &self.by, order).await {
+        match self.commands.issue(self.vessel, &self.by, order).await {
             // A refusal is in the audit log too.
             Ok(_) => self.rest(why, remedy),
-            Err(error) if error.status.is_client_error() => self.rest(why, remedy),
+            Err(error)
+                if !matches!(error.kind, ErrorKind::Unavailable | ErrorKind::Internal | ErrorKind::Busy) =>
+            {
+                self.rest(why, remedy)
+            }
             Err(_) => self.over(why, remedy),
         }
-    }
-
-    /// Whether the person may still steer.
-    async fn check_rights(&mut self) -> Result<(), End> {
-        let ended = (close_code::POLICY, "not allowed any more");
-        let who = match identify(&self.state, &self.headers, self.caller).await {
-            Ok(who) => who.ok_or(ended)?,
-            Err(error) if error.status.is_server_error() => return Ok(()),
-            Err(_) => return Err(ended),
-        };
-        if who.grants.on(self.vessel.0) < Some(Role::Operator) {
-            return Err(ended);
-        }
-        self.by.who = who;
-        Ok(())
     }
 }
 
@@ -442,10 +357,10 @@ fn because(why: TeleopStop) -> Why {
 }
 
 /// A sample as the hub has it.
-fn understood(sample: &TeleopSample) -> hub::Sample {
+fn understood(sample: &TeleopSample) -> operations::Sample {
     let TeleopSample { seq, made_ms, change, stamp_us, stamp_held_ms, held, thrust, turn } = *sample;
     let held_s = (stamp_held_ms / 1e3).max(0.0);
-    hub::Sample {
+    operations::Sample {
         seq,
         made_ms,
         change,

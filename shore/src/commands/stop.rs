@@ -4,18 +4,19 @@
 //! one person for one vessel is one stop: the first is carried out, by a task that goes on when its sender is gone, and
 //! all get its answer. A stop that failed here is forgotten, so that the next try is carried out.
 
-use super::error::ApiError;
-use super::orders::{self, Issuer};
-use crate::people::Line;
-use crate::shore::AppState;
+use super::{Commands, Issuer};
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::Line;
 use api::Ordered;
-use hub::{Dispatched, Hub, Order};
+use hub::Dispatched;
 use imc::Address;
+use operations::{Operations, Order};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::Instant;
+use units::Now;
 
 /// How long a stop is known by its key.
 const KNOWN_FOR: Duration = Duration::from_mins(10);
@@ -24,13 +25,13 @@ const KNOWN: usize = 4_096;
 /// Bytes of a key and of a window's name at most.
 const KEY_BYTES: usize = 64;
 
-type Outcome = Result<Ordered, ApiError>;
+type Outcome = Result<Ordered>;
 /// Person, vessel, key.
 type Name = (i64, u16, String);
 
 /// The stops of the last minutes, by their keys; cheap to clone.
 #[derive(Clone, Default)]
-pub(crate) struct Stops(Arc<Mutex<Known>>);
+pub struct Stops(Arc<Mutex<Known>>);
 
 #[derive(Default)]
 struct Known {
@@ -43,46 +44,76 @@ struct Known {
 
 /// A stop that is being carried out, or was.
 #[derive(Debug)]
-pub(crate) struct Stop(watch::Receiver<Option<Outcome>>);
+pub struct Stop(watch::Receiver<Option<Outcome>>);
 
 impl Stop {
     /// What became of it.
     ///
     /// # Errors
     /// It could not be carried out.
-    pub(crate) async fn outcome(mut self) -> Outcome {
+    pub async fn outcome(mut self) -> Outcome {
         let ended = self.0.wait_for(Option::is_some).await;
         let outcome = ended.ok().and_then(|outcome| outcome.clone());
-        outcome.unwrap_or_else(|| Err(ApiError::internal(&"a stop ended without a word")))
+        outcome.unwrap_or_else(|| Err(Error::internal(&"a stop ended without a word")))
     }
 }
 
-/// Stops a vessel, and tells what became of it.
-///
-/// # Errors
-/// The key is too long, or the server could not carry it out.
-pub(crate) async fn stop(state: &AppState, vessel: Address, by: Issuer, key: &str) -> Outcome {
-    begin(state, vessel, by, key)?.outcome().await
-}
-
-/// Begins to stop a vessel, at once and without waiting, or finds the stop that this one repeats.
-///
-/// # Errors
-/// The key is too long.
-pub(crate) fn begin(state: &AppState, vessel: Address, by: Issuer, key: &str) -> Result<Stop, ApiError> {
-    if key.len() > KEY_BYTES || by.window.len() > KEY_BYTES {
-        return Err(ApiError::bad_request(format!("key and window have {KEY_BYTES} bytes at most")));
+impl Commands {
+    /// Stops a vessel, and tells what became of it.
+    ///
+    /// # Errors
+    /// The key is too long, or the server could not carry it out.
+    pub async fn stop(&self, vessel: Address, by: Issuer, key: &str) -> Outcome {
+        self.begin_stop(vessel, by, key)?.outcome().await
     }
-    let (told, stop) = match state.stops.note(vessel, &by, key, Instant::now()) {
-        Noted::Repeated(stop) => return Ok(stop),
-        Noted::New { told, stop } => (told, stop),
-    };
-    let state = state.clone();
-    state.tasks.clone().spawn(async move {
-        let outcome = carry_out(&state, vessel, &by).await;
-        told.send_replace(Some(outcome));
-    });
-    Ok(stop)
+
+    /// Begins to stop a vessel, at once and without waiting, or finds the stop that this one repeats.
+    ///
+    /// # Errors
+    /// The key is too long.
+    pub fn begin_stop(&self, vessel: Address, by: Issuer, key: &str) -> Result<Stop> {
+        if key.len() > KEY_BYTES || by.window.len() > KEY_BYTES {
+            let text = format!("key and window have {KEY_BYTES} bytes at most");
+            return Err(Error::new(ErrorKind::Malformed, text));
+        }
+        let (told, stop) = match self.stops.note(vessel, &by, key, Instant::now()) {
+            Noted::Repeated(stop) => return Ok(stop),
+            Noted::New { told, stop } => (told, stop),
+        };
+        let service = self.clone();
+        self.tasks.spawn(async move {
+            let outcome = service.carry_out_stop(vessel, &by).await;
+            told.send_replace(Some(outcome));
+        });
+        Ok(stop)
+    }
+
+    /// Has the vessel stopped by the one way down, as soon as the hub is free. That it was asked for, and how far it
+    /// gets, is written into the audit log afterwards, whenever the disk takes it.
+    async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
+        let asked = by.asked();
+        let give = move |operations: &mut Operations, now: Now| {
+            let (id, dispatched) = operations.stop(now, vessel, &asked)?;
+            let (reached, waits) = match dispatched {
+                Some(Dispatched::Sent(_)) => (true, false),
+                Some(Dispatched::Waits(doors)) => (!doors.is_empty(), true),
+                Some(Dispatched::Refused(_)) | None => (false, false),
+            };
+            Ok::<_, String>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
+        };
+        self.people.note(Line {
+            actor: by.who.actor(),
+            address: by.from.clone(),
+            action: Order::Stop.verb(),
+            subject: vessel.to_string(),
+            outcome: "asked".to_owned(),
+        });
+        let given = self.router.ask_first(give).await?;
+        let (reached, waits) =
+            given.as_ref().map_or((false, false), |ordered| (ordered.reached, ordered.waits));
+        tracing::warn!(%vessel, person = by.who.name, reached, waits, "stop");
+        given.map_err(Error::refused)
+    }
 }
 
 enum Noted {
@@ -132,30 +163,4 @@ impl Known {
             }
         }
     }
-}
-
-/// Has the vessel stopped by the one way down, as soon as the hub is free. That it was asked for, and how far it gets,
-/// is written into the audit log afterwards, whenever the disk takes it.
-async fn carry_out(state: &AppState, vessel: Address, by: &Issuer) -> Outcome {
-    let asked = by.asked();
-    let give = move |hub: &mut Hub, now| -> Result<Ordered, String> {
-        let id = hub.commands_mut().begin(now, vessel, &asked, 0, Order::Stop)?;
-        let (reached, waits) = match orders::dispatch(hub, now, id, vessel, None) {
-            Some(Dispatched::Sent(_)) => (true, false),
-            Some(Dispatched::Waits(doors)) => (!doors.is_empty(), true),
-            Some(Dispatched::Refused(_)) | None => (false, false),
-        };
-        Ok(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
-    };
-    state.people.note(Line {
-        actor: by.who.actor(),
-        address: by.from.clone(),
-        action: Order::Stop.verb(),
-        subject: vessel.to_string(),
-        outcome: "asked".to_owned(),
-    });
-    let given = state.relay.look_first(give).await.map_err(|_| ApiError::stopping())?;
-    let (reached, waits) = given.as_ref().map_or((false, false), |ordered| (ordered.reached, ordered.waits));
-    tracing::warn!(%vessel, person = by.who.name, reached, waits, "stop");
-    given.map_err(orders::unprocessable)
 }

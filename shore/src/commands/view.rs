@@ -1,26 +1,26 @@
 //! Who commands a vessel and what became of orders, in the words of the API.
 
-use super::Wanted;
-use hub::{Answer, Command, Hub, Lease, PlanAboard};
+use crate::{Wanted, decode};
 use imc::Address;
 use imc::messages::{PlanManeuver, PlanSpecification};
 use imc::{Header, Packet};
+use operations::{Answer, Command, Lease, Operations, PlanAboard};
 use units::{LatLon, UtcTime};
 
 /// The leases and commands that changed after these revisions.
-pub(super) fn changes(
-    hub: &Hub,
+pub(crate) fn changes(
+    operations: &Operations,
     (leases, commands): (u64, u64),
     wanted: &Wanted,
 ) -> (Vec<api::Lease>, Vec<api::Command>) {
     let admitted = |vessel: Address| wanted.admits_system(vessel.0);
-    let changed = hub.leases().changed(leases).filter(|(vessel, _)| admitted(*vessel));
-    let further = hub.commands().changed(commands).filter(|one| admitted(one.vessel));
+    let changed = operations.leases().changed(leases).filter(|(vessel, _)| admitted(*vessel));
+    let further = operations.commands().changed(commands).filter(|one| admitted(one.vessel));
     (changed.map(|(vessel, one)| lease(vessel, one)).collect(), further.map(command).collect())
 }
 
 /// The lease of a vessel.
-pub(crate) fn lease(vessel: Address, lease: &Lease) -> api::Lease {
+pub fn lease(vessel: Address, lease: &Lease) -> api::Lease {
     let Lease { held, waiting, last, .. } = lease;
     api::Lease {
         vessel: vessel.0,
@@ -47,8 +47,8 @@ pub(crate) fn lease(vessel: Address, lease: &Lease) -> api::Lease {
 }
 
 /// A command without what the vessel answered.
-pub(crate) fn command(command: &Command) -> api::Command {
-    let step = |step: &hub::Step| api::CommandStep {
+pub fn command(command: &Command) -> api::Command {
+    let step = |step: &operations::Step| api::CommandStep {
         stage: step.stage.name().to_owned(),
         time_us: step.at.micros(),
         text: step.text.clone(),
@@ -67,7 +67,7 @@ pub(crate) fn command(command: &Command) -> api::Command {
 }
 
 /// A command with what the vessel answered.
-pub(crate) fn whole(one: &Command) -> api::Command {
+pub fn whole(one: &Command) -> api::Command {
     let (plan, parameters) = match &one.answer {
         Some(Answer::Plan(plan)) => (Some(given(plan)), None),
         Some(Answer::Parameters(values)) => {
@@ -83,7 +83,7 @@ pub(crate) fn whole(one: &Command) -> api::Command {
 }
 
 /// The plans that a vessel stores.
-pub(crate) fn aboard(aboard: Option<&hub::PlansAboard>) -> api::PlansAboard {
+pub fn aboard(aboard: Option<&operations::PlansAboard>) -> api::PlansAboard {
     let plan = |plan: &PlanAboard| api::PlanAboard {
         plan_id: plan.plan_id.clone(),
         size: plan.size,
@@ -115,7 +115,7 @@ fn first(plan: &PlanSpecification) -> Option<LatLon> {
     let start = |one: &PlanManeuver| one.maneuver_id == plan.start_man_id;
     let maneuver = plan.maneuvers.of::<PlanManeuver>().find(start)?.data.get()?;
     let packet = Packet::new(Header::default(), maneuver).encode().ok()?;
-    let update = super::decode::packet(&packet, None, UtcTime::from_micros(0), None)?;
+    let update = decode::packet(&packet, None, UtcTime::from_micros(0), None)?;
     let number = |name: &str| update.fields.iter().find(|field| field.name == name)?.value.as_f64();
     LatLon::from_rad(number("lat")?, number("lon")?).ok()
 }

@@ -2,7 +2,7 @@
 //!
 //! Every error names the parameter and says what to do instead.
 
-use crate::people::vessels::address;
+use crate::identity::vessels::address;
 use api::{ExportQuery, LogQuery};
 use imc::Address;
 use std::str::FromStr;
@@ -20,13 +20,13 @@ fn wrong(name: &str, text: impl std::fmt::Display) -> Wrong {
 }
 
 /// Things separated by commas.
-pub(crate) fn list(text: Option<&str>) -> Vec<String> {
+pub fn list(text: Option<&str>) -> Vec<String> {
     let parts = text.unwrap_or_default().split(',').map(str::trim);
     parts.filter(|part| !part.is_empty()).map(str::to_owned).collect()
 }
 
 /// A message that the catalogue has.
-pub(crate) fn message(name: &str) -> Result<&'static str, Wrong> {
+pub fn message(name: &str) -> Result<&'static str, Wrong> {
     if let Some(desc) = imc::catalogue::by_abbrev(name) {
         return Ok(desc.abbrev);
     }
@@ -38,7 +38,7 @@ pub(crate) fn message(name: &str) -> Result<&'static str, Wrong> {
 }
 
 /// The name that was meant, if one is near enough.
-pub(crate) fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let near = |known: &str| strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase());
     let best = names.map(|known| (near(known), known)).max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(near, _)| *near > 0.85).map(|(_, known)| known)
@@ -75,15 +75,15 @@ fn one_of<T>(name: &str, text: Option<&str>, choices: [(&str, T); 2]) -> Result<
 
 /// The lists of a question; what an export may hold is decided by [`Wanted::selection`].
 #[derive(Debug, Clone)]
-pub(crate) struct Export {
+pub struct Export {
     messages: Vec<String>,
     /// Empty for all that one may export.
-    pub(crate) vessels: Vec<u16>,
+    pub vessels: Vec<u16>,
     entities: Vec<String>,
     fields: Vec<String>,
     range: TimeRange,
-    pub(crate) options: CsvOptions,
-    pub(crate) gzip: bool,
+    pub options: CsvOptions,
+    pub gzip: bool,
 }
 
 impl Export {
@@ -91,7 +91,7 @@ impl Export {
     ///
     /// # Errors
     /// What is wrong with which parameter.
-    pub(crate) fn csv(query: &ExportQuery) -> Result<Self, Wrong> {
+    pub fn csv(query: &ExportQuery) -> Result<Self, Wrong> {
         let messages = messages(Some(&query.message))?;
         if messages.is_none() {
             let text = "name messages, separated by commas, or `*` for all that the catalogue explains, or `_raw` \
@@ -123,7 +123,7 @@ impl Export {
     ///
     /// # Errors
     /// What is wrong with which parameter.
-    pub(crate) fn log(query: &LogQuery) -> Result<Self, Wrong> {
+    pub fn log(query: &LogQuery) -> Result<Self, Wrong> {
         Ok(Self {
             messages: messages(query.message.as_deref())?.unwrap_or_default(),
             vessels: vessels(query.vessel.as_deref())?,
@@ -136,7 +136,7 @@ impl Export {
     }
 
     /// What to call the file, without an ending.
-    pub(crate) fn file_name(&self) -> &str {
+    pub fn file_name(&self) -> &str {
         match &self.messages[..] {
             [one] => one,
             _ => "lutra",
@@ -147,11 +147,7 @@ impl Export {
     ///
     /// # Errors
     /// It names an entity or field that is not there, or there is nothing that may be exported.
-    pub(crate) fn selection(
-        self,
-        reader: &mut Reader,
-        may: &dyn Fn(u16) -> bool,
-    ) -> store::Result<Selection> {
+    pub fn selection(self, reader: &mut Reader, may: &dyn Fn(u16) -> bool) -> store::Result<Selection> {
         let systems: Vec<Address> = if self.vessels.is_empty() {
             reader.systems()?.into_iter().map(|system| system.address).filter(|one| may(one.0)).collect()
         } else {

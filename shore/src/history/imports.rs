@@ -5,8 +5,7 @@
 //! archive.
 
 use crate::clock;
-use crate::config::Config;
-use crate::relay::Recorder;
+use crate::recorder::Recorder;
 use api::{Import, ImportState};
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File, OpenOptions};
@@ -31,11 +30,11 @@ const AGAIN: Duration = Duration::from_millis(500);
 /// What is said while it waits.
 const WAITS: &str = "waits until the history is made again from the archive";
 /// Bytes on the disk that uploads leave to recording.
-pub(crate) const RESERVED_BYTES: u64 = 512 << 20;
+pub const RESERVED_BYTES: u64 = 512 << 20;
 
 /// All imports; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct Imports {
+pub struct Imports {
     shared: Arc<Shared>,
 }
 
@@ -74,29 +73,29 @@ enum Broken {
 }
 
 /// The one upload that may be on its way. Its file is removed with it.
-pub(crate) struct Upload {
+pub struct Upload {
     path: PathBuf,
     file: File,
     /// Bytes written.
-    pub(crate) bytes: u64,
+    pub bytes: u64,
     _place: OwnedSemaphorePermit,
 }
 
 impl Upload {
     /// Appends.
-    pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.file.write_all(bytes)?;
         self.bytes += bytes.len() as u64;
         Ok(())
     }
 
     /// Whether what was written so far begins as a log does.
-    pub(crate) fn begins_as_log(&self) -> store::Result<bool> {
+    pub fn begins_as_log(&self) -> store::Result<bool> {
         store::begins_as_log(&self.path)
     }
 
     /// What its disk has left for uploads, bytes.
-    pub(crate) fn room_bytes(&self) -> store::Result<u64> {
+    pub fn room_bytes(&self) -> store::Result<u64> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         Ok(store::free_bytes(folder)?.saturating_sub(RESERVED_BYTES))
     }
@@ -112,8 +111,8 @@ impl Drop for Upload {
 
 impl Imports {
     /// Into a data folder. Uploads that an earlier run left there are removed, and what it read is listed.
-    pub(crate) fn new(config: &Config) -> Self {
-        let data = &config.data;
+    pub fn new(settings: &crate::Settings) -> Self {
+        let data = &settings.data;
         let (folder, kept) = (data.join("uploads"), data.join("imports.json"));
         match fs::remove_dir_all(&folder) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -125,7 +124,7 @@ impl Imports {
         let imports = read_list(&kept);
         let last = imports.iter().map(|import| import.id).max().unwrap_or_default();
         let list = Mutex::new(List { last, imports, running: BTreeMap::new() });
-        let most_bytes = config.http.max_unpacked_mib << 20;
+        let most_bytes = settings.most_unpacked_bytes;
         Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list }) }
     }
 
@@ -145,7 +144,7 @@ impl Imports {
     }
 
     /// Tells an import to end; whether it runs.
-    pub(crate) fn cancel(&self, id: u32, by: String) -> bool {
+    pub fn cancel(&self, id: u32, by: String) -> bool {
         let mut list = self.list();
         let Some(running) = list.running.get_mut(&id) else { return false };
         running.by.get_or_insert(by);
@@ -158,17 +157,17 @@ impl Imports {
     }
 
     /// All that are remembered, the newest first.
-    pub(crate) fn all(&self) -> Vec<Import> {
+    pub fn all(&self) -> Vec<Import> {
         self.list().imports.iter().rev().cloned().collect()
     }
 
     /// One of them.
-    pub(crate) fn get(&self, id: u32) -> Option<Import> {
+    pub fn get(&self, id: u32) -> Option<Import> {
         self.list().imports.iter().find(|import| import.id == id).cloned()
     }
 
     /// Room for an upload; `None` while there is another or one is being read.
-    pub(crate) fn upload(&self) -> io::Result<Option<Upload>> {
+    pub fn upload(&self) -> io::Result<Option<Upload>> {
         let Ok(place) = Arc::clone(&self.shared.place).try_acquire_owned() else { return Ok(None) };
         fs::create_dir_all(&self.shared.folder)?;
         let path = self.shared.folder.join("upload.lsf");
@@ -177,14 +176,14 @@ impl Imports {
     }
 
     /// A file of this computer as an upload; `None` while there is another or one is being read.
-    pub(crate) fn take(&self, file: &Path) -> io::Result<Option<Upload>> {
+    pub fn take(&self, file: &Path) -> io::Result<Option<Upload>> {
         let Some(mut upload) = self.upload()? else { return Ok(None) };
         upload.bytes = io::copy(&mut File::open(file)?, &mut upload.file)?;
         Ok(Some(upload))
     }
 
     /// Begins to read an upload.
-    pub(crate) fn begin(
+    pub fn begin(
         &self,
         upload: Upload,
         name: String,

@@ -3,6 +3,11 @@
 //! Each question opens a reader of its own, which costs little and shares nothing, so that a long export holds up
 //! no page. Questions beyond [`QUESTIONS`] at once wait for their turn.
 
+pub mod export;
+pub mod imports;
+
+pub use imports::Imports;
+
 use api::{Recorded, ValueKind};
 use imc::Address;
 use imc::catalogue::Meaning;
@@ -26,15 +31,15 @@ const SERIES: usize = 5_000;
 
 /// The history of a data folder; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct History {
+pub struct History {
     data: Arc<Path>,
     questions: Arc<Semaphore>,
     /// Places for exports.
-    pub(crate) exports: Arc<Semaphore>,
+    pub exports: Arc<Semaphore>,
 }
 
 impl History {
-    pub(crate) fn new(data: &Path) -> Self {
+    pub fn new(data: &Path) -> Self {
         Self {
             data: data.into(),
             questions: Arc::new(Semaphore::new(QUESTIONS)),
@@ -43,7 +48,7 @@ impl History {
     }
 
     /// The folder.
-    pub(crate) fn data(&self) -> &Path {
+    pub fn data(&self) -> &Path {
         &self.data
     }
 
@@ -51,7 +56,7 @@ impl History {
     ///
     /// # Errors
     /// As the question; [`StoreError::Cancelled`] when the server ends.
-    pub(crate) async fn ask<R: Send + 'static>(
+    pub async fn ask<R: Send + 'static>(
         &self,
         question: impl FnOnce(&mut Reader) -> store::Result<R> + Send + 'static,
     ) -> store::Result<R> {
@@ -66,7 +71,7 @@ impl History {
 }
 
 /// Which messages there are of which system.
-pub(crate) fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
+pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
     let mut all = BTreeMap::<(u16, String), Recorded>::new();
     for series in reader.series(None)? {
         let abbrev = series.message.map_or_else(|| series.group.id.to_string(), str::to_owned);
@@ -82,7 +87,7 @@ pub(crate) fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
 }
 
 /// Every series of the systems that `may` admits.
-pub(crate) fn series(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::Result<Vec<api::Series>> {
+pub fn series(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::Result<Vec<api::Series>> {
     let all = reader.series(None)?;
     let describe = |series: store::Series| {
         let period_s = series.period_s();
@@ -134,7 +139,7 @@ fn field(column: &Column) -> api::SeriesField {
 }
 
 /// A field as about `pixels` buckets.
-pub(crate) fn buckets(
+pub fn buckets(
     reader: &mut Reader,
     source: &Source,
     name: &str,
@@ -162,7 +167,7 @@ pub(crate) fn buckets(
 }
 
 /// Samples as they are; all fields when none are named.
-pub(crate) fn samples(
+pub fn samples(
     reader: &mut Reader,
     source: &Source,
     names: &[String],
@@ -213,7 +218,7 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
 }
 
 /// How a vessel was at a time.
-pub(crate) fn at(reader: &mut Reader, vessel: Address, time_us: i64) -> store::Result<api::At> {
+pub fn at(reader: &mut Reader, vessel: Address, time_us: i64) -> store::Result<api::At> {
     let then = reader.then(vessel, time_us, SERIES, ANSWER_BYTES)?;
     let update = |last: store::Last| {
         let columns = reader.table_of(last.group).map_or(&[][..], |table| &table.columns);
@@ -251,7 +256,7 @@ fn cell_of(cell: Cell, column: &Column) -> api::Field {
 }
 
 /// A page of at most so many rows and [`ANSWER_BYTES`].
-pub(crate) fn page(rows: usize, skip: usize) -> Page {
+pub fn page(rows: usize, skip: usize) -> Page {
     Page { skip, rows, bytes: ANSWER_BYTES }
 }
 
@@ -265,7 +270,7 @@ fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {
 }
 
 /// A track of at most about so many points.
-pub(crate) fn track(
+pub fn track(
     reader: &mut Reader,
     vessel: Address,
     range: TimeRange,
@@ -281,7 +286,7 @@ pub(crate) fn track(
 }
 
 /// All labels that a vessel's entities had.
-pub(crate) fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::Entity>> {
+pub fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::Entity>> {
     let entity = |name: store::EntityName| api::Entity {
         entity: name.entity,
         label: name.label,
@@ -292,7 +297,7 @@ pub(crate) fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Ve
 }
 
 /// Tags that a vessel heard.
-pub(crate) fn detections(
+pub fn detections(
     reader: &mut Reader,
     vessel: Address,
     range: TimeRange,
@@ -327,7 +332,7 @@ pub(crate) fn detections(
 }
 
 /// A vessel's log book.
-pub(crate) fn log_book(
+pub fn log_book(
     reader: &mut Reader,
     vessel: Address,
     range: TimeRange,
@@ -350,7 +355,7 @@ pub(crate) fn log_book(
 
 /// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more
 /// than silence: a silence within a declared gap is not told again.
-pub(crate) fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Result<Vec<api::Gap>> {
+pub fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Result<Vec<api::Gap>> {
     let gap = |gap: store::Gap| api::Gap {
         from_us: gap.from.micros(),
         to_us: gap.to.micros(),

@@ -10,18 +10,18 @@ const ENTRIES: i64 = 1_000_000;
 
 /// Something somebody does.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Act<'a> {
-    pub(crate) actor: &'a str,
-    pub(crate) address: &'a str,
+pub struct Act<'a> {
+    pub actor: &'a str,
+    pub address: &'a str,
     /// Like `user.add`.
-    pub(crate) action: &'a str,
-    pub(crate) subject: &'a str,
+    pub action: &'a str,
+    pub subject: &'a str,
     /// `done`, or why not.
-    pub(crate) outcome: &'a str,
+    pub outcome: &'a str,
 }
 
 /// Writes it down.
-pub(crate) fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
+pub fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
     let short = |text: &str| text.chars().take(200).collect::<String>();
     // A parameter with its value before and after.
     let subject: String = act.subject.chars().take(500).collect();
@@ -42,7 +42,7 @@ pub(crate) fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), 
 }
 
 /// Up to `count` entries before the entry `before`, the newest first.
-pub(crate) fn entries(db: &Connection, before: Option<i64>, count: u32) -> Result<Vec<AuditEntry>, Fault> {
+pub fn entries(db: &Connection, before: Option<i64>, count: u32) -> Result<Vec<AuditEntry>, Fault> {
     let mut query = db.prepare_cached(
         "SELECT id, time_us, actor, address, action, subject, outcome FROM audit
          WHERE id < ?1 ORDER BY id DESC LIMIT ?2",
@@ -65,7 +65,7 @@ pub(crate) fn entries(db: &Connection, before: Option<i64>, count: u32) -> Resul
 const LOOKED_THROUGH: i64 = 10_000;
 
 /// Writes an end behind every steering by hand that has none: the server that was to write it was killed. How many.
-pub(crate) fn close_open(db: &Connection, now: UtcTime) -> Result<usize, Fault> {
+pub fn close_open(db: &Connection, now: UtcTime) -> Result<usize, Fault> {
     let mut query = db.prepare(
         "SELECT actor, subject FROM audit AS begun
          WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome IN ('asked', 'done')

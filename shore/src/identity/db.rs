@@ -23,7 +23,7 @@ const WAITING: usize = 256;
 
 /// Why the database did not do what was asked.
 #[derive(Debug, Error)]
-pub(crate) enum Fault {
+pub enum Fault {
     /// What was asked cannot be; the text says why and is meant for the one who asked.
     #[error("{0}")]
     Refused(String),
@@ -64,7 +64,7 @@ pub(crate) enum Fault {
 ///
 /// # Errors
 /// Folder or file cannot be used, or the file is of a later version.
-pub(crate) fn open(folder: &Path) -> Result<Connection, Fault> {
+pub fn open(folder: &Path) -> Result<Connection, Fault> {
     let named = |error| Fault::Folder(folder.display().to_string(), error);
     std::fs::create_dir_all(folder).map_err(named)?;
     let path = folder.join("app.db");
@@ -86,7 +86,7 @@ pub(crate) fn open(folder: &Path) -> Result<Connection, Fault> {
 ///
 /// # Errors
 /// The database cannot be read, the folder not be written.
-pub(crate) fn backup(folder: &Path, to: &Path) -> Result<(), Fault> {
+pub fn backup(folder: &Path, to: &Path) -> Result<(), Fault> {
     use std::os::unix::fs::PermissionsExt as _;
     let named = |error| Fault::Folder(to.display().to_string(), error);
     if !folder.join("app.db").exists() {
@@ -118,7 +118,7 @@ type Question = Box<dyn FnOnce(&mut Connection) + Send>;
 
 /// The thread that owns the connection; ends when the last handle is gone.
 #[derive(Debug, Clone)]
-pub(crate) struct Db {
+pub struct Db {
     questions: mpsc::Sender<Question>,
     register: Arc<Register>,
 }
@@ -128,7 +128,7 @@ impl Db {
     ///
     /// # Errors
     /// There is no thread to be had.
-    pub(crate) fn start(
+    pub fn start(
         mut connection: Connection,
         register: Arc<Register>,
         owners: &Owners,
@@ -147,10 +147,7 @@ impl Db {
 
     /// Runs `work`, which changes nothing about who may come in, there some time, if anything can be changed at all.
     /// Nobody waits for it.
-    pub(crate) fn change_some_time(
-        &self,
-        work: impl FnOnce(&Connection) -> Result<(), Fault> + Send + 'static,
-    ) {
+    pub fn change_some_time(&self, work: impl FnOnce(&Connection) -> Result<(), Fault> + Send + 'static) {
         let question: Question = Box::new(move |connection| {
             if let Err(fault) = within_transaction(connection, work) {
                 tracing::debug!(%fault, "not written down");
@@ -164,7 +161,7 @@ impl Db {
     ///
     /// # Errors
     /// It cannot be read.
-    pub(crate) async fn catch_up(&self) -> Result<(), Fault> {
+    pub async fn catch_up(&self) -> Result<(), Fault> {
         let register = Arc::clone(&self.register);
         self.ask(move |connection| register.catch_up(connection)).await
     }
@@ -173,7 +170,7 @@ impl Db {
     ///
     /// # Errors
     /// What `work` says, or that the server is stopping.
-    pub(crate) async fn ask<R: Send + 'static>(
+    pub async fn ask<R: Send + 'static>(
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
@@ -184,7 +181,7 @@ impl Db {
     ///
     /// # Errors
     /// What `work` says, or that the server is stopping.
-    pub(crate) async fn change<R: Send + 'static>(
+    pub async fn change<R: Send + 'static>(
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
@@ -213,7 +210,7 @@ impl Db {
 }
 
 /// Runs `work` in a transaction that is kept only when it succeeds.
-pub(crate) fn within_transaction<R>(
+pub fn within_transaction<R>(
     connection: &mut Connection,
     work: impl FnOnce(&Connection) -> Result<R, Fault>,
 ) -> Result<R, Fault> {
@@ -224,11 +221,11 @@ pub(crate) fn within_transaction<R>(
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+pub mod tests {
     use super::*;
 
     /// A fresh database in memory.
-    pub(crate) fn fresh() -> Connection {
+    pub fn fresh() -> Connection {
         let mut connection = Connection::open_in_memory().unwrap();
         connection.pragma_update(None, "foreign_keys", true).unwrap();
         migrate(&mut connection).unwrap();

@@ -11,7 +11,6 @@ use super::secret::{self, Secret};
 use super::sessions::{self, Lifetime};
 use super::{password, persons, tokens};
 use crate::clock;
-use crate::config;
 use crate::owners::Owners;
 use api::{Role, Vessel};
 use rusqlite::Connection;
@@ -32,7 +31,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Cheap to clone.
 #[derive(Debug, Clone)]
-pub(crate) struct People {
+pub struct People {
     pub(super) db: Db,
     pub(super) life: Lifetime,
     pub(super) hashing: Hashing,
@@ -46,9 +45,9 @@ pub(crate) struct People {
 
 /// The account made at the first start.
 #[derive(Debug)]
-pub(crate) struct FirstAdmin {
-    pub(crate) name: &'static str,
-    pub(crate) one_time_password: String,
+pub struct FirstAdmin {
+    pub name: &'static str,
+    pub one_time_password: String,
 }
 
 impl People {
@@ -57,9 +56,9 @@ impl People {
     ///
     /// # Errors
     /// As [`super::open`].
-    pub(crate) fn start(
+    pub fn start(
         folder: &Path,
-        config: &config::People,
+        config: &super::Settings,
         owners: &Owners,
     ) -> Result<(Self, Option<FirstAdmin>), Fault> {
         let mut connection = super::open(folder)?;
@@ -85,7 +84,7 @@ impl People {
     }
 
     /// Starts what goes on beside: the journal is written, and the register follows what other programs change.
-    pub(crate) fn keep(&self, owners: &Owners, tasks: &TaskTracker, stop: &CancellationToken) {
+    pub fn keep(&self, owners: &Owners, tasks: &TaskTracker, stop: &CancellationToken) {
         let written = self.journal.clone().keep(self.db.clone(), stop.clone());
         tasks.spawn(owners.watch("the audit log", written));
         let (people, stop) = (self.clone(), stop.clone());
@@ -104,8 +103,8 @@ impl People {
     }
 
     /// Loses the hashing of passwords to a fault, as a bug in it would.
-    #[cfg(test)]
-    pub(crate) fn lose_hashing(&self) {
+    #[cfg(any(test, feature = "testing"))]
+    pub fn lose_hashing(&self) {
         self.hashing.lose();
     }
 
@@ -113,7 +112,7 @@ impl People {
     ///
     /// # Errors
     /// What `work` says, or that app.db does not answer.
-    pub(crate) async fn ask<R: Send + 'static>(
+    pub async fn ask<R: Send + 'static>(
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
@@ -124,7 +123,7 @@ impl People {
     ///
     /// # Errors
     /// What `work` says.
-    pub(crate) async fn change<R: Send + 'static>(
+    pub async fn change<R: Send + 'static>(
         &self,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
@@ -135,7 +134,7 @@ impl People {
     ///
     /// # Errors
     /// What `work` says.
-    pub(crate) async fn act<R: Send + 'static>(
+    pub async fn act<R: Send + 'static>(
         &self,
         who: &Principal,
         address: String,
@@ -164,28 +163,28 @@ impl People {
     }
 
     /// Has something that happened written into the audit log; never waits.
-    pub(crate) fn note(&self, line: Line) {
+    pub fn note(&self, line: Line) {
         self.journal.note(line);
     }
 
     /// Writes what still waits for the audit log, once everything else has ended.
-    pub(crate) async fn finish(&self) {
+    pub async fn finish(&self) {
         self.journal.finish(&self.db).await;
     }
 
     /// Writes what was noted; in tests nobody else does.
-    #[cfg(test)]
-    pub(crate) async fn write_notes(&self) {
+    #[cfg(any(test, feature = "testing"))]
+    pub async fn write_notes(&self) {
         self.journal.write(&self.db).await.unwrap();
     }
 
     /// Why the audit log is not written, if it is not: for anyone.
-    pub(crate) fn trouble(&self) -> Option<&'static str> {
+    pub fn trouble(&self) -> Option<&'static str> {
         self.journal.trouble()
     }
 
     /// Counts changes of anybody's rights or sessions; those who hold a socket open look again then.
-    pub(crate) fn changes(&self) -> watch::Receiver<u64> {
+    pub fn changes(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()
     }
 
@@ -193,7 +192,7 @@ impl People {
     ///
     /// # Errors
     /// It is not known, and app.db does not say whether it is newer.
-    pub(crate) async fn by_session(&self, secret: &Secret) -> Result<Option<Principal>, Fault> {
+    pub async fn by_session(&self, secret: &Secret) -> Result<Option<Principal>, Fault> {
         self.known(|register| register.session(secret, self.life, clock::now())).await
     }
 
@@ -201,7 +200,7 @@ impl People {
     ///
     /// # Errors
     /// It is not known, and app.db does not say whether it is newer; or it opens nothing yet.
-    pub(crate) async fn by_token(&self, token: &str) -> Result<Option<Principal>, Fault> {
+    pub async fn by_token(&self, token: &str) -> Result<Option<Principal>, Fault> {
         self.known(|register| register.token(token, clock::now())).await
     }
 
@@ -209,17 +208,17 @@ impl People {
     ///
     /// # Errors
     /// It is not known, and app.db does not say whether it is newer.
-    pub(crate) async fn by_link_token(&self, token: &str) -> Result<Option<u16>, Fault> {
+    pub async fn by_link_token(&self, token: &str) -> Result<Option<u16>, Fault> {
         self.known(|register| register.link(token, clock::now())).await
     }
 
     /// The vessels that people have named.
-    pub(crate) fn vessels(&self) -> Arc<[Vessel]> {
+    pub fn vessels(&self) -> Arc<[Vessel]> {
         self.register.vessels()
     }
 
     /// Vessels whose link came in at some time, and for which it is open still.
-    pub(crate) fn linked(&self) -> Vec<u16> {
+    pub fn linked(&self) -> Vec<u16> {
         self.register.linked(clock::now())
     }
 
@@ -260,12 +259,12 @@ impl People {
     ///
     /// # Errors
     /// Too many wait.
-    pub(crate) async fn hash(&self, password: String) -> Result<String, Fault> {
+    pub async fn hash(&self, password: String) -> Result<String, Fault> {
         self.hashing.hash(password).await.map_err(|_| Fault::Busy)
     }
 
     /// Asks the budgets of guesses.
-    pub(super) fn limit<R>(&self, ask: impl FnOnce(&mut Limiter, MonoTime) -> R) -> R {
+    pub(crate) fn limit<R>(&self, ask: impl FnOnce(&mut Limiter, MonoTime) -> R) -> R {
         let now = MonoTime::from_micros(self.begun.elapsed().as_micros() as u64);
         // A limiter left by a panic is as good as before: every step of it is whole.
         ask(&mut self.limiter.lock().unwrap_or_else(PoisonError::into_inner), now)

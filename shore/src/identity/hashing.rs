@@ -14,23 +14,23 @@ const WAITING: usize = 64;
 
 /// The way to the thread; cheap to clone.
 #[derive(Debug, Clone)]
-pub(super) struct Hashing(SyncSender<Work>);
+pub(crate) struct Hashing(SyncSender<Work>);
 
 /// Too many wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Busy;
+pub(crate) struct Busy;
 
 #[derive(Debug)]
 enum Work {
     Hash(String, oneshot::Sender<String>),
     Compare(String, Option<String>, oneshot::Sender<bool>),
-    #[cfg(test)]
+    #[cfg(any(test, feature = "testing"))]
     Fault,
 }
 
 impl Hashing {
     /// Starts the thread; it ends with the last handle.
-    pub(super) fn start(owners: &Owners) -> std::io::Result<Self> {
+    pub(crate) fn start(owners: &Owners) -> std::io::Result<Self> {
         let (sender, work) = sync_channel(WAITING);
         let duty = owners.duty("the hashing of passwords");
         std::thread::Builder::new().name("hashing".to_owned()).spawn(move || {
@@ -44,7 +44,7 @@ impl Hashing {
     ///
     /// # Errors
     /// Too many wait.
-    pub(super) async fn hash(&self, password: String) -> Result<String, Busy> {
+    pub(crate) async fn hash(&self, password: String) -> Result<String, Busy> {
         let (answer, answered) = oneshot::channel();
         self.queue(Work::Hash(password, answer))?;
         answered.await.map_err(|_| Busy)
@@ -54,15 +54,15 @@ impl Hashing {
     ///
     /// # Errors
     /// Too many wait.
-    pub(super) async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Busy> {
+    pub(crate) async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Busy> {
         let (answer, answered) = oneshot::channel();
         self.queue(Work::Compare(password, kept, answer))?;
         answered.await.map_err(|_| Busy)
     }
 
     /// Loses the thread to a fault, as a bug in it would.
-    #[cfg(test)]
-    pub(super) fn lose(&self) {
+    #[cfg(any(test, feature = "testing"))]
+    pub(crate) fn lose(&self) {
         self.queue(Work::Fault).unwrap();
     }
 
@@ -77,7 +77,7 @@ fn run(work: &Receiver<Work>) {
     let mut memory = password::Memory::default();
     while let Ok(work) = work.recv() {
         match work {
-            #[cfg(test)]
+            #[cfg(any(test, feature = "testing"))]
             Work::Fault => panic!("a fault in the hashing"),
             Work::Hash(password, answer) => {
                 if !answer.is_closed() {

@@ -27,22 +27,22 @@ const GOOD_BYE: Duration = Duration::from_secs(2);
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Line {
+pub struct Line {
     /// Who did it.
-    pub(crate) actor: String,
+    pub actor: String,
     /// From which network address; empty for what happened by itself.
-    pub(crate) address: String,
+    pub address: String,
     /// Like `plan.start`.
-    pub(crate) action: &'static str,
+    pub action: &'static str,
     /// To what.
-    pub(crate) subject: String,
+    pub subject: String,
     /// How far it is, or why not.
-    pub(crate) outcome: String,
+    pub outcome: String,
 }
 
 /// The way to the audit log that waits for nothing; cheap to clone.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Journal(Arc<Shared>);
+pub(super) struct Journal(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
@@ -56,7 +56,7 @@ impl Journal {
     }
 
     /// Has a line written; never waits.
-    pub(crate) fn note(&self, line: Line) {
+    pub(super) fn note(&self, line: Line) {
         let mut waiting = self.waiting();
         if waiting.len() < WAITING {
             waiting.push_back((clock::now(), line));
@@ -78,13 +78,13 @@ impl Journal {
     }
 
     /// What is wrong, if anything: for anyone.
-    pub(crate) fn trouble(&self) -> Option<&'static str> {
+    pub(super) fn trouble(&self) -> Option<&'static str> {
         let oldest = self.waiting().front().map(|(at, _)| *at)?;
         (clock::now() - oldest > LATE_US).then_some("the audit log cannot be written")
     }
 
     /// Writes what is noted until `stop`; [`Journal::finish`] writes what still waits then.
-    pub(super) async fn keep(self, db: Db, stop: CancellationToken) {
+    pub(crate) async fn keep(self, db: Db, stop: CancellationToken) {
         while stop.run_until_cancelled(self.0.ready.notified()).await.is_some() {
             let mut told = false;
             while let Some(Err(fault)) = stop.run_until_cancelled(self.write(&db)).await {
@@ -100,7 +100,7 @@ impl Journal {
 
     /// Writes what still waits, once nobody notes anything any more. What app.db does not take in time goes to the program's
     /// log.
-    pub(super) async fn finish(&self, db: &Db) {
+    pub(crate) async fn finish(&self, db: &Db) {
         if !matches!(tokio::time::timeout(GOOD_BYE, self.write(db)).await, Ok(Ok(()))) {
             for (_, line) in self.waiting().drain(..) {
                 tracing::error!(
@@ -112,7 +112,7 @@ impl Journal {
     }
 
     /// Writes all that waits.
-    pub(super) async fn write(&self, db: &Db) -> Result<(), Fault> {
+    pub(crate) async fn write(&self, db: &Db) -> Result<(), Fault> {
         loop {
             let lines: Vec<(UtcTime, Line)> = self.waiting().iter().take(AT_ONCE).cloned().collect();
             let count = lines.len();

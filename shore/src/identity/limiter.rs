@@ -16,11 +16,11 @@ const BUDGETS: usize = 20_000;
 /// From where and at whom a guess goes.
 #[derive(Debug, Clone)]
 pub(crate) struct Guess {
-    pub(crate) address: IpAddr,
+    pub address: IpAddr,
     /// Name of the account in lower case, whether it exists or not.
-    pub(crate) account: String,
+    pub account: String,
     /// The hash of the browser's cookie, when the browser is known to be the account's.
-    pub(crate) device: Option<[u8; 32]>,
+    pub device: Option<[u8; 32]>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -122,7 +122,7 @@ fn keys(guess: &Guess) -> Vec<Key> {
 }
 
 /// IPv6 customers are handed a /64: all of it is one address here.
-pub(crate) fn network(address: IpAddr) -> IpAddr {
+pub fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & !u128::from(u64::MAX))),
         address @ IpAddr::V4(_) => address,

@@ -18,27 +18,27 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What somebody who wants in gives.
 #[derive(Debug)]
-pub(crate) struct Attempt {
-    pub(crate) name: String,
-    pub(crate) password: String,
-    pub(crate) address: IpAddr,
+pub struct Attempt {
+    pub name: String,
+    pub password: String,
+    pub address: IpAddr,
     /// What the browser calls itself.
-    pub(crate) agent: String,
+    pub agent: String,
     /// The cookie by which the browser may be known.
-    pub(crate) device: Option<Secret>,
+    pub device: Option<Secret>,
 }
 
 /// The cookies of somebody who is in.
 #[derive(Debug)]
-pub(crate) struct LoggedIn {
-    pub(crate) session: Secret,
-    pub(crate) device: Secret,
-    pub(crate) must_change_password: bool,
+pub struct LoggedIn {
+    pub session: Secret,
+    pub device: Secret,
+    pub must_change_password: bool,
 }
 
 /// Why somebody is not let in.
 #[derive(Debug, Error)]
-pub(crate) enum Refused {
+pub enum Refused {
     /// Wrong name or password; which, is not said.
     #[error("Name or password is wrong.")]
     Wrong,
@@ -58,7 +58,7 @@ impl People {
     ///
     /// # Errors
     /// [`Refused`].
-    pub(crate) async fn login(&self, attempt: Attempt) -> Result<LoggedIn, Refused> {
+    pub async fn login(&self, attempt: Attempt) -> Result<LoggedIn, Refused> {
         let Attempt { name, password, address, agent, device } = attempt;
         let wanted = name.clone();
         let (account, device) = self
@@ -113,12 +113,7 @@ impl People {
     ///
     /// # Errors
     /// [`Refused`].
-    pub(crate) async fn confirm(
-        &self,
-        who: &Principal,
-        password: String,
-        address: IpAddr,
-    ) -> Result<(), Refused> {
+    pub async fn confirm(&self, who: &Principal, password: String, address: IpAddr) -> Result<(), Refused> {
         // Known to be in, so no stranger's guesses count against them: the session takes the browser's place.
         let device = Some(Sha256::digest(who.csrf()).into());
         let guess = Guess { address, account: who.name.to_lowercase(), device };

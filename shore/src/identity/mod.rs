@@ -5,28 +5,30 @@
 //! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing secret is kept readably: passwords as argon2id, random
 //! secrets as SHA-256.
 
-pub(crate) mod audit;
-pub(crate) mod db;
+pub mod audit;
+pub mod db;
 mod handle;
 mod hashing;
 mod journal;
 mod limiter;
 mod login;
-pub(crate) mod password;
-pub(crate) mod persons;
+pub mod password;
+pub mod persons;
 mod register;
 mod roles;
 mod secret;
-pub(crate) mod sessions;
-pub(crate) mod tokens;
-pub(crate) mod vessels;
+pub mod sessions;
+mod settings;
+pub mod tokens;
+pub mod vessels;
 
 #[cfg(test)]
-pub(crate) use db::tests::fresh as migrated;
-pub(crate) use db::{Fault, backup, open};
-pub(crate) use handle::{FirstAdmin, People};
-pub(crate) use journal::Line;
-pub(crate) use limiter::network;
-pub(crate) use login::{Attempt, Refused};
-pub(crate) use roles::{Grants, Principal, Via};
-pub(crate) use secret::{Secret, one_time_password, same};
+pub use db::tests::fresh as migrated;
+pub use db::{Fault, backup, open};
+pub use handle::{FirstAdmin, People};
+pub use journal::Line;
+pub use limiter::network;
+pub use login::{Attempt, Refused};
+pub use roles::{Grants, Principal, Via};
+pub use secret::{Secret, one_time_password, same};
+pub use settings::Settings;

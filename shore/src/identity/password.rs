@@ -6,13 +6,13 @@ use std::sync::LazyLock;
 use subtle::ConstantTimeEq as _;
 
 /// Bytes of a password that are looked at; longer ones are refused before any work is done.
-pub(crate) const MAX_BYTES: usize = 1024;
+pub const MAX_BYTES: usize = 1024;
 
 /// Compared with when there is no such person, so that names cannot be told by the time an answer takes.
 static NOBODY: LazyLock<String> = LazyLock::new(|| hash(&super::secret::one_time_password()));
 
 /// The password as it is kept. Takes tens of milliseconds on purpose.
-pub(crate) fn hash(password: &str) -> String {
+pub fn hash(password: &str) -> String {
     let hashed = Argon2::default().hash_password(password.as_bytes());
     hashed.expect("invariant: the parameters are argon2's own and the length is checked").to_string()
 }
@@ -20,10 +20,10 @@ pub(crate) fn hash(password: &str) -> String {
 /// The memory in which passwords are compared, kept from one to the next: 19 MiB that are taken and given back for each
 /// of many logins would leave holes of several times that.
 #[derive(Debug, Default)]
-pub(crate) struct Memory(Vec<Block>);
+pub struct Memory(Vec<Block>);
 
 /// Whether `password` is the one kept as `kept`; as slow for `None`, which is never right.
-pub(crate) fn is_right(memory: &mut Memory, password: &str, kept: Option<&str>) -> bool {
+pub fn is_right(memory: &mut Memory, password: &str, kept: Option<&str>) -> bool {
     if password.len() > MAX_BYTES {
         return false;
     }
@@ -53,7 +53,7 @@ pub(crate) fn is_right(memory: &mut Memory, password: &str, kept: Option<&str>) 
 ///
 /// # Errors
 /// Too short, too long, or guessed at once.
-pub(crate) fn check_new(name: &str, password: &str, least: usize) -> Result<(), String> {
+pub fn check_new(name: &str, password: &str, least: usize) -> Result<(), String> {
     if password.chars().count() < least {
         return Err(format!("The password needs at least {least} characters."));
     }

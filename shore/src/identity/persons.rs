@@ -11,19 +11,19 @@ const ALL: i64 = -1;
 
 /// What a login needs to know of a person.
 #[derive(Debug)]
-pub(crate) struct Account {
-    pub(crate) id: i64,
-    pub(crate) name: String,
+pub struct Account {
+    pub id: i64,
+    pub name: String,
     /// The password as it is kept.
-    pub(crate) password: String,
-    pub(crate) must_change: bool,
+    pub password: String,
+    pub must_change: bool,
 }
 
 /// Adds a person without any permission.
 ///
 /// # Errors
 /// The name is taken or no name.
-pub(crate) fn add(
+pub fn add(
     db: &Connection,
     name: &str,
     password_hash: &str,
@@ -42,7 +42,7 @@ pub(crate) fn add(
 }
 
 /// The person of this name, capitals or not.
-pub(crate) fn find(db: &Connection, name: &str) -> Result<Option<Account>, Fault> {
+pub fn find(db: &Connection, name: &str) -> Result<Option<Account>, Fault> {
     let read = |row: &rusqlite::Row<'_>| {
         Ok(Account { id: row.get(0)?, name: row.get(1)?, password: row.get(2)?, must_change: row.get(3)? })
     };
@@ -54,7 +54,7 @@ pub(crate) fn find(db: &Connection, name: &str) -> Result<Option<Account>, Fault
 ///
 /// # Errors
 /// There is none.
-pub(crate) fn known(db: &Connection, name: &str) -> Result<Account, Fault> {
+pub fn known(db: &Connection, name: &str) -> Result<Account, Fault> {
     find(db, name)?.ok_or_else(|| Fault::Refused(format!("There is no person {name}.")))
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn known(db: &Connection, name: &str) -> Result<Account, Fault> {
 ///
 /// # Errors
 /// There is none of this name, or nobody would be left to manage the server.
-pub(crate) fn remove(db: &Connection, name: &str) -> Result<(), Fault> {
+pub fn remove(db: &Connection, name: &str) -> Result<(), Fault> {
     let account = known(db, name)?;
     db.execute("DELETE FROM person WHERE id = ?1", [account.id])?;
     somebody_manages(db)
@@ -70,7 +70,7 @@ pub(crate) fn remove(db: &Connection, name: &str) -> Result<(), Fault> {
 
 /// Sets a password; all sessions of the person but `keep` end, and so do the tokens of their scripts: who knew the old
 /// password may have made some. Those that were made beside a one-time password stay when that is changed.
-pub(crate) fn set_password(
+pub fn set_password(
     db: &Connection,
     person: i64,
     password_hash: &str,
@@ -93,7 +93,7 @@ pub(crate) fn set_password(
 ///
 /// # Errors
 /// Nobody would be left to manage the server.
-pub(crate) fn set_permission(
+pub fn set_permission(
     db: &Connection,
     person: i64,
     vessel: Option<u16>,
@@ -111,7 +111,7 @@ pub(crate) fn set_permission(
 }
 
 /// What a person may do where.
-pub(crate) fn permissions(db: &Connection, person: i64) -> Result<Vec<Permission>, Fault> {
+pub fn permissions(db: &Connection, person: i64) -> Result<Vec<Permission>, Fault> {
     let mut query =
         db.prepare_cached("SELECT vessel, role FROM permission WHERE person = ?1 ORDER BY vessel")?;
     let rows = query.query_map([person], |row| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?)))?;
@@ -126,12 +126,12 @@ pub(crate) fn permissions(db: &Connection, person: i64) -> Result<Vec<Permission
 }
 
 /// As [`permissions`], to decide by.
-pub(crate) fn grants(db: &Connection, person: i64) -> Result<Grants, Fault> {
+pub fn grants(db: &Connection, person: i64) -> Result<Grants, Fault> {
     Ok(Grants::new(&permissions(db, person)?))
 }
 
 /// All people by name.
-pub(crate) fn list(db: &Connection) -> Result<Vec<Person>, Fault> {
+pub fn list(db: &Connection) -> Result<Vec<Person>, Fault> {
     let mut query = db.prepare("SELECT id, name, must_change, created_us FROM person ORDER BY name")?;
     let rows = query.query_map([], |row| {
         let person = Person {
@@ -151,7 +151,7 @@ pub(crate) fn list(db: &Connection) -> Result<Vec<Person>, Fault> {
 }
 
 /// The number that stands for a role in the database.
-pub(crate) fn number(role: Role) -> i64 {
+pub fn number(role: Role) -> i64 {
     match role {
         Role::Viewer => 1,
         Role::Researcher => 2,
@@ -161,7 +161,7 @@ pub(crate) fn number(role: Role) -> i64 {
 }
 
 /// The role behind a number.
-pub(crate) fn role(written: i64) -> Option<Role> {
+pub fn role(written: i64) -> Option<Role> {
     Role::ALL.into_iter().find(|role| number(*role) == written)
 }
 

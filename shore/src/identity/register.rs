@@ -28,7 +28,7 @@ type Hash = [u8; 32];
 
 /// What a secret stands for.
 #[derive(Debug)]
-pub(crate) enum Found<T> {
+pub enum Found<T> {
     /// This, and a use to be written down, if that is due.
     Known(T, Option<Use>),
     /// It is known and opens nothing, for this reason.
@@ -41,7 +41,7 @@ pub(crate) enum Found<T> {
 
 /// That something was used, to be written down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Use {
+pub enum Use {
     /// A session, by its number.
     Session(i64),
     /// A token, by its number.
@@ -50,7 +50,7 @@ pub(crate) enum Use {
 
 /// The register.
 #[derive(Debug, Default)]
-pub(crate) struct Register(RwLock<Arc<Book>>);
+pub struct Register(RwLock<Arc<Book>>);
 
 #[derive(Debug, Default)]
 struct Book {
@@ -133,7 +133,7 @@ impl Register {
     ///
     /// # Errors
     /// It cannot be read; the register stays as it is.
-    pub(crate) fn catch_up(&self, db: &Connection) -> Result<(), Fault> {
+    pub fn catch_up(&self, db: &Connection) -> Result<(), Fault> {
         let before = self.book();
         let count = "SELECT changes FROM register";
         let changes: i64 = db.prepare_cached(count)?.query_row([], |row| row.get(0))?;
@@ -146,12 +146,12 @@ impl Register {
     }
 
     /// Tells one reading of app.db from another.
-    pub(crate) fn version(&self) -> Option<i64> {
+    pub fn version(&self) -> Option<i64> {
         self.book().changes
     }
 
     /// Who has this session.
-    pub(crate) fn session(&self, secret: &Secret, life: Lifetime, now: UtcTime) -> Found<Principal> {
+    pub fn session(&self, secret: &Secret, life: Lifetime, now: UtcTime) -> Found<Principal> {
         let (book, now_us) = (self.book(), now.micros());
         let Some(session) = book.sessions.get(&secret.hash()) else { return Found::Unknown };
         let Some(person) = book.people.get(&session.person) else { return Found::Unknown };
@@ -169,7 +169,7 @@ impl Register {
     }
 
     /// For whom the script with this token acts.
-    pub(crate) fn token(&self, text: &str, now: UtcTime) -> Found<Principal> {
+    pub fn token(&self, text: &str, now: UtcTime) -> Found<Principal> {
         let Some(secret) = text.strip_prefix(API_PREFIX).and_then(Secret::parse) else { return Found::Over };
         let book = self.book();
         let Some(token) = book.tokens.get(&secret.hash()) else { return Found::Unknown };
@@ -192,7 +192,7 @@ impl Register {
     }
 
     /// The vessel (IMC address) whose link this token opens.
-    pub(crate) fn link(&self, text: &str, now: UtcTime) -> Found<u16> {
+    pub fn link(&self, text: &str, now: UtcTime) -> Found<u16> {
         let Some(secret) = text.strip_prefix(LINK_PREFIX).and_then(Secret::parse) else { return Found::Over };
         let book = self.book();
         let Some(token) = book.tokens.get(&secret.hash()) else { return Found::Unknown };
@@ -204,7 +204,7 @@ impl Register {
     }
 
     /// A use stands in app.db.
-    pub(crate) fn written(&self, of: Use, now: UtcTime) {
+    pub fn written(&self, of: Use, now: UtcTime) {
         let book = self.book();
         let used = match of {
             Use::Session(id) => book.sessions.values().find(|one| one.id == id).map(|one| &one.used),
@@ -216,7 +216,7 @@ impl Register {
     }
 
     /// Vessels whose link came in at some time, and for which it is open still, by address.
-    pub(crate) fn linked(&self, now: UtcTime) -> Vec<u16> {
+    pub fn linked(&self, now: UtcTime) -> Vec<u16> {
         let book = self.book();
         let open = book.tokens.values().filter(|token| token.used.last_us() > 0 && !token.is_over(now));
         let mut vessels: Vec<u16> = open
@@ -231,7 +231,7 @@ impl Register {
     }
 
     /// The vessels that people have named, by name.
-    pub(crate) fn vessels(&self) -> Arc<[Vessel]> {
+    pub fn vessels(&self) -> Arc<[Vessel]> {
         Arc::clone(&self.book().vessels)
     }
 }

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 
 /// The roles of a person on vessels, by IMC address.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct Grants {
+pub struct Grants {
     everywhere: Option<Role>,
     vessels: BTreeMap<u16, Role>,
 }
 
 impl Grants {
     /// From what is written in the database.
-    pub(crate) fn new(permissions: &[Permission]) -> Self {
+    pub fn new(permissions: &[Permission]) -> Self {
         let mut grants = Self::default();
         for permission in permissions {
             match permission.vessel {
@@ -26,27 +26,27 @@ impl Grants {
     }
 
     /// The role on one vessel.
-    pub(crate) fn on(&self, vessel: u16) -> Option<Role> {
+    pub fn on(&self, vessel: u16) -> Option<Role> {
         self.vessels.get(&vessel).copied().max(self.everywhere)
     }
 
     /// The role on all vessels.
-    pub(crate) fn everywhere(&self) -> Option<Role> {
+    pub fn everywhere(&self) -> Option<Role> {
         self.everywhere
     }
 
     /// The highest role on any vessel.
-    pub(crate) fn somewhere(&self) -> Option<Role> {
+    pub fn somewhere(&self) -> Option<Role> {
         self.vessels.values().copied().max().max(self.everywhere)
     }
 
     /// The vessels on which somebody has this role by name, besides what holds everywhere.
-    pub(crate) fn vessels_with(&self, least: Role) -> impl Iterator<Item = u16> {
+    pub fn vessels_with(&self, least: Role) -> impl Iterator<Item = u16> {
         self.vessels.iter().filter(move |(_, role)| **role >= least).map(|(vessel, _)| *vessel)
     }
 
     /// What is left of these for a token that may do no more than `role` on `vessel` (`None`: all).
-    pub(crate) fn limited(&self, vessel: Option<u16>, role: Role) -> Self {
+    pub fn limited(&self, vessel: Option<u16>, role: Role) -> Self {
         let least = |own: Role| own.min(role);
         match vessel {
             None => Self {
@@ -63,7 +63,7 @@ impl Grants {
 
 /// How somebody showed who they are.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Via {
+pub enum Via {
     /// A browser's session.
     Session {
         /// Its number.
@@ -84,16 +84,16 @@ pub(crate) enum Via {
 
 /// Who asks.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Principal {
-    pub(crate) person: i64,
-    pub(crate) name: String,
-    pub(crate) grants: Grants,
-    pub(crate) via: Via,
+pub struct Principal {
+    pub person: i64,
+    pub name: String,
+    pub grants: Grants,
+    pub via: Via,
 }
 
 impl Principal {
     /// As the audit log names them: what a script does in somebody's name is told from what they do themselves.
-    pub(crate) fn actor(&self) -> String {
+    pub fn actor(&self) -> String {
         match &self.via {
             Via::Session { .. } => self.name.clone(),
             Via::Token { label, .. } => format!("{} (token {label})", self.name),
@@ -101,7 +101,7 @@ impl Principal {
     }
 
     /// The token against foreign pages; empty for scripts, which need none.
-    pub(crate) fn csrf(&self) -> &str {
+    pub fn csrf(&self) -> &str {
         match &self.via {
             Via::Session { csrf, .. } => csrf,
             Via::Token { .. } => "",

@@ -8,18 +8,18 @@ const READABLE: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
 
 /// 256 random bits, as given to a browser or a script. Does not show itself in logs.
 #[derive(Clone)]
-pub(crate) struct Secret([u8; 32]);
+pub struct Secret([u8; 32]);
 
 impl Secret {
     /// A new one from the system's randomness.
-    pub(crate) fn random() -> Self {
+    pub fn random() -> Self {
         let mut bytes = [0; 32];
         getrandom::fill(&mut bytes).expect("invariant: the kernel has randomness");
         Self(bytes)
     }
 
     /// Reads what [`Secret::text`] wrote; `None` for anything else.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
+    pub fn parse(text: &str) -> Option<Self> {
         let digits = text.as_bytes();
         if digits.len() != 64 {
             return None;
@@ -32,17 +32,17 @@ impl Secret {
     }
 
     /// 64 hexadecimal digits.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         hex::encode(self.0)
     }
 
     /// What is kept of it.
-    pub(crate) fn hash(&self) -> [u8; 32] {
+    pub fn hash(&self) -> [u8; 32] {
         Sha256::digest(self.0).into()
     }
 
     /// Another secret that follows from this one and says nothing about it.
-    pub(crate) fn derived(&self, purpose: &str) -> String {
+    pub fn derived(&self, purpose: &str) -> String {
         hex::encode(Sha256::new().chain_update(purpose).chain_update(self.0).finalize())
     }
 }
@@ -54,12 +54,12 @@ impl std::fmt::Debug for Secret {
 }
 
 /// Whether two texts are the same, in a time that depends on their lengths only.
-pub(crate) fn same(one: &str, other: &str) -> bool {
+pub fn same(one: &str, other: &str) -> bool {
     one.as_bytes().ct_eq(other.as_bytes()).into()
 }
 
 /// A password to be read from a screen and typed once: 80 random bits in groups of four.
-pub(crate) fn one_time_password() -> String {
+pub fn one_time_password() -> String {
     let random = Secret::random();
     let letters = random.0[..16].iter().map(|byte| char::from(READABLE[usize::from(byte % 32)]));
     let letters: Vec<char> = letters.collect();

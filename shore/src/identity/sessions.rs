@@ -14,25 +14,25 @@ const DEVICES: i64 = 20;
 
 /// How long sessions last.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Lifetime {
+pub struct Lifetime {
     /// Without a request.
-    pub(crate) idle: Duration,
+    pub idle: Duration,
     /// However busy.
-    pub(crate) whole: Duration,
+    pub whole: Duration,
 }
 
 impl Lifetime {
-    pub(super) fn idle_us(self) -> i64 {
+    pub(crate) fn idle_us(self) -> i64 {
         i64::try_from(self.idle.as_micros()).unwrap_or(i64::MAX)
     }
 
-    pub(super) fn whole_us(self) -> i64 {
+    pub(crate) fn whole_us(self) -> i64 {
         i64::try_from(self.whole.as_micros()).unwrap_or(i64::MAX)
     }
 }
 
 /// Begins a session and forgets those that are over.
-pub(crate) fn begin(
+pub fn begin(
     db: &Connection,
     person: i64,
     address: &str,
@@ -60,7 +60,7 @@ pub(crate) fn begin(
 }
 
 /// Notes that a session was used.
-pub(crate) fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
+pub fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
     db.execute("UPDATE session SET seen_us = ?2 WHERE id = ?1", [id, now.micros()])?;
     Ok(())
 }
@@ -69,14 +69,14 @@ pub(crate) fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault>
 ///
 /// # Errors
 /// There is none such.
-pub(crate) fn end(db: &Connection, id: i64, person: Option<i64>) -> Result<(), Fault> {
+pub fn end(db: &Connection, id: i64, person: Option<i64>) -> Result<(), Fault> {
     let ended =
         db.execute("DELETE FROM session WHERE id = ?1 AND (?2 IS NULL OR person = ?2)", params![id, person])?;
     if ended == 0 { Err(Fault::Refused("There is no such session any more.".to_owned())) } else { Ok(()) }
 }
 
 /// Sessions, the last used first; of `person` only, when given.
-pub(crate) fn list(db: &Connection, person: Option<i64>) -> Result<Vec<Session>, Fault> {
+pub fn list(db: &Connection, person: Option<i64>) -> Result<Vec<Session>, Fault> {
     let mut query = db.prepare(
         "SELECT session.id, name, session.created_us, seen_us, address, agent
          FROM session JOIN person ON person.id = session.person
@@ -96,13 +96,13 @@ pub(crate) fn list(db: &Connection, person: Option<i64>) -> Result<Vec<Session>,
 }
 
 /// Whether this person was logged in from the browser with this cookie before.
-pub(crate) fn knows_device(db: &Connection, person: i64, secret: &Secret) -> Result<bool, Fault> {
+pub fn knows_device(db: &Connection, person: i64, secret: &Secret) -> Result<bool, Fault> {
     let sql = "SELECT 1 FROM device WHERE hash = ?1 AND person = ?2";
     Ok(db.prepare_cached(sql)?.exists(params![secret.hash(), person])?)
 }
 
 /// Notes a browser as one of this person's; those unused for longest are forgotten.
-pub(crate) fn know_device(db: &Connection, person: i64, secret: &Secret, now: UtcTime) -> Result<(), Fault> {
+pub fn know_device(db: &Connection, person: i64, secret: &Secret, now: UtcTime) -> Result<(), Fault> {
     db.execute(
         "INSERT OR REPLACE INTO device (hash, person, used_us) VALUES (?1, ?2, ?3)",
         params![secret.hash(), person, now.micros()],

@@ -10,29 +10,29 @@ use units::UtcTime;
 /// How `token.vessel` says "all vessels".
 const ALL: i64 = -1;
 /// The longest that a script's token may last, days.
-pub(crate) const MAX_DAYS: u32 = 730;
+pub const MAX_DAYS: u32 = 730;
 /// Tokens kept at most.
 const TOKENS: i64 = 10_000;
 const DAY_US: i64 = 86_400_000_000;
 /// By which a script's token is recognised, also by programs that look for secrets in public code.
-pub(super) const API_PREFIX: &str = "lutra_api_";
+pub(crate) const API_PREFIX: &str = "lutra_api_";
 /// By which a link's token is recognised.
-pub(super) const LINK_PREFIX: &str = "lutra_link_";
+pub(crate) const LINK_PREFIX: &str = "lutra_link_";
 
 /// A vessel's link token to be made.
 #[derive(Debug)]
-pub(crate) struct NewLink<'a> {
-    pub(crate) label: &'a str,
-    pub(crate) vessel: u16,
+pub struct NewLink<'a> {
+    pub label: &'a str,
+    pub vessel: u16,
     /// Days until it ends; `None`: never.
-    pub(crate) days: Option<u32>,
+    pub days: Option<u32>,
 }
 
 /// Makes a token that acts for `person`.
 ///
 /// # Errors
 /// No label, no sensible time, too many tokens.
-pub(crate) fn make(db: &Connection, person: i64, new: &NewToken, now: UtcTime) -> Result<TokenMade, Fault> {
+pub fn make(db: &Connection, person: i64, new: &NewToken, now: UtcTime) -> Result<TokenMade, Fault> {
     if !(1..=MAX_DAYS).contains(&new.days) {
         return Err(Fault::Refused(format!("A token lasts 1 to {MAX_DAYS} days.")));
     }
@@ -46,7 +46,7 @@ pub(crate) fn make(db: &Connection, person: i64, new: &NewToken, now: UtcTime) -
 ///
 /// # Errors
 /// No label, too many tokens.
-pub(crate) fn make_link(db: &Connection, new: &NewLink<'_>, now: UtcTime) -> Result<TokenMade, Fault> {
+pub fn make_link(db: &Connection, new: &NewLink<'_>, now: UtcTime) -> Result<TokenMade, Fault> {
     let expires_us = new.days.map(|days| now.micros() + i64::from(days) * DAY_US);
     insert(db, LINK_PREFIX, new.label, (None, i64::from(new.vessel), None), now, expires_us)
 }
@@ -79,7 +79,7 @@ fn insert(
 }
 
 /// Notes that a token was used.
-pub(crate) fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
+pub fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
     db.execute("UPDATE token SET used_us = ?2 WHERE id = ?1", [id, now.micros()])?;
     Ok(())
 }
@@ -88,14 +88,14 @@ pub(crate) fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault>
 ///
 /// # Errors
 /// There is none such.
-pub(crate) fn revoke(db: &Connection, id: i64, person: Option<i64>) -> Result<String, Fault> {
+pub fn revoke(db: &Connection, id: i64, person: Option<i64>) -> Result<String, Fault> {
     let sql = "DELETE FROM token WHERE id = ?1 AND (?2 IS NULL OR person = ?2) RETURNING label";
     let label = db.query_row(sql, params![id, person], |row| row.get(0)).optional()?;
     label.ok_or_else(|| Fault::Refused("There is no such token any more.".to_owned()))
 }
 
 /// Tokens, the newest first; of `person` only, when given.
-pub(crate) fn list(db: &Connection, person: Option<i64>) -> Result<Vec<Token>, Fault> {
+pub fn list(db: &Connection, person: Option<i64>) -> Result<Vec<Token>, Fault> {
     let mut query = db.prepare(
         "SELECT token.id, label, name, vessel, role, token.created_us, expires_us, used_us
          FROM token LEFT JOIN person ON person.id = token.person

@@ -9,7 +9,7 @@ use units::UtcTime;
 ///
 /// # Errors
 /// Name or address is taken or cannot be one.
-pub(crate) fn add(db: &Connection, address: u16, name: &str, now: UtcTime) -> Result<(), Fault> {
+pub fn add(db: &Connection, address: u16, name: &str, now: UtcTime) -> Result<(), Fault> {
     let good = |letter: char| letter.is_alphanumeric() || "._-".contains(letter);
     if !(1..=64).contains(&name.chars().count()) || !name.chars().all(good) {
         return Err(Fault::Refused(
@@ -35,7 +35,7 @@ pub(crate) fn add(db: &Connection, address: u16, name: &str, now: UtcTime) -> Re
 ///
 /// # Errors
 /// There is none such.
-pub(crate) fn remove(db: &Connection, address: u16) -> Result<(), Fault> {
+pub fn remove(db: &Connection, address: u16) -> Result<(), Fault> {
     if db.execute("DELETE FROM vessel WHERE address = ?1", [address])? == 0 {
         return Err(Fault::Refused("There is no such vessel.".to_owned()));
     }
@@ -44,7 +44,7 @@ pub(crate) fn remove(db: &Connection, address: u16) -> Result<(), Fault> {
 }
 
 /// All by name.
-pub(crate) fn list(db: &Connection) -> Result<Vec<Vessel>, Fault> {
+pub fn list(db: &Connection) -> Result<Vec<Vessel>, Fault> {
     let mut query = db.prepare_cached("SELECT address, name FROM vessel ORDER BY name")?;
     let rows = query.query_map([], |row| Ok(Vessel { address: row.get(0)?, name: row.get(1)? }))?;
     Ok(rows.collect::<Result<_, _>>()?)
@@ -54,7 +54,7 @@ pub(crate) fn list(db: &Connection) -> Result<Vec<Vessel>, Fault> {
 ///
 /// # Errors
 /// Neither.
-pub(crate) fn named(db: &Connection, text: &str) -> Result<u16, Fault> {
+pub fn named(db: &Connection, text: &str) -> Result<u16, Fault> {
     if let Some(vessel) = list(db)?.into_iter().find(|vessel| vessel.name.eq_ignore_ascii_case(text)) {
         return Ok(vessel.address);
     }
@@ -69,7 +69,7 @@ pub(crate) fn named(db: &Connection, text: &str) -> Result<u16, Fault> {
 ///
 /// # Errors
 /// It is none.
-pub(crate) fn address(text: &str) -> Result<u16, String> {
+pub fn address(text: &str) -> Result<u16, String> {
     let read = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
         Some(digits) => u16::from_str_radix(digits, 16),
         None => text.parse(),

@@ -20,7 +20,7 @@ const LABELS: [&str; 4] = ["round trip", "from aboard to ashore", "from sent to 
 const LABELS_EVERY: u32 = 60;
 
 /// Makes the packets of one vessel's link.
-pub(super) struct Figures {
+pub(crate) struct Figures {
     own: Address,
     vessel: Address,
     /// The first of the vessel's entities; `None` beyond the last number that IMC has.
@@ -30,14 +30,14 @@ pub(super) struct Figures {
 
 impl Figures {
     /// For the vessel that came in as number `index`.
-    pub(super) fn new(own: Address, vessel: Address, index: usize) -> Self {
+    pub(crate) fn new(own: Address, vessel: Address, index: usize) -> Self {
         let first = FIRST_ENTITY + index * LABELS.len();
         let entity = u8::try_from(first).ok().filter(|first| *first <= 250);
         Self { own, vessel, entity, told: 0 }
     }
 
     /// The figures as packets of this server; nothing while the link is down.
-    pub(super) fn packets(&mut self, status: &ShoreStatus, now: UtcTime) -> Vec<Bytes> {
+    pub(crate) fn packets(&mut self, status: &ShoreStatus, now: UtcTime) -> Vec<Bytes> {
         let Some(entity) = self.entity.filter(|_| status.up) else { return Vec::new() };
         let mut packets = Vec::new();
         let mut say = |place: u8, message: Message| {

@@ -1,4 +1,4 @@
-//! The vessel link's door: WebSockets at `/link`, each opened with the token of one vessel.
+//! The vessel link ashore, without its sockets: the server opens those at `/link`, each with the token of one vessel.
 //!
 //! Every vessel has one task ([`vessel`]) that owns its [`link::Shore`] over all its connections, from the first
 //! connection until the server ends. A connection is two halves: what comes is handed to the vessel's task, what
@@ -6,13 +6,11 @@
 
 mod chart;
 mod figures;
-mod socket;
 mod vessel;
 
-pub(crate) use socket::open;
-
 use crate::charts::{Charts, ChartsAboard};
-use crate::relay::{Recorder, Relay};
+use crate::recorder::Recorder;
+use crate::router::Router;
 use api::VesselChart;
 use bytes::Bytes;
 use imc::Address;
@@ -28,10 +26,10 @@ use tokio_util::task::TaskTracker;
 /// Messages of all its connections that may wait for a vessel's task; connections wait beyond that.
 const WAITING: usize = 64;
 /// Messages that may wait for one connection; beyond that it is closed. Data comes up, so little goes down.
-const OUTGOING: usize = 256;
+pub const OUTGOING: usize = 256;
 
 /// What a connection tells its vessel's task.
-enum Event {
+pub enum Event {
     /// It is there; what is sent into the channel is written to it, and its end closes it.
     Opened(ConnectionId, mpsc::Sender<Out>),
     /// A message came.
@@ -41,7 +39,7 @@ enum Event {
 }
 
 /// What a vessel's task tells a connection.
-enum Out {
+pub enum Out {
     /// Write this.
     Message(Bytes),
     /// Close, saying why.
@@ -50,12 +48,12 @@ enum Out {
 
 /// All vessels that came in by the link since the start; cheap to clone.
 #[derive(Clone)]
-pub(crate) struct Links {
+pub struct Links {
     shared: Arc<Shared>,
 }
 
 struct Shared {
-    relay: Relay,
+    router: Router,
     recorder: Recorder,
     charts: Charts,
     aboard: ChartsAboard,
@@ -78,45 +76,45 @@ struct Handle {
 
 impl Links {
     /// The door, for which `/link` is the way in.
-    pub(crate) fn new(
-        relay: Relay,
+    pub fn new(
+        router: Router,
         recorder: Recorder,
         (charts, aboard): (Charts, ChartsAboard),
         tasks: TaskTracker,
         stop: CancellationToken,
     ) -> Self {
         let (vessels, connections) = (Mutex::default(), AtomicU64::new(1));
-        let shared = Shared { relay, recorder, charts, aboard, tasks, stop, vessels, connections };
+        let shared = Shared { router, recorder, charts, aboard, tasks, stop, vessels, connections };
         Self { shared: Arc::new(shared) }
     }
 
     /// Which chart a vessel holds, beside the one ashore.
-    pub(crate) fn chart(&self, vessel: Address) -> VesselChart {
+    pub fn chart(&self, vessel: Address) -> VesselChart {
         let ashore = self.shared.charts.offered().borrow().as_ref().map(|parcel| parcel.digest());
         self.shared.aboard.chart(vessel, ashore)
     }
 
     /// How the links of all vessels are.
-    pub(crate) fn status(&self) -> Vec<(Address, ShoreStatus)> {
+    pub fn status(&self) -> Vec<(Address, ShoreStatus)> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         vessels.iter().map(|(address, handle)| (Address(*address), *handle.status.borrow())).collect()
     }
 
     /// How many stick positions came to a vessel too late or never, since the start.
-    pub(crate) fn late_sticks(&self, vessel: Address) -> u64 {
+    pub fn late_sticks(&self, vessel: Address) -> u64 {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         vessels.get(&vessel.0).map_or(0, |handle| handle.late.load(Ordering::Relaxed))
     }
 
     /// How long a vessel's link took there and back at last; nothing while it does not stand.
-    pub(crate) fn round_trip(&self, vessel: Address) -> Option<Duration> {
+    pub fn round_trip(&self, vessel: Address) -> Option<Duration> {
         let vessels = self.shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         let status = *vessels.get(&vessel.0)?.status.borrow();
         status.round_trip.filter(|_| status.up)
     }
 
-    /// The task of a vessel; the first connection starts it.
-    fn vessel(&self, address: u16) -> mpsc::Sender<Event> {
+    /// The way to the task of a vessel; the first connection starts it.
+    pub fn vessel(&self, address: u16) -> mpsc::Sender<Event> {
         let shared = &self.shared;
         let mut vessels = shared.vessels.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(handle) = vessels.get(&address).filter(|handle| !handle.events.is_closed()) {
@@ -133,7 +131,7 @@ impl Links {
         let late = Arc::new(AtomicU64::new(0));
         let task = vessel::Task::new(
             Address(address),
-            shared.relay.clone(),
+            shared.router.clone(),
             shared.recorder.clone(),
             (shared.charts.offered(), shared.aboard.clone()),
             told,
@@ -145,7 +143,8 @@ impl Links {
         events
     }
 
-    fn next_connection(&self) -> ConnectionId {
+    /// A number for a new connection.
+    pub fn next_connection(&self) -> ConnectionId {
         ConnectionId(self.shared.connections.fetch_add(1, Ordering::Relaxed))
     }
 }
@@ -153,16 +152,22 @@ impl Links {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Config;
 
     #[tokio::test]
     async fn a_vessel_whose_task_was_lost_comes_in_again_by_a_new_one() {
         let folder = tempfile::tempdir().unwrap();
-        let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
-        config.http.listen = "127.0.0.1:0".parse().unwrap();
-        config.imc.active = false;
-        let serving = crate::serve(config).await.unwrap();
-        let links = &serving.state.links;
+        let hub = hub::Settings { address: Address(0x4F00), name: "shore".into(), active: false };
+        let settings = crate::Settings {
+            data: folder.path().to_owned(),
+            hub,
+            trusted: Vec::new(),
+            people: Default::default(),
+            charts: Default::default(),
+            sinks: Default::default(),
+            most_unpacked_bytes: 1 << 20,
+        };
+        let running = crate::Opened::open(settings).unwrap().assemble().unwrap();
+        let links = &running.shore.links;
         let events = links.vessel(0x2810);
         let other = links.vessel(0x2811);
         assert!(events.same_channel(&links.vessel(0x2810)), "one task for each vessel");
@@ -182,6 +187,7 @@ mod tests {
             index,
             "its figures keep their numbers"
         );
-        serving.stop().await;
+        running.shore.stop.cancel();
+        running.end().await;
     }
 }

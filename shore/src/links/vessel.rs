@@ -3,11 +3,11 @@
 use super::figures::Figures;
 use super::{Event, Out};
 use crate::charts::{ChartsAboard, Parcel};
-use crate::relay::{Connection, Recorder, Relay};
+use crate::recorder::Recorder;
+use crate::router::{Connection, Router};
 use bytes::Bytes;
 use hub::{
-    CommandId, Delivery, Door, Incoming, Lane, LinkSeq, Peer, Receipt, Role, Sources, TIME_TO_LIVE, Tag,
-    Urgency,
+    CommandId, Delivery, Door, Incoming, Lane, LinkSeq, Peer, Role, Sources, TIME_TO_LIVE, Tag, Urgency,
 };
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
@@ -15,6 +15,7 @@ use link::{
     ByeCode, ChartAsk, ConnectionId, Gap, GapReason, Hello, Outcome, Record, Shore, ShoreInput, ShoreOutput,
     ShoreSettings, ShoreStatus,
 };
+use operations::{Operations, Receipt};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -35,7 +36,7 @@ const FIGURES: Duration = Duration::from_secs(1);
 const RECORD_EVERY: u32 = 10;
 
 /// What the disk answers.
-pub(super) enum Answer {
+pub(crate) enum Answer {
     /// What is durable of the stream that greeted on this connection.
     Durable(ConnectionId, u64, Option<u64>),
     /// A gap of a stream is kept: its first number and the one after its last.
@@ -45,9 +46,9 @@ pub(super) enum Answer {
 }
 
 /// Owns a vessel's session.
-pub(super) struct Task {
+pub(crate) struct Task {
     pub(super) vessel: Address,
-    relay: Relay,
+    router: Router,
     recorder: Recorder,
     shore: Shore,
     connections: BTreeMap<ConnectionId, mpsc::Sender<Out>>,
@@ -76,23 +77,23 @@ pub(super) struct Task {
 }
 
 impl Task {
-    pub(super) fn new(
+    pub(crate) fn new(
         vessel: Address,
-        relay: Relay,
+        router: Router,
         recorder: Recorder,
         (chart, aboard): (watch::Receiver<Option<Arc<Parcel>>>, ChartsAboard),
         status: watch::Sender<ShoreStatus>,
         late: Arc<AtomicU64>,
         index: usize,
     ) -> Self {
-        let figures = Figures::new(relay.address(), vessel, index);
+        let figures = Figures::new(router.address(), vessel, index);
         // Commands are numbered from somewhere else at each start, so that no start repeats another's numbers,
         // whatever the clock says.
-        let somewhere = getrandom::u64().unwrap_or_else(|_| relay.clock().now().utc.micros().unsigned_abs());
+        let somewhere = getrandom::u64().unwrap_or_else(|_| router.clock().now().utc.micros().unsigned_abs());
         let next_command = somewhere >> 1;
         Self {
             vessel,
-            relay,
+            router,
             recorder,
             shore: Shore::new(ShoreSettings::default()),
             connections: BTreeMap::new(),
@@ -113,14 +114,14 @@ impl Task {
         }
     }
 
-    pub(super) async fn run(mut self, mut events: mpsc::Receiver<Event>, stop: CancellationToken) {
+    pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>, stop: CancellationToken) {
         let name = format!("link of {}", self.vessel);
         let sources = Sources::Only(vec![self.vessel]);
         let peer = Peer { door: Door::Link, role: Role::Vessel, name, sources };
-        let Ok(hub) = self.relay.join(peer, OUTBOX_BYTES).await else { return };
+        let Ok(hub) = self.router.join(peer, OUTBOX_BYTES).await else { return };
         let mut durable = self.recorder.durable();
         let mut figures = tokio::time::interval(FIGURES);
-        let mut control = self.relay.control();
+        let mut control = self.router.control();
         self.tell_control();
         let mut chart = self.chart.clone();
         self.offer_chart();
@@ -151,7 +152,7 @@ impl Task {
                     self.durable = seq.or(self.durable);
                     self.acknowledge();
                 }
-                () = until(&self.relay, due) => self.handle(ShoreInput::Timer),
+                () = until(&self.router, due) => self.handle(ShoreInput::Timer),
                 changed = control.changed() => {
                     if changed.is_err() {
                         break;
@@ -171,11 +172,11 @@ impl Task {
     }
 
     fn now(&self) -> link::Now {
-        let now = self.relay.clock().now();
+        let now = self.router.clock().now();
         link::Now { mono: now.mono, utc: now.utc }
     }
 
-    pub(super) fn handle(&mut self, input: ShoreInput) {
+    pub(crate) fn handle(&mut self, input: ShoreInput) {
         let now = self.now();
         self.shore.handle(now, input);
     }
@@ -196,7 +197,7 @@ impl Task {
 
     /// Tells the vessel who commands it, when that is another than it was told.
     fn tell_control(&mut self) {
-        let now = self.relay.control().borrow().get(&self.vessel).cloned();
+        let now = self.router.control().borrow().get(&self.vessel).cloned();
         if let Some((epoch, holder)) = now.filter(|now| self.control.as_ref() != Some(now)) {
             self.control = Some((epoch, holder.clone()));
             self.handle(ShoreInput::Lease(epoch, holder));
@@ -221,20 +222,22 @@ impl Task {
     }
 
     /// Tells the hub whether the link stands: orders take it from now on, or other ways.
-    async fn tell_stands(&self, hub: &Connection, stands: bool) -> Result<(), crate::relay::Stopped> {
+    async fn tell_stands(&self, hub: &Connection, stands: bool) -> Result<(), crate::router::Stopped> {
         let peer = hub.id;
-        self.relay.look(move |hub, now| hub.link_stands(now, peer, stands)).await
+        let tell =
+            move |operations: &mut Operations, now| operations.hub_mut().link_stands(now, peer, stands);
+        self.router.ask(tell).await
     }
 
     /// Does what the session asks for.
-    async fn carry_out(&mut self, hub: &Connection) -> Result<(), crate::relay::Stopped> {
+    async fn carry_out(&mut self, hub: &Connection) -> Result<(), crate::router::Stopped> {
         while let Some(output) = self.shore.poll_output() {
             match output {
                 ShoreOutput::Send(id, bytes) => self.tell(id, Out::Message(bytes)),
                 ShoreOutput::Close(id, code, reason) => {
                     if code != ByeCode::Replaced {
                         tracing::info!(vessel = %self.vessel, ?code, %reason, "a link connection is closed");
-                        self.relay.ledger().failed(Door::Link, &format!("{}: {reason}", self.vessel));
+                        self.router.ledger().failed(Door::Link, &format!("{}: {reason}", self.vessel));
                     }
                     self.tell(id, Out::Close(reason));
                     self.connections.remove(&id);
@@ -242,13 +245,13 @@ impl Task {
                 ShoreOutput::Hello(id, hello) => self.greeted(id, &hello),
                 ShoreOutput::Up(_) => {
                     tracing::info!(vessel = %self.vessel, "the link stands");
-                    self.relay.ledger().link_changed(self.vessel);
+                    self.router.ledger().link_changed(self.vessel);
                     self.tell_status();
                     self.tell_stands(hub, true).await?;
                 }
                 ShoreOutput::Down => {
                     tracing::warn!(vessel = %self.vessel, "the link is down");
-                    self.relay.ledger().link_changed(self.vessel);
+                    self.router.ledger().link_changed(self.vessel);
                     self.tell_status();
                     self.tell_stands(hub, false).await?;
                 }
@@ -270,10 +273,10 @@ impl Task {
                     self.outcome(id, &outcome);
                     if let Some(command) = self.orders.remove(&id) {
                         let receipt = receipt(outcome);
-                        let tell = move |hub: &mut hub::Hub, now| {
-                            hub.commands_mut().receipt(now, command, receipt);
+                        let tell = move |operations: &mut Operations, now| {
+                            operations.commands_mut().receipt(now, command, receipt);
                         };
-                        self.relay.look(tell).await?;
+                        self.router.ask(tell).await?;
                     }
                 }
             }
@@ -401,7 +404,7 @@ impl Task {
         self.told = self.told.wrapping_add(1);
         if due {
             for packet in self.figures.packets(&status, self.now().utc) {
-                self.relay.send(packet).await.ok();
+                self.router.send(packet).await.ok();
             }
         }
     }
@@ -425,7 +428,7 @@ impl Task {
     }
 }
 
-async fn until(relay: &Relay, due: Option<units::MonoTime>) {
+async fn until(relay: &Router, due: Option<units::MonoTime>) {
     match due {
         Some(due) => tokio::time::sleep_until(Instant::now() + due.since(relay.clock().now().mono)).await,
         None => std::future::pending().await,

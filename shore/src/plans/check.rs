@@ -24,7 +24,7 @@ const PLACES: usize = 50_000;
 ///
 /// # Errors
 /// What is too much, or that it has no name.
-pub(crate) fn limits(plan: &PlanDocument) -> Result<(), String> {
+pub fn limits(plan: &PlanDocument) -> Result<(), String> {
     let good = |name: &str| {
         (1..=LONGEST_PLAN_NAME).contains(&name.len())
             && name.trim() == name
@@ -56,17 +56,17 @@ pub(crate) fn limits(plan: &PlanDocument) -> Result<(), String> {
 }
 
 /// Judges a plan that keeps its [`limits`].
-pub(crate) fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
+pub fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
     check_with(plan, now, |_| None)
 }
 
 /// The plan as its vessel understands it, if it has no problems.
-pub(crate) fn understood(specification: &PlanSpecification) -> Option<Plan> {
+pub fn understood(specification: &PlanSpecification) -> Option<Plan> {
     onboard::checked_plan(specification, &Settings::otter("shore", Address(0))).ok()
 }
 
 /// Judges a plan that keeps its [`limits`], by the chart too.
-pub(crate) fn check_with(
+pub fn check_with(
     plan: &PlanDocument,
     now: UtcTime,
     guard: impl FnOnce(&Plan) -> Option<Guard>,
@@ -107,7 +107,7 @@ pub(crate) fn check_with(
 ///
 /// # Errors
 /// It has problems: the first of them.
-pub(crate) fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, String> {
+pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, String> {
     let first = |problems: &[PlanTrouble]| {
         let place = problems.first().and_then(|one| one.maneuver.as_ref());
         let text = problems.first().map_or_else(String::new, |one| one.text.clone());
@@ -120,7 +120,7 @@ pub(crate) fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecificat
 }
 
 /// What is wrong or odd about a plan that came from elsewhere, in words.
-pub(super) fn told(plan: &PlanSpecification) -> Vec<String> {
+pub(crate) fn told(plan: &PlanSpecification) -> Vec<String> {
     let settings = Settings::otter("shore", Address(0));
     match onboard::checked_plan(plan, &settings) {
         Ok(checked) => {
@@ -214,7 +214,7 @@ fn row_points(task: &PlanTask) -> f64 {
 }
 
 /// The places that somebody drew.
-pub(super) fn places(task: &PlanTask) -> &[PlanPlace] {
+pub(crate) fn places(task: &PlanTask) -> &[PlanPlace] {
     match task {
         PlanTask::FollowPath { points } => points,
         PlanTask::Goto { at }

@@ -14,7 +14,7 @@ const SPEED_MPS: f64 = 1.5;
 
 /// How a plan is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Format {
+pub enum Format {
     Imc,
     GeoJson,
     Gpx,
@@ -22,7 +22,7 @@ pub(crate) enum Format {
 
 impl Format {
     /// By its name in the API.
-    pub(crate) fn named(name: &str) -> Option<Self> {
+    pub fn named(name: &str) -> Option<Self> {
         match name {
             "imc" => Some(Self::Imc),
             "geojson" => Some(Self::GeoJson),
@@ -32,7 +32,7 @@ impl Format {
     }
 
     /// Media type, and how a file's name ends.
-    pub(crate) fn kind(self) -> (&'static str, &'static str) {
+    pub fn kind(self) -> (&'static str, &'static str) {
         match self {
             Self::Imc => ("application/json", "imc.json"),
             Self::GeoJson => ("application/geo+json", "geojson"),
@@ -45,7 +45,7 @@ impl Format {
 ///
 /// # Errors
 /// It cannot be written as IMC, or is too long for it.
-pub(crate) fn write(plan: &PlanDocument, format: Format) -> Result<String, String> {
+pub fn write(plan: &PlanDocument, format: Format) -> Result<String, String> {
     match format {
         Format::Imc => {
             let plan = specification(plan).map_err(|troubles| words(&troubles))?;
@@ -60,7 +60,7 @@ pub(crate) fn write(plan: &PlanDocument, format: Format) -> Result<String, Strin
 ///
 /// # Errors
 /// It is none, with the place of what is wrong.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), String> {
+pub fn read(bytes: &[u8], file: &str) -> Result<(PlanDocument, Vec<String>), String> {
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     let (mut plan, notes) = match start.first() {
         Some(b'<') => gpx::read(bytes).map_err(|error| error.to_string()).and_then(from_shapes)?,
@@ -182,7 +182,7 @@ fn name_steps(plan: &mut PlanDocument) {
 }
 
 /// `wanted`, or with a number behind it, such that it is not taken.
-pub(super) fn free(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
+pub(crate) fn free(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = |number: u32| {
         let tail = format!(" ({number})");
         format!("{}{tail}", cut(wanted, LONGEST_PLAN_NAME - tail.len()).trim_end())

@@ -13,8 +13,8 @@ mod translate;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use check::{aboard, check, check_with, limits, understood};
-pub(crate) use files::{Format, read, write};
-pub(crate) use route::route;
-pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};
-pub(crate) use translate::{document, specification};
+pub use check::{aboard, check, check_with, limits, understood};
+pub use files::{Format, read, write};
+pub use route::route;
+pub use store::{Change, Row, create, delete, list, load, restore, revisions, save};
+pub use translate::{document, specification};

@@ -14,7 +14,7 @@ const PLACES: usize = 20_000;
 ///
 /// # Errors
 /// Why it cannot be drawn.
-pub(crate) fn route(plan: &PlanSpecification) -> Result<(Vec<RouteLeg>, bool), String> {
+pub fn route(plan: &PlanSpecification) -> Result<(Vec<RouteLeg>, bool), String> {
     let checked = onboard::checked_plan(plan, &Settings::otter("shore", Address(0)))
         .map_err(|problems| problems.0.first().map_or_else(String::new, ToString::to_string))?;
     let mut room = PLACES;

@@ -2,7 +2,7 @@
 //! that nobody's work is lost without a word.
 
 use super::files::free;
-use crate::people::Fault;
+use crate::identity::Fault;
 use api::{PlanDocument, PlanRevision};
 use rusqlite::{Connection, OptionalExtension as _, params};
 use units::UtcTime;
@@ -16,23 +16,23 @@ const REVISIONS: u32 = 200;
 
 /// A plan as it is kept.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Row {
-    pub(crate) id: i64,
-    pub(crate) revision: u32,
-    pub(crate) draft: bool,
-    pub(crate) author: String,
-    pub(crate) updated: UtcTime,
-    pub(crate) plan: PlanDocument,
+pub struct Row {
+    pub id: i64,
+    pub revision: u32,
+    pub draft: bool,
+    pub author: String,
+    pub updated: UtcTime,
+    pub plan: PlanDocument,
     /// Whether it was deleted, and can be restored.
-    pub(crate) deleted: bool,
+    pub deleted: bool,
 }
 
 /// Who changes something, when.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Change<'a> {
-    pub(crate) author: &'a str,
-    pub(crate) now: UtcTime,
-    pub(crate) draft: bool,
+pub struct Change<'a> {
+    pub author: &'a str,
+    pub now: UtcTime,
+    pub draft: bool,
 }
 
 const COLUMNS: &str = "SELECT plan.id, r.revision, r.draft, r.author, r.saved_us, r.body, plan.name, plan.vessel, \
@@ -56,7 +56,7 @@ fn row(row: &rusqlite::Row<'_>) -> rusqlite::Result<Row> {
 }
 
 /// All plans that are not deleted, by name.
-pub(crate) fn list(db: &Connection) -> Result<Vec<Row>, Fault> {
+pub fn list(db: &Connection) -> Result<Vec<Row>, Fault> {
     let sql =
         format!("{COLUMNS} AND r.revision = plan.revision WHERE plan.deleted_us IS NULL ORDER BY plan.name");
     let mut query = db.prepare_cached(&sql)?;
@@ -65,13 +65,13 @@ pub(crate) fn list(db: &Connection) -> Result<Vec<Row>, Fault> {
 }
 
 /// A plan, deleted or not: its latest revision, or an older one.
-pub(crate) fn load(db: &Connection, id: i64, revision: Option<u32>) -> Result<Option<Row>, Fault> {
+pub fn load(db: &Connection, id: i64, revision: Option<u32>) -> Result<Option<Row>, Fault> {
     let sql = format!("{COLUMNS} WHERE plan.id = ?1 AND r.revision = coalesce(?2, plan.revision)");
     Ok(db.prepare_cached(&sql)?.query_row(params![id, revision], row).optional()?)
 }
 
 /// The states that a plan had, the newest first.
-pub(crate) fn revisions(db: &Connection, id: i64) -> Result<Vec<PlanRevision>, Fault> {
+pub fn revisions(db: &Connection, id: i64) -> Result<Vec<PlanRevision>, Fault> {
     let sql =
         "SELECT revision, author, saved_us, draft FROM plan_revision WHERE plan = ?1 ORDER BY revision DESC";
     let mut query = db.prepare_cached(sql)?;
@@ -90,7 +90,7 @@ pub(crate) fn revisions(db: &Connection, id: i64) -> Result<Vec<PlanRevision>, F
 ///
 /// # Errors
 /// There are too many.
-pub(crate) fn create(db: &Connection, mut plan: PlanDocument, change: Change<'_>) -> Result<i64, Fault> {
+pub fn create(db: &Connection, mut plan: PlanDocument, change: Change<'_>) -> Result<i64, Fault> {
     let count: u32 =
         db.query_row("SELECT count(*) FROM plan WHERE deleted_us IS NULL", [], |row| row.get(0))?;
     if count >= PLANS {
@@ -112,7 +112,7 @@ pub(crate) fn create(db: &Connection, mut plan: PlanDocument, change: Change<'_>
 ///
 /// # Errors
 /// There is another revision, the plan is gone, or its name is taken.
-pub(crate) fn save(
+pub fn save(
     db: &Connection,
     id: i64,
     from: u32,
@@ -151,7 +151,7 @@ pub(crate) fn save(
 ///
 /// # Errors
 /// There is none such.
-pub(crate) fn delete(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
+pub fn delete(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
     let sql = "UPDATE plan SET deleted_us = ?2 WHERE id = ?1 AND deleted_us IS NULL";
     if db.execute(sql, params![id, now.micros()])? == 0 {
         return Err(Fault::Refused("There is no such plan any more.".to_owned()));
@@ -166,7 +166,7 @@ pub(crate) fn delete(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault
 ///
 /// # Errors
 /// It was not deleted.
-pub(crate) fn restore(db: &Connection, id: i64, change: Change<'_>) -> Result<(), Fault> {
+pub fn restore(db: &Connection, id: i64, change: Change<'_>) -> Result<(), Fault> {
     let Some(old) = load(db, id, None)?.filter(|old| old.deleted) else {
         return Err(Fault::Refused("The plan is not among the deleted ones.".to_owned()));
     };

@@ -4,7 +4,7 @@ use super::translate::{document, specification};
 use super::{
     Change, Format, check, create, delete, limits, list, load, read, restore, revisions, save, write,
 };
-use crate::people::{Fault, migrated};
+use crate::identity::{Fault, migrated};
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use imc::messages::{
     Heartbeat, LoiterType, Message, PlanManeuver, PlanSpecification, PlanTransition, PowerChannelControl,

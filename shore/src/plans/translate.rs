@@ -20,7 +20,7 @@ const PER_METRE: f64 = 128.0;
 const WHEN_DONE: &str = "ManeuverIsDone";
 
 /// A trouble with one maneuver, or with the plan itself.
-pub(super) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTrouble {
+pub(crate) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTrouble {
     PlanTrouble { maneuver: maneuver.map(str::to_owned), text: text.into() }
 }
 
@@ -28,7 +28,7 @@ pub(super) fn trouble(maneuver: Option<&str>, text: impl Into<String>) -> PlanTr
 ///
 /// # Errors
 /// Points of paths that are no places: those alone cannot be written.
-pub(crate) fn specification(plan: &PlanDocument) -> Result<PlanSpecification, Vec<PlanTrouble>> {
+pub fn specification(plan: &PlanDocument) -> Result<PlanSpecification, Vec<PlanTrouble>> {
     let mut troubles = Vec::new();
     let mut maneuvers = Vec::with_capacity(plan.maneuvers.len());
     for step in &plan.maneuvers {
@@ -155,7 +155,7 @@ fn rows(step: &PlanStep, speed: f32, speed_units: SpeedUnits) -> Message {
 ///
 /// # Errors
 /// What would make it another plan if it were left out.
-pub(crate) fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>), Vec<PlanTrouble>> {
+pub fn document(plan: &PlanSpecification) -> Result<(PlanDocument, Vec<String>), Vec<PlanTrouble>> {
     let mut troubles = Vec::new();
     if !plan.start_actions.is_empty() || !plan.end_actions.is_empty() {
         troubles.push(trouble(None, "it has actions, which are not edited here: take them out of the file"));
@@ -292,12 +292,12 @@ fn speed(value: f32, units: SpeedUnits) -> Result<PlanSpeed, String> {
 }
 
 /// The place, if it is one.
-pub(super) fn place(place: &PlanPlace) -> Option<LatLon> {
+pub(crate) fn place(place: &PlanPlace) -> Option<LatLon> {
     LatLon::from_deg(fine(place.lat_deg), fine(place.lon_deg)).ok()
 }
 
 /// Degrees of a place, as they are drawn.
-pub(super) fn degrees_of(place: LatLon) -> PlanPlace {
+pub(crate) fn degrees_of(place: LatLon) -> PlanPlace {
     PlanPlace { lat_deg: fine(place.lat_deg()), lon_deg: fine(place.lon_deg()) }
 }
 

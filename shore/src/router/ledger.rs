@@ -14,7 +14,7 @@ const LETTERS: usize = 300;
 
 /// The book; cheap to clone.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Ledger(Arc<Mutex<Book>>);
+pub struct Ledger(Arc<Mutex<Book>>);
 
 #[derive(Debug, Default)]
 struct Book {
@@ -24,24 +24,24 @@ struct Book {
 
 /// Of one door.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct DoorRecord {
+pub struct DoorRecord {
     /// Where it is open; empty while it is not.
-    pub(crate) address: String,
+    pub address: String,
     /// Whom or what it did not let in: connections, or datagrams of strangers.
-    pub(crate) refused: u64,
+    pub refused: u64,
     /// The last of them, and why.
-    pub(crate) refusal: Option<Happened>,
+    pub refusal: Option<Happened>,
     /// What went wrong last.
-    pub(crate) error: Option<Happened>,
+    pub error: Option<Happened>,
     /// Packets that were lost on the way in because they came faster than they could be taken.
-    pub(crate) lost: u64,
+    pub lost: u64,
 }
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Happened {
-    pub(crate) at: UtcTime,
-    pub(crate) text: String,
+pub struct Happened {
+    pub at: UtcTime,
+    pub text: String,
 }
 
 impl Happened {
@@ -60,12 +60,12 @@ impl Ledger {
     }
 
     /// A door is open at an address.
-    pub(crate) fn opened(&self, door: Door, address: String) {
+    pub fn opened(&self, door: Door, address: String) {
         self.change(door, |record| record.address = address);
     }
 
     /// Somebody was not let in.
-    pub(crate) fn refused(&self, door: Door, who: IpAddr, why: &str) {
+    pub fn refused(&self, door: Door, who: IpAddr, why: &str) {
         let happened = Happened::now(&format!("{who}: {why}"));
         self.change(door, |record| {
             record.refused += 1;
@@ -74,13 +74,13 @@ impl Ledger {
     }
 
     /// Something went wrong with a peer, or with the door itself.
-    pub(crate) fn failed(&self, door: Door, what: &str) {
+    pub fn failed(&self, door: Door, what: &str) {
         let happened = Happened::now(what);
         self.change(door, |record| record.error = Some(happened));
     }
 
     /// So many packets were lost on the way in, since the start.
-    pub(crate) fn lost(&self, door: Door, lost: u64) {
+    pub fn lost(&self, door: Door, lost: u64) {
         self.change(door, |record| {
             if lost > record.lost {
                 let more = lost - record.lost;
@@ -94,17 +94,17 @@ impl Ledger {
     }
 
     /// A vessel's link came up or went down.
-    pub(crate) fn link_changed(&self, vessel: Address) {
+    pub fn link_changed(&self, vessel: Address) {
         self.book().links.insert(vessel, clock::now());
     }
 
     /// What happened at a door.
-    pub(crate) fn of(&self, door: Door) -> DoorRecord {
+    pub fn of(&self, door: Door) -> DoorRecord {
         self.book().doors.get(&door).cloned().unwrap_or_default()
     }
 
     /// Since when a vessel's link is as it is.
-    pub(crate) fn link_since(&self, vessel: Address) -> Option<UtcTime> {
+    pub fn link_since(&self, vessel: Address) -> Option<UtcTime> {
         self.book().links.get(&vessel).copied()
     }
 }

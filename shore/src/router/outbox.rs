@@ -10,25 +10,25 @@ use tokio::sync::Notify;
 
 /// Bytes that a socket takes from the queue at once: what it took already waits beside the queue and is sent
 /// however old it gets.
-pub(crate) const AT_ONCE_BYTES: usize = 64 << 10;
+pub const AT_ONCE_BYTES: usize = 64 << 10;
 
 /// The peer took nothing for so long that even what must not be dropped has no room.
 #[derive(Debug, Clone, Copy, thiserror::Error)]
 #[error("the peer does not read: what waits for it has no room any more")]
-pub(crate) struct Overflow;
+pub struct Overflow;
 
 /// Orders that are not sent.
 #[derive(Debug, Default)]
-pub(crate) struct Unsent {
+pub struct Unsent {
     /// A stop followed.
-    pub(crate) called_off: Vec<CommandId>,
+    pub called_off: Vec<CommandId>,
     /// The peer does not read.
-    pub(crate) no_room: Vec<CommandId>,
+    pub no_room: Vec<CommandId>,
 }
 
 /// The queue of one peer, its bound in bytes. See [`PeerQueue`] for what is dropped when it is full.
 #[derive(Debug)]
-pub(crate) struct Outbox {
+pub struct Outbox {
     clock: Clock,
     queue: Mutex<PeerQueue>,
     ready: Notify,
@@ -37,7 +37,7 @@ pub(crate) struct Outbox {
 }
 
 impl Outbox {
-    pub(crate) fn new(bound_bytes: usize, clock: Clock) -> Self {
+    pub fn new(bound_bytes: usize, clock: Clock) -> Self {
         Self {
             clock,
             queue: Mutex::new(PeerQueue::new(bound_bytes)),
@@ -48,7 +48,7 @@ impl Outbox {
     }
 
     /// Appends packets; never waits.
-    pub(crate) fn push(&self, packets: Vec<Delivery>) -> Unsent {
+    pub fn push(&self, packets: Vec<Delivery>) -> Unsent {
         let (stops, others): (Vec<_>, Vec<_>) = packets.into_iter().partition(hub::is_stop);
         let given = others.iter().filter_map(|packet| packet.tag?.id).collect::<Vec<_>>();
         let mut unsent = Unsent::default();
@@ -84,7 +84,7 @@ impl Outbox {
     }
 
     /// Whether what is given to it has room.
-    pub(crate) fn takes(&self) -> bool {
+    pub fn takes(&self) -> bool {
         !self.overflow.load(Ordering::Relaxed)
     }
 
@@ -97,7 +97,7 @@ impl Outbox {
     ///
     /// # Errors
     /// As [`Outbox::take`].
-    pub(crate) async fn take_packets(&self) -> Result<Vec<Bytes>, Overflow> {
+    pub async fn take_packets(&self) -> Result<Vec<Bytes>, Overflow> {
         Ok(self.take().await?.into_iter().map(|delivery| delivery.packet).collect())
     }
 
@@ -106,7 +106,7 @@ impl Outbox {
     ///
     /// # Errors
     /// The peer took nothing for too long.
-    pub(crate) async fn take(&self) -> Result<VecDeque<Delivery>, Overflow> {
+    pub async fn take(&self) -> Result<VecDeque<Delivery>, Overflow> {
         loop {
             if self.overflow.load(Ordering::Relaxed) {
                 return Err(Overflow);
@@ -126,17 +126,17 @@ impl Outbox {
     }
 
     /// Everything that waits, for a peer that is gone.
-    pub(crate) fn drain(&self) -> VecDeque<Delivery> {
+    pub fn drain(&self) -> VecDeque<Delivery> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
     /// Starts anew after an overflow, for a peer that is not let go for it. What waited is lost, but for stops.
-    pub(crate) fn reopen(&self) {
+    pub fn reopen(&self) {
         self.overflow.store(false, Ordering::Relaxed);
     }
 
     /// Telemetry packets that were dropped because the peer did not read.
-    pub(crate) fn dropped(&self) -> u64 {
+    pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 }

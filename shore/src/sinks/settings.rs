@@ -44,7 +44,7 @@ impl Default for Influx {
 
 impl Influx {
     /// What makes no sense.
-    pub(super) fn problems(&self) -> Vec<String> {
+    pub fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if !self.url.is_empty() && self.database.is_empty() {
             problems

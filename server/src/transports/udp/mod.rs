@@ -17,8 +17,6 @@ mod reader;
 
 use super::Access;
 use crate::config::Udp as UdpConfig;
-use crate::owners::Owners;
-use crate::relay::{Connection, Outbox, Relay};
 use anyhow::Context as _;
 use drops::Counted;
 use hub::{Door, Incoming, Peer, Role, Sources};
@@ -26,6 +24,8 @@ use imc::messages::{Announce, Payload as _, SystemType};
 use imc::{Address, PacketView};
 use memory::{Announced, Memory};
 use reader::{Datagram, Inbox};
+use shore::owners::Owners;
+use shore::router::{Connection, Outbox, Router};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4};
@@ -176,14 +176,20 @@ impl Node {
     }
 
     /// Takes part until `stop`.
-    pub(super) async fn run(self, relay: Relay, tasks: TaskTracker, owners: Owners, stop: CancellationToken) {
+    pub(super) async fn run(
+        self,
+        router: Router,
+        tasks: TaskTracker,
+        owners: Owners,
+        stop: CancellationToken,
+    ) {
         let services = self.services();
-        relay.look(move |hub, _| hub.set_services(&services)).await.ok();
-        let mut party = match Party::join(self, relay.clone(), tasks, &owners, stop.clone()) {
+        router.set_services(services).await.ok();
+        let mut party = match Party::join(self, router.clone(), tasks, &owners, stop.clone()) {
             Ok(party) => party,
             Err(error) => {
                 tracing::error!(%error, "the UDP door cannot be served");
-                return relay.ledger().failed(Door::Udp, &format!("cannot be served: {error}"));
+                return router.ledger().failed(Door::Udp, &format!("cannot be served: {error}"));
             }
         };
         let inbox = Arc::clone(&party.inbox);
@@ -264,7 +270,7 @@ struct Party {
     announce_ports: Vec<u16>,
     access: Access,
     memory: Memory,
-    relay: Relay,
+    router: Router,
     tasks: TaskTracker,
     known: BTreeMap<Address, Known>,
     /// Whether somebody is known otherwise than it is remembered.
@@ -274,7 +280,7 @@ struct Party {
 impl Party {
     fn join(
         node: Node,
-        relay: Relay,
+        router: Router,
         tasks: TaskTracker,
         owners: &Owners,
         stop: CancellationToken,
@@ -294,7 +300,7 @@ impl Party {
             announce_ports,
             access,
             memory,
-            relay,
+            router,
             tasks,
             known,
             changed: false,
@@ -326,7 +332,7 @@ impl Party {
                 // An announcement that was refused is told already.
                 if !announces {
                     let why = "a datagram of a node that has not announced itself from there";
-                    self.relay.ledger().refused(Door::Udp, from.ip(), why);
+                    self.router.ledger().refused(Door::Udp, from.ip(), why);
                 }
             }
         }
@@ -347,12 +353,12 @@ impl Party {
 
     /// Takes an announcement in. Whether its node is one to talk with.
     fn announced(&mut self, view: &PacketView<'_>, from: SocketAddr) -> bool {
-        let ours = self.relay.address() == view.src();
+        let ours = self.router.address() == view.src();
         if ours || view.src().is_everyone() {
             return false;
         }
         if !self.access.admits(from.ip()) {
-            self.relay.ledger().refused(Door::Udp, from.ip(), "not in doors.udp.allow");
+            self.router.ledger().refused(Door::Udp, from.ip(), "not in doors.udp.allow");
             return false;
         }
         let Ok(Some(announce)) = imc::decode::<Announce>(view) else { return false };
@@ -365,7 +371,7 @@ impl Party {
             return false;
         }
         if !self.known.contains_key(&view.src()) && self.known.len() >= NODES_KEPT {
-            self.relay.ledger().refused(Door::Udp, from.ip(), "too many nodes have announced themselves");
+            self.router.ledger().refused(Door::Udp, from.ip(), "too many nodes have announced themselves");
             return false;
         }
         let name: String = announce.sys_name.to_str_lossy().chars().take(100).collect();
@@ -374,7 +380,7 @@ impl Party {
             Some(known) if known.is_another(&announced.sockets, from.ip()) => {
                 let there = known.sockets.first().map(SocketAddrV4::to_string).unwrap_or_default();
                 let why = format!("{} is {} at {there}, which is still speaking", view.src(), known.name);
-                self.relay.ledger().refused(Door::Udp, from.ip(), &why);
+                self.router.ledger().refused(Door::Udp, from.ip(), &why);
                 return false;
             }
             Some(known) => self.changed |= known.is_now(&announced),
@@ -399,14 +405,14 @@ impl Party {
                 if !std::mem::replace(&mut known.refused, true) {
                     tracing::warn!(name = %known.name, "refused at the UDP door: doors.udp.max_peers are connected");
                     let ip = known.sockets.first().map_or(Ipv4Addr::UNSPECIFIED, |socket| *socket.ip());
-                    self.relay.ledger().refused(Door::Udp, ip.into(), "doors.udp.max_peers are connected");
+                    self.router.ledger().refused(Door::Udp, ip.into(), "doors.udp.max_peers are connected");
                 }
                 return;
             };
             let role = if known.kind == SystemType::Ccu { Role::Console } else { Role::Vessel };
             let sources = Sources::Only(vec![source]);
             let peer = Peer { door: Door::Udp, role, name: known.title(), sources };
-            let Ok(connection) = self.relay.join(peer, OUTBOX_BYTES).await else { return };
+            let Ok(connection) = self.router.join(peer, OUTBOX_BYTES).await else { return };
             known.refused = false;
             tracing::info!(name = %known.name, %source, "an IMC node is here");
             let stop = CancellationToken::new();
@@ -427,7 +433,7 @@ impl Party {
 
     /// Says who we are to everyone who may listen.
     async fn announce(&mut self) {
-        let Ok(Some(packet)) = self.relay.look(hub::Hub::announcement).await else { return };
+        let Ok(Some(packet)) = self.router.announcement().await else { return };
         let mut hosts = vec![Ipv4Addr::LOCALHOST];
         if !self.address.ip().is_loopback() {
             hosts.extend([GROUP, Ipv4Addr::BROADCAST]);
@@ -460,7 +466,7 @@ impl Party {
             (self.counted.and_then(Counted::drops).unwrap_or_default(), self.inbox.dropped());
         metrics::counter!("lutra_udp_lost_total", "where" => "kernel").absolute(kernel);
         metrics::counter!("lutra_udp_lost_total", "where" => "server").absolute(here);
-        self.relay.ledger().lost(Door::Udp, kernel + here);
+        self.router.ledger().lost(Door::Udp, kernel + here);
     }
 
     /// Keeps who is known for the next start.

@@ -3,8 +3,8 @@
 //!
 //! What was read waits in an [`Inbox`] of [`WAITING_BYTES`]. When that is full, the newest are dropped and counted.
 
-use crate::owners::Owners;
 use bytes::Bytes;
+use shore::owners::Owners;
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;

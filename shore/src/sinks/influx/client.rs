@@ -26,7 +26,7 @@ const ANSWER_BYTES: usize = 64 * 1024;
 
 /// What became of lines that were sent.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(crate) enum Answer {
     /// All are kept.
     Kept,
     /// Some lines are refused, the others kept; why.
@@ -36,7 +36,7 @@ pub(super) enum Answer {
 }
 
 /// The way to one database.
-pub(super) struct Client {
+pub(crate) struct Client {
     host: String,
     port: u16,
     path: String,
@@ -47,7 +47,7 @@ pub(super) struct Client {
 
 impl Client {
     /// A client of the database at `url`; `ca` is a file of authorities that are trusted, for `https`.
-    pub(super) fn new(
+    pub(crate) fn new(
         url: &str,
         database: &str,
         authorization: Option<HeaderValue>,
@@ -70,7 +70,7 @@ impl Client {
     ///
     /// # Errors
     /// The server is not there, does not let us in or cannot take them now: they are to be sent again later.
-    pub(super) async fn write(&mut self, lines: &str) -> anyhow::Result<Answer> {
+    pub(crate) async fn write(&mut self, lines: &str) -> anyhow::Result<Answer> {
         let mut body = GzEncoder::new(Vec::with_capacity(lines.len() / 4), Compression::fast());
         body.write_all(lines.as_bytes())?;
         let body = Bytes::from(body.finish()?);

@@ -18,7 +18,7 @@ use units::UtcTime;
 const LONGEST_TEXT: usize = 60_000;
 
 /// Appends the line of a packet that came at `received`, with its line end.
-pub(super) fn write(out: &mut String, view: &PacketView<'_>, received: UtcTime) {
+pub(crate) fn write(out: &mut String, view: &PacketView<'_>, received: UtcTime) {
     let Some(desc) = catalogue::by_id(view.id()) else {
         let payload = hex::encode(view.payload());
         let (id, src, ent) = (view.id(), view.src().0, view.src_ent());

@@ -7,10 +7,10 @@
 mod client;
 mod line;
 
+use super::Influx;
 use super::SinkState;
 use crate::clock;
-use crate::config::Influx;
-use crate::relay::Recorder;
+use crate::recorder::Recorder;
 use anyhow::Context as _;
 use base64ct::{Base64, Encoding as _};
 use client::{Answer, Client};
@@ -30,7 +30,7 @@ const BATCH_BYTES: usize = 2 << 20;
 const AGAIN: (Duration, Duration) = (Duration::from_secs(1), Duration::from_mins(1));
 
 /// Carries the archive to an InfluxDB.
-pub(crate) struct Sink {
+pub struct Sink {
     client: Client,
     tail: Tail,
     recorder: Recorder,
@@ -52,7 +52,7 @@ impl Sink {
     ///
     /// # Errors
     /// What is configured cannot be used; the error names the key.
-    pub(crate) fn new(settings: &Influx, data: &Path, recorder: Recorder) -> anyhow::Result<Option<Self>> {
+    pub fn new(settings: &Influx, data: &Path, recorder: Recorder) -> anyhow::Result<Option<Self>> {
         if settings.url.is_empty() {
             return Ok(None);
         }
@@ -65,12 +65,12 @@ impl Sink {
     }
 
     /// How it gets on.
-    pub(crate) fn state(&self) -> watch::Receiver<SinkState> {
+    pub fn state(&self) -> watch::Receiver<SinkState> {
         self.state.subscribe()
     }
 
     /// Carries until the server ends.
-    pub(crate) async fn run(mut self, stop: CancellationToken) {
+    pub async fn run(mut self, stop: CancellationToken) {
         loop {
             let wait = match self.carry(&stop).await {
                 Ok(()) => {
