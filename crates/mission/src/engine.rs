@@ -31,7 +31,7 @@ use crate::event::{Event, Fix, Medium, Now};
 use crate::maneuver::{Context, ManeuverConfig, Outcome, Running, Signal};
 use crate::plan::Plan;
 use crate::statistics::{PlanStatistics, VehicleModel};
-use crate::waters::Waters;
+use guard::Waters;
 use run::Run;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;

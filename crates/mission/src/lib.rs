@@ -5,11 +5,11 @@
 //!
 //! SI units and radians throughout; headings and bearings turn clockwise from north.
 
+mod chart_check;
 mod command;
 mod database;
 mod engine;
 mod event;
-pub mod guard;
 mod maneuver;
 mod plan;
 mod speed;
@@ -17,8 +17,8 @@ mod statistics;
 mod supervisor;
 #[cfg(test)]
 mod testing;
-mod waters;
 
+pub use chart_check::check_plan;
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
 pub use database::{
     Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseReply,
@@ -43,8 +43,7 @@ pub use plan::{
 pub use speed::{Speed, SpeedLimits};
 pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};
 pub use supervisor::{
-    Activity, Area, AreaError, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig,
-    LimitsOutput, LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook,
-    Remedy, Step, Violation,
+    Activity, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig, LimitsOutput,
+    LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, Step,
+    Violation,
 };
-pub use waters::{WaterChart, Waters};

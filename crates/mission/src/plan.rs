@@ -15,7 +15,7 @@ pub use problem::{PlanProblem, PlanProblems, PlanWarning, ProblemKind};
 
 use crate::maneuver::{LoiterShape, Maneuver, ManeuverKind, RawPlace};
 use crate::speed::SpeedLimits;
-use crate::supervisor::Area;
+use guard::Area;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The destination of a transition that ends the plan.

@@ -11,7 +11,7 @@ pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
 pub use sinks::{Influx, Sinks};
 
-use mission::guard::GuardLimits;
+use guard::GuardLimits;
 use serde::{Deserialize, Serialize};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;

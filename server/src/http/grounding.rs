@@ -11,11 +11,11 @@ use crate::people::Principal;
 use crate::plans;
 use crate::shore::AppState;
 use axum::http::StatusCode;
+use guard::{GuardLimits, Outcome};
 use hub::{Hub, Order};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::Plan;
-use mission::guard::{GuardLimits, Outcome};
 use units::LatLon;
 
 /// What a plan is judged by.

@@ -3,10 +3,10 @@
 use super::{Changes, Wanted, alarms, control, decode};
 use crate::relay::Relay;
 use api::{Fix, Liveness};
+use guard::GuardLimits;
 use hub::{EntityTold, Hub, Now, Question, SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
-use mission::guard::GuardLimits;
 use onboard::{Entity, Settings};
 use std::collections::BTreeSet;
 use std::sync::Arc;

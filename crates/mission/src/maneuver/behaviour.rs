@@ -6,7 +6,7 @@ use super::{
 };
 use crate::command::{Command, Path};
 use crate::event::{Event, Fix, Medium, Now};
-use crate::waters::Waters;
+use guard::Waters;
 use std::time::Duration;
 use thiserror::Error;
 use units::MonoTime;

@@ -8,7 +8,7 @@ use super::{Context, Left, Maneuver, ManeuverConfig, Outcome, RawPlace, Running,
 use crate::command::{Command, Path};
 use crate::event::{Event, Fix, Medium, PathProgress};
 use crate::testing::{at, plan};
-use crate::waters::Waters;
+use guard::Waters;
 
 /// A maneuver, its clock and the commands it gives.
 struct Bench {

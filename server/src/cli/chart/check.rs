@@ -9,7 +9,7 @@ use anyhow::{Context as _, anyhow, bail, ensure};
 use api::PlanDocument;
 use clap::Args;
 use imc::messages::{Message, PlanSpecification};
-use mission::guard::check_plan;
+use mission::check_plan;
 use std::fs;
 use std::path::Path;
 use units::LatLon;
