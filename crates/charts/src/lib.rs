@@ -7,12 +7,13 @@
 //! Depths are metres below the chart's sounding datum, negative where it dries.
 #![cfg_attr(test, expect(clippy::float_cmp, reason = "tests compare with values that are exact"))]
 
+pub mod coverage;
 mod crc32;
 pub mod demo;
 pub mod depth_index;
 pub mod geojson;
+mod grid;
 pub mod iso8211;
 pub mod s57;
-pub mod tile;
 pub mod utm;
 pub mod xyz;

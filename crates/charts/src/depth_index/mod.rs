@@ -41,9 +41,7 @@ pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
 pub use demand::{ChartTrust, Demand, ZoneError};
 pub use index::DepthIndex;
-#[cfg(test)]
-pub(crate) use meaning::is_in_the_way;
-pub(crate) use meaning::{clearance_m, is_obstacle, is_structure};
+pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure};
 pub use nearest::Nearby;
-pub use object::{ChartObject, Source, Water};
+pub use object::{ChartObject, Water};
 pub use sealed::SealedIndex;
