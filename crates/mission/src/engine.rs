@@ -295,7 +295,7 @@ impl Engine {
     /// An operator steers: that needs no position.
     fn is_steered(&self) -> bool {
         let kind = self.run.as_ref().and_then(Run::maneuver).map(|node| node.maneuver().kind());
-        kind == Some(crate::maneuver::ManeuverKind::Teleoperation)
+        kind == Some(crate::kind::ManeuverKind::Teleoperation)
     }
 
     fn position_deadline(&self) -> Option<MonoTime> {

@@ -2,9 +2,8 @@
 
 use super::*;
 use crate::command::Turn;
-use crate::maneuver::{
-    FollowPath, Idle, Loiter, LoiterShape, Maneuver, RawPlace, Rows, StationKeeping, Teleoperation,
-};
+use crate::maneuver::{FollowPath, Idle, Loiter, LoiterShape, Maneuver, Rows, StationKeeping, Teleoperation};
+use crate::place::RawPlace;
 use crate::testing::{SPEED, draft, frame, goto, idle, place, plan};
 use crate::{Operator, PlanLimits, TransitionDraft};
 use guard::{Outcome, Part, Reason};

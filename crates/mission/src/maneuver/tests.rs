@@ -4,9 +4,10 @@ mod commanded;
 mod pointwise;
 mod stationary;
 
-use super::{Context, Left, Maneuver, ManeuverConfig, Outcome, RawPlace, Running, Signal};
+use super::{Context, Left, Maneuver, ManeuverConfig, Outcome, Running, Signal};
 use crate::command::{Command, Path};
 use crate::event::{Event, Fix, Medium, PathProgress};
+use crate::place::RawPlace;
 use crate::testing::{at, plan};
 use guard::Waters;
 
