@@ -94,21 +94,22 @@ pub struct ChartCoverage {
 
 impl ChartCoverage {
     /// What the features of a chart say.
-    pub fn of<'a>(source: Source, features: impl IntoIterator<Item = &'a Feature> + Clone) -> Self {
-        let area = |feature: &Feature| match &feature.geometry {
-            Geometry::Area(area) => Some(polygon(area)),
-            _ => None,
-        };
-        let areas = |wanted: fn(&Feature) -> bool| -> Vec<Polygon> {
-            features.clone().into_iter().filter(|feature| wanted(feature)).filter_map(area).collect()
-        };
+    pub fn of<'a>(source: Source, features: impl IntoIterator<Item = &'a Feature>) -> Self {
         if source.supplement {
             return Self { source, ..Self::default() };
         }
-        let told = areas(is_coverage);
+        let (mut told, mut skin) = (Vec::new(), Vec::new());
+        for feature in features {
+            let Geometry::Area(area) = &feature.geometry else { continue };
+            if is_coverage(feature) {
+                told.push(area);
+            } else if is_skin(feature) {
+                skin.push(area);
+            }
+        }
         let by_skin = told.is_empty();
-        let areas = if by_skin { areas(is_skin) } else { told };
-        Self { source, areas, by_skin }
+        let areas = if by_skin { skin } else { told };
+        Self { source, areas: areas.into_iter().map(polygon).collect(), by_skin }
     }
 }
 

@@ -8,7 +8,7 @@
 use crate::limits::GuardLimits;
 use crate::sweep::{Corridor, Disc, circle, displaced, distance_m, hull};
 use crate::verdict::{LegCheck, Part, Reason, Spot, Verdict, Warning};
-use charts::depth_index::{Demand, DepthAnswer, DepthIndex, Leg, Water};
+use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Water};
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -30,7 +30,7 @@ pub fn check_way(
 ) -> LegCheck {
     let corridor = Corridor { from, to, half_width_m: limits.half_width_m() };
     let leg = NamedLeg { label, part: Part::Transit, number: 0 };
-    leg.check(&[corridor], index, limits).expect("invariant: there is a corridor")
+    leg.told(&worst(corridor, index, limits), (from, to), index, limits)
 }
 
 /// A check of all that a vessel is to sweep, given in the order in which it is sailed.
@@ -197,24 +197,37 @@ struct NamedLeg<'a> {
 impl NamedLeg<'_> {
     /// The worst of its corridors; `None` without any.
     fn check(self, corridors: &[Corridor], index: &DepthIndex, limits: &GuardLimits) -> Option<LegCheck> {
-        let demand: Demand = limits.demand(limits.autonomous_m);
-        let answers = corridors.iter().map(|corridor| {
-            let leg = Leg { from: corridor.from, to: corridor.to };
-            index.shallowest_along(leg, corridor.half_width_m, &demand)
-        });
+        let answers = corridors.iter().map(|corridor| worst(*corridor, index, limits));
         let answer =
             answers.reduce(|worst, one| if gravity(&worst) <= gravity(&one) { worst } else { one })?;
-        Some(LegCheck {
+        let ends = (corridors.first()?.from, corridors.last()?.to);
+        Some(self.told(&answer, ends, index, limits))
+    }
+
+    fn told(
+        self,
+        answer: &DepthAnswer,
+        (from, to): (LatLon, LatLon),
+        index: &DepthIndex,
+        limits: &GuardLimits,
+    ) -> LegCheck {
+        LegCheck {
             label: self.label.to_owned(),
             part: self.part,
             number: self.number,
-            from: corridors.first()?.from,
-            to: corridors.last()?.to,
+            from,
+            to,
             half_width_m: answer.half_width_m,
-            reason: reason(&answer, limits),
-            spot: Spot::of(&answer, index),
-        })
+            reason: reason(answer, limits),
+            spot: Spot::of(answer, index),
+        }
     }
+}
+
+/// The worst that the chart has in a corridor, for a vessel by itself.
+fn worst(corridor: Corridor, index: &DepthIndex, limits: &GuardLimits) -> DepthAnswer {
+    let leg = Leg { from: corridor.from, to: corridor.to };
+    index.shallowest_along(leg, corridor.half_width_m, &limits.demand(limits.autonomous_m))
 }
 
 /// Less is worse.

@@ -24,12 +24,15 @@ pub struct Refuge {
     pub radius_m: f64,
 }
 
-/// Way and place deep enough for the vessel by itself, then the place, then at least for anybody.
-pub(crate) fn find(around: &WaterAround<'_>, limits: &GuardLimits, radius_m: f64) -> Option<Refuge> {
-    let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
-    [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {
-        best(around, &around.needing(limits, way_m), &around.needing(limits, end_m), radius_m)
-    })
+impl WaterAround<'_> {
+    /// The roomiest place that a straight way leads to; `radius_m` is how far the vessel may drift there at most. Way and
+    /// place are deep enough for the vessel by itself, else the place, else both at least for anybody.
+    pub fn refuge(&self, limits: &GuardLimits, radius_m: f64) -> Option<Refuge> {
+        let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
+        [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {
+            best(self, &self.needing(limits, way_m), &self.needing(limits, end_m), radius_m)
+        })
+    }
 }
 
 fn best(

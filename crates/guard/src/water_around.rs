@@ -1,7 +1,6 @@
 //! What a vessel under way asks of the chart: the water around it and ahead.
 
 use crate::limits::GuardLimits;
-use crate::refuge::{self, Refuge};
 use charts::depth_index::{Demand, DepthAnswer, DepthIndex, Leg};
 use units::{LatLon, LocalFrame, LocalPoint};
 
@@ -65,12 +64,6 @@ impl<'a> WaterAround<'a> {
     /// How far the hull may be from that (m).
     pub fn reach_m(&self) -> f64 {
         self.hull_m + self.demand.position_m
-    }
-
-    /// The roomiest place that a straight way leads to; `radius_m` is how far the vessel may drift there at most. Way and
-    /// place are deep enough for the vessel by itself, else the place, else both at least for anybody.
-    pub fn refuge(&self, limits: &GuardLimits, radius_m: f64) -> Option<Refuge> {
-        refuge::find(self, limits, radius_m)
     }
 
     /// The first danger within `length_m` in a direction.

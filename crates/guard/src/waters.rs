@@ -26,12 +26,12 @@ pub struct Waters {
 /// The sea chart that ways are held against.
 #[derive(Clone, PartialEq, Default)]
 pub enum WaterChart {
-    /// None is: ways are not held against it.
+    /// No chart is configured: ways are not held against one.
     #[default]
     Off,
-    /// It cannot be read, and no way is believed without it.
+    /// The chart cannot be read, and no way is allowed without it.
     Unreadable,
-    /// This one, by these limits.
+    /// Ways are held against this chart, by these limits.
     Loaded(Arc<DepthIndex>, Box<GuardLimits>),
 }
 

@@ -1,4 +1,6 @@
-//! Mapbox vector tiles, version 2.1, as bytes (protocol buffers by hand: the format is seven kinds of field).
+//! Mapbox vector tiles, version 2.1, as bytes. Own code in place of the crate `geozero` (0.14), whose writer neither
+//! turns rings as the format asks nor leaves out those without area, and would bring a library of protocol buffers for
+//! seven kinds of field.
 
 use crate::shape::edges;
 use crate::world::Point;

@@ -1,6 +1,6 @@
 //! How deep is it: exact answers from chart polygons, lines and points.
 //!
-//! Every safety question about depth has its one implementation here (design.md, rule 3). An index is built
+//! Every safety question about depth has its one implementation here. An index is built
 //! from cells ([`IndexBuilder`]), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
