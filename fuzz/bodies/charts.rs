@@ -7,8 +7,8 @@ use charts::depth_index::{Demand, DepthIndex, IndexBuilder, Leg};
 use charts::iso8211::{LexicalLevel, Reader};
 use charts::s57::{Catalogue, Cell, GeoPoint, Geometry, NamedBytes};
 use charts::utm::{Datum, Utm};
+use charts::xyz;
 use charts::xyz::Vertical;
-use charts::{geojson, xyz};
 use units::LatLon;
 
 /// A container reads to its end or to an error that names place and remedy.
@@ -69,16 +69,11 @@ fn ask(index: &DepthIndex, from: LatLon) {
     index.distance_to_shallower(from, 1.0, 1_000.0);
 }
 
-/// Soundings and land masks.
+/// Soundings.
 pub(crate) fn text(data: &[u8]) {
     let utm = Utm::new(33, false, Datum::Etrs89).expect("a zone");
     if let Ok(soundings) = xyz::read(data, utm, Vertical::DepthDown) {
         assert!(soundings.iter().all(|one| one.at.place().is_some()));
-    }
-    if let Ok(areas) = geojson::read_areas(data) {
-        let mut builder = IndexBuilder::new();
-        builder.add_land("land", &areas).expect("positions were checked");
-        builder.build().expect("small");
     }
 }
 

@@ -13,6 +13,10 @@ pub(crate) fn file(data: &[u8]) {
         Ok(shapes) => again(&shapes),
         Err(error) => assert!(!error.to_string().is_empty()),
     }
+    match geojson::read_polygons(data) {
+        Ok(polygons) => assert!(polygons.iter().flatten().all(|ring| ring.len() >= 4)),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
 }
 
 fn again(shapes: &Shapes) {

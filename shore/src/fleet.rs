@@ -7,7 +7,6 @@ use api::{Fix, Liveness};
 use hub::{SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};
-use mission::guard::GuardLimits;
 use onboard::{Entity, Settings};
 use operations::{EntityReport, Operations, Question};
 use std::collections::BTreeSet;

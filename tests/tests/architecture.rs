@@ -9,16 +9,17 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Each crate's layer. A crate depends on lower layers only.
-const LAYERS: [(u8, &[&str]); 5] = [
+const LAYERS: [(u8, &[&str]); 6] = [
     (0, &["units"]),
     (1, &["charts", "geofile", "imc"]),
-    (2, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
-    (3, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
-    (4, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
+    (2, &["guard", "tiles"]),
+    (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
+    (4, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
+    (5, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
 ];
 
 /// Only `hub` and `onboard` translate between IMC and these.
-const NEVER_KNOW_IMC: [&str; 4] = ["charts", "control", "mission", "planner"];
+const NEVER_KNOW_IMC: [&str; 6] = ["charts", "control", "guard", "mission", "planner", "tiles"];
 
 /// What a core has no use for: runtimes, sockets, clocks, randomness of its own.
 const NOT_IN_CORES: [&str; 12] = [

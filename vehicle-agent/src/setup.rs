@@ -288,7 +288,7 @@ fn supervisors(config: &Config, settings: &mut Settings, doubts: &mut Vec<String
         let places = corners.chunks_exact(2).map(|pair| LatLon::from_deg(pair[0], pair[1]));
         let area = match places.collect::<Result<Vec<_>, _>>() {
             Ok(places) if places.is_empty() => None,
-            Ok(places) => mission::Area::new(&places).map_err(|error| doubts.push(error.to_string())).ok(),
+            Ok(places) => guard::Area::new(&places).map_err(|error| doubts.push(error.to_string())).ok(),
             Err(error) => {
                 doubts.push(format!("[{}] Area: {error}", section.name()));
                 None

@@ -1,8 +1,9 @@
 //! Geometry as GeoPackage keeps it: a small head with the envelope, then well-known binary (OGC 12-128r18,
-//! 2.1.3; OGC 06-103r4, 8).
+//! 2.1.3; OGC 06-103r4, 8). Own code in place of the crate `geozero` (0.14), whose reader follows collections in
+//! collections as deep as a file nests them and so ends the program by a full stack; lakes come from elsewhere.
 //!
 //! Written is little-endian with an envelope of four numbers; read is either byte order, any envelope and any
-//! number of dimensions, because lakes come from elsewhere. No count is believed before its bytes are there.
+//! number of dimensions, as lakes need. No count is believed before its bytes are there.
 
 use charts::s57::GeoPoint;
 
@@ -166,7 +167,17 @@ impl Reader<'_> {
     }
 
     fn points(&mut self, size: usize) -> Option<Vec<GeoPoint>> {
-        self.list(size * 8, |reader| reader.point(size))
+        let count = self.u32()? as usize;
+        let (head, rest) = self.bytes.split_at_checked(count.checked_mul(size * 8)?)?;
+        self.bytes = rest;
+        let number =
+            |bytes: [u8; 8]| if self.little { f64::from_le_bytes(bytes) } else { f64::from_be_bytes(bytes) };
+        let mut points = Vec::with_capacity(count);
+        for position in head.chunks_exact(size * 8) {
+            let (lon, rest) = position.split_first_chunk()?;
+            points.push(GeoPoint { lon_deg: number(*lon), lat_deg: number(*rest.first_chunk()?) });
+        }
+        Some(points)
     }
 
     fn point(&mut self, size: usize) -> Option<GeoPoint> {

@@ -2,9 +2,9 @@
 
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::files::Found;
-use crate::import::{ImportOptions, Imported, Outcome};
 use crate::locate::Zones;
 use crate::read::Chart;
+use crate::report::{ImportOptions, Imported, Outcome, outcome, unchanged};
 use crate::stage::Stage;
 use crate::write::{self, Entry, NewSource, Writer};
 use charts::s57::{Cell, NamedBytes, S57Error, S57Problem, SkinCheck};
@@ -83,30 +83,6 @@ pub(crate) fn import(
         skin: Some(skin),
         notices: notices.into_iter().map(|(file, _, text)| format!("{file}: {text}")).collect(),
     })
-}
-
-/// What there was before.
-pub(crate) fn outcome(before: Option<&Chart>) -> Outcome {
-    before.map_or(Outcome::Added, |chart| Outcome::Replaced {
-        before: if chart.kind == "cell" {
-            format!("edition {}, update {}", chart.edition, chart.update)
-        } else {
-            format!("imported {}", chart.imported)
-        },
-    })
-}
-
-pub(crate) fn unchanged(chart: &Chart, kind: &'static str) -> Imported {
-    Imported {
-        name: chart.name.clone(),
-        kind,
-        outcome: Outcome::Unchanged,
-        edition: chart.edition.clone(),
-        update: chart.update.clone(),
-        features: chart.features,
-        skin: None,
-        notices: Vec::new(),
-    }
 }
 
 fn read(name: &str, files: &[(String, Vec<u8>)]) -> Result<Cell, S57Error> {

@@ -6,8 +6,8 @@
 
 use crate::blob::{self, Polygon, Shape};
 use crate::error::{ChartDbError, Result};
-use crate::import::{ImportOptions, Imported};
 use crate::locate::Zones;
+use crate::report::{ImportOptions, Imported, unchanged};
 use crate::stage::Stage;
 use crate::supplements::{datum_notice, hash, imported, made, name, refuse_other_kind, source};
 use charts::s57::{Area, Attribute, AttributeCode, GeoPoint, Geometry, ObjectClass, Path as Ring};
@@ -76,7 +76,7 @@ pub(crate) fn import(stage: &mut Stage, path: &Path, options: &ImportOptions) ->
     let before = stage.chart(&name(path))?;
     refuse_other_kind(before.as_ref(), "lakes", path)?;
     if let Some(chart) = before.as_ref().filter(|chart| chart.sha256 == sha256) {
-        return Ok(crate::cells::unchanged(chart, "lakes"));
+        return Ok(unchanged(chart, "lakes"));
     }
     let new = source(path, "lakes", sha256, bytes, options);
     let file = path.display().to_string();

@@ -1,9 +1,13 @@
 //! Charts on disk: one GeoPackage for each chart set, and the depth index beside it.
 //!
-//! [`import()`] brings S-57 cells with their updates, soundings, land masks and lakes into a set and [`remove`]
-//! takes them out; both change all or nothing. [`ChartDb`] reads a set: what it holds, and every feature as it
-//! was imported. [`load_index`] gives the [`charts::depth_index::DepthIndex`] that answers how deep it is; it is
-//! made from the database alone. [`export`] writes grids and contours for other programs.
+//! It reads and writes files and SQLite databases; what they mean it leaves to `charts` and, of land masks, to
+//! `geofile`. It knows nothing of vessels, plans or HTTP.
+//!
+//! - [`import()`] brings S-57 cells with their updates, soundings, land masks and lakes into a set and gives an
+//!   [`ImportReport`]; [`remove`] takes them out. Both change all or nothing.
+//! - [`ChartDb`] reads a set: what it holds ([`Chart`]), and every feature as it was imported.
+//! - [`load_index`] gives the [`charts::depth_index::DepthIndex`], which is made from the database alone. [`export`]
+//!   writes grids and contours for other programs.
 //!
 //! On disk, for a set `chart.gpkg`:
 //! - `chart.gpkg`: an OGC GeoPackage 1.3, which QGIS opens as it is (its tables: `schema.rs`);
@@ -21,6 +25,7 @@ mod index_file;
 mod lakes;
 mod locate;
 mod read;
+mod report;
 mod row;
 mod schema;
 mod stage;
@@ -28,8 +33,7 @@ mod supplements;
 mod write;
 
 pub use error::{ChartDbError, Result};
-pub use import::{
-    ImportFailure, ImportOptions, ImportProgress, ImportReport, Imported, Outcome, import, remove,
-};
+pub use import::{import, remove};
 pub use index_file::{LoadedIndex, index_path, load_index};
 pub use read::{Chart, ChartDb, LogEntry};
+pub use report::{ImportFailure, ImportOptions, ImportProgress, ImportReport, Imported, Outcome};

@@ -1,16 +1,17 @@
 //! Importing soundings and land masks.
 
-use crate::cells::{outcome, unchanged};
 use crate::error::{ChartDbError, Named as _, Result};
-use crate::import::{ImportOptions, Imported};
 use crate::locate::Zones;
 use crate::read::Chart;
+use crate::report::{ImportOptions, Imported, outcome, unchanged};
 use crate::stage::Stage;
 use crate::write::NewSource;
-use charts::geojson;
-use charts::s57::{Attribute, Feature, Geometry, ObjectClass, ObjectId, Sounding};
+use charts::s57::{
+    Area, Attribute, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path as Ring, Sounding,
+};
 use charts::utm::{Datum, Utm};
 use charts::xyz::{self, Vertical, XyzError};
+use geofile::{Polygon, geojson};
 use sha2::{Digest as _, Sha256};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -234,16 +235,27 @@ pub(crate) fn land(stage: &mut Stage, path: &Path, options: &ImportOptions) -> R
         return Err(ChartDbError::file(file, problem));
     }
     let text = std::fs::read(path).named(path)?;
-    let areas = geojson::read_areas(&text).map_err(|error| ChartDbError::file(&file, error.to_string()))?;
+    let areas =
+        geojson::read_polygons(&text).map_err(|error| ChartDbError::file(&file, error.to_string()))?;
     drop(text);
     let source = source(path, "land", sha256, bytes, options);
     let features = stage.write(&source, before.as_ref(), Vec::new(), |writer| {
         let zones = Zones::of(&[]);
-        for (at, area) in areas.into_iter().enumerate() {
-            let feature = made(at as u32 + 1, ObjectClass::LNDARE, Vec::new(), Geometry::Area(area));
+        for (at, polygon) in areas.into_iter().enumerate() {
+            let feature = made(at as u32 + 1, ObjectClass::LNDARE, Vec::new(), Geometry::Area(area(polygon)));
             writer.feature(&feature, &zones)?;
         }
         Ok(())
     })?;
     Ok(imported(source, before.as_ref(), features, Vec::new()))
+}
+
+fn area(polygon: Polygon) -> Area {
+    let point = |at: geofile::Position| GeoPoint { lon_deg: at.lon_deg, lat_deg: at.lat_deg };
+    let ring = |ring: Vec<geofile::Position>| Ring {
+        points: ring.into_iter().map(point).collect(),
+        edges: Vec::new(),
+    };
+    let mut rings = polygon.into_iter().map(ring);
+    Area { exteriors: rings.next().into_iter().collect(), holes: rings.collect() }
 }

@@ -231,7 +231,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Longitude, latitude, easting and northing by PROJ (facts/charts.md 6, to 0.1 mm).
+    /// Longitude, latitude, easting and northing by PROJ (to 0.1 mm).
     const BY_PROJ: [(u32, f64, f64, f64, f64); 6] = [
         (25832, 10.3834, 63.4517, 568_983.823_4, 7_036_662.962_7),
         (25833, 10.3834, 63.4517, 269_927.552_7, 7_044_215.895_0),

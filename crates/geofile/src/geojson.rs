@@ -1,10 +1,13 @@
-//! GeoJSON (RFC 7946): points and lines with their properties. Coordinates are longitude first; heights are
-//! ignored. Another coordinate system than WGS 84 is refused, for then every position would be wrong.
+//! GeoJSON (RFC 7946): points and lines with their properties, or polygons. Own code in place of the crate `geojson`,
+//! whose errors name no feature and no position: a person could not find what to repair.
+//!
+//! Coordinates are longitude first; heights are ignored. Another coordinate system than WGS 84 is refused, for then
+//! every position would be wrong.
 
-use crate::{Geometry, MOST_POSITIONS, Position, Shape, Shapes, tidy};
+use crate::{Geometry, MOST_POSITIONS, Polygon, Position, Shape, Shapes, tidy};
 use serde_json::{Map, Value, json};
 
-/// Why a text is no GeoJSON of points and lines.
+/// Why a text is no GeoJSON of what is looked for.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GeoJsonError {
     /// No JSON.
@@ -17,6 +20,20 @@ pub enum GeoJsonError {
         place: String,
         /// Its type.
         found: String,
+    },
+    /// A type that is none, or that holds no polygons.
+    #[error("{place}: a {found} is no polygon; export polygons as a FeatureCollection")]
+    NoPolygon {
+        /// Where.
+        place: String,
+        /// Its type.
+        found: String,
+    },
+    /// A ring that is none.
+    #[error("{place}: a ring needs four positions or more, the last equal to the first; repair the polygon")]
+    Ring {
+        /// Where.
+        place: String,
     },
     /// A position that is none.
     #[error("{place}: {found} is no longitude and latitude in degrees; convert the file to EPSG:4326")]
@@ -39,15 +56,7 @@ pub enum GeoJsonError {
 /// # Errors
 /// At the first thing that is neither.
 pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    let value: Value =
-        serde_json::from_slice(bytes).map_err(|error| GeoJsonError::Json(error.to_string()))?;
-    if let Some(crs) = value.get("crs") {
-        let name = crs.pointer("/properties/name").and_then(Value::as_str).unwrap_or_default();
-        if !["CRS84", "4326"].iter().any(|code| name.ends_with(code)) {
-            return Err(GeoJsonError::System(short(crs)));
-        }
-    }
+    let value = parsed(bytes)?;
     let mut reader = Reader::default();
     let own = value.get("properties").and_then(Value::as_object).cloned().unwrap_or_default();
     let collection = value.get("type").and_then(Value::as_str) == Some("FeatureCollection");
@@ -58,6 +67,30 @@ pub fn read(bytes: &[u8]) -> Result<Shapes, GeoJsonError> {
     }
     reader.object(&value, "the file", None)?;
     Ok(reader.shapes)
+}
+
+/// Reads all polygons. They may be many: who reads them bounds the file.
+///
+/// # Errors
+/// At the first thing that is none.
+pub fn read_polygons(bytes: &[u8]) -> Result<Vec<Polygon>, GeoJsonError> {
+    let mut polygons = Vec::new();
+    collect(&parsed(bytes)?, "the file", &mut polygons)?;
+    Ok(polygons)
+}
+
+/// The text as JSON, if its coordinates are WGS 84.
+fn parsed(bytes: &[u8]) -> Result<Value, GeoJsonError> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let value: Value =
+        serde_json::from_slice(bytes).map_err(|error| GeoJsonError::Json(error.to_string()))?;
+    if let Some(crs) = value.get("crs") {
+        let name = crs.pointer("/properties/name").and_then(Value::as_str).unwrap_or_default();
+        if !["CRS84", "4326"].iter().any(|code| name.ends_with(code)) {
+            return Err(GeoJsonError::System(short(crs)));
+        }
+    }
+    Ok(value)
 }
 
 /// Writes a FeatureCollection. The names stand as property `name`.
@@ -136,10 +169,7 @@ impl Reader {
                 }
                 Ok(())
             }
-            _ => Err(GeoJsonError::Type {
-                place: place.to_owned(),
-                found: value.get("type").map_or_else(|| "thing without a type".to_owned(), short),
-            }),
+            _ => Err(GeoJsonError::Type { place: place.to_owned(), found: kind(value) }),
         }
     }
 
@@ -150,11 +180,8 @@ impl Reader {
         place: &str,
         properties: Option<&Map<String, Value>>,
     ) -> Result<(), GeoJsonError> {
-        let all = list(value.get(member).unwrap_or(&Value::Null), place)?;
-        let one = if member == "features" { "feature" } else { "geometry" };
-        for (index, value) in all.iter().enumerate() {
-            let here = if place == "the file" { String::new() } else { format!("{place}, ") };
-            self.object(value, &format!("{here}{one} {}", index + 1), properties)?;
+        for (value, here) in members(value, member, place)? {
+            self.object(value, &here, properties)?;
         }
         Ok(())
     }
@@ -178,10 +205,7 @@ impl Reader {
         if self.positions > MOST_POSITIONS {
             return Err(GeoJsonError::Long(place.to_owned()));
         }
-        let number = |index| value.get(index).and_then(Value::as_f64);
-        let position =
-            number(0).zip(number(1)).and_then(|(lon_deg, lat_deg)| Position::new(lat_deg, lon_deg));
-        position.ok_or_else(|| GeoJsonError::Position { place: place.to_owned(), found: short(value) })
+        position(value, place)
     }
 
     fn add(&mut self, geometry: Geometry, properties: Option<&Map<String, Value>>) {
@@ -195,6 +219,73 @@ impl Reader {
     }
 }
 
+/// The polygons of a value; the depth of the recursion is bounded by that of the JSON reader (128).
+fn collect(value: &Value, place: &str, polygons: &mut Vec<Polygon>) -> Result<(), GeoJsonError> {
+    let coordinates = value.get("coordinates").unwrap_or(&Value::Null);
+    match value.get("type").and_then(Value::as_str) {
+        Some("FeatureCollection") => {
+            let mut features = members(value, "features", place)?;
+            features.try_for_each(|(feature, here)| collect(feature, &here, polygons))
+        }
+        Some("GeometryCollection") => {
+            let mut geometries = members(value, "geometries", place)?;
+            geometries.try_for_each(|(geometry, here)| collect(geometry, &here, polygons))
+        }
+        Some("Feature") => match value.get("geometry") {
+            None | Some(Value::Null) => Ok(()),
+            Some(geometry) => collect(geometry, place, polygons),
+        },
+        Some("Polygon") => {
+            polygons.push(polygon(coordinates, place)?);
+            Ok(())
+        }
+        Some("MultiPolygon") => {
+            for (index, one) in list(coordinates, place)?.iter().enumerate() {
+                polygons.push(polygon(one, &format!("{place}, polygon {}", index + 1))?);
+            }
+            Ok(())
+        }
+        _ => Err(GeoJsonError::NoPolygon { place: place.to_owned(), found: kind(value) }),
+    }
+}
+
+fn polygon(value: &Value, place: &str) -> Result<Polygon, GeoJsonError> {
+    let none = || GeoJsonError::Ring { place: place.to_owned() };
+    let mut polygon = Polygon::new();
+    for ring in list(value, place)? {
+        let ring =
+            list(ring, place)?.iter().map(|one| position(one, place)).collect::<Result<Vec<_>, _>>()?;
+        if ring.len() < 4 || ring.first() != ring.last() {
+            return Err(none());
+        }
+        polygon.push(ring);
+    }
+    if polygon.is_empty() { Err(none()) } else { Ok(polygon) }
+}
+
+fn position(value: &Value, place: &str) -> Result<Position, GeoJsonError> {
+    let number = |index| value.get(index).and_then(Value::as_f64);
+    let position = number(0).zip(number(1)).and_then(|(lon_deg, lat_deg)| Position::new(lat_deg, lon_deg));
+    position.ok_or_else(|| GeoJsonError::Position { place: place.to_owned(), found: short(value) })
+}
+
+/// The values of a collection, each with its place in words.
+fn members<'a>(
+    value: &'a Value,
+    member: &str,
+    place: &str,
+) -> Result<impl Iterator<Item = (&'a Value, String)>, GeoJsonError> {
+    let all = list(value.get(member).unwrap_or(&Value::Null), place)?;
+    let one = if member == "features" { "feature" } else { "geometry" };
+    let here = if place == "the file" { String::new() } else { format!("{place}, ") };
+    Ok((1_u32..).zip(all).map(move |(number, value)| (value, format!("{here}{one} {number}"))))
+}
+
+/// The type that something says it is.
+fn kind(value: &Value) -> String {
+    value.get("type").map_or_else(|| "thing without a type".to_owned(), short)
+}
+
 fn list<'a>(value: &'a Value, place: &str) -> Result<&'a Vec<Value>, GeoJsonError> {
     let wrong = || GeoJsonError::Position { place: place.to_owned(), found: short(value) };
     value.as_array().ok_or_else(wrong)
@@ -204,4 +295,50 @@ fn list<'a>(value: &'a Value, place: &str) -> Result<&'a Vec<Value>, GeoJsonErro
 fn short(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() <= 60 { text } else { text.chars().take(59).chain(['…']).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at((lat_deg, lon_deg): (f64, f64)) -> Position {
+        Position { lat_deg, lon_deg }
+    }
+
+    #[test]
+    fn reads_polygons_wherever_they_stand() {
+        let text = br#"{"type":"FeatureCollection","features":[
+            {"type":"Feature","properties":{},"geometry":{"type":"MultiPolygon","coordinates":[
+              [[[10,63],[11,63],[11,64],[10,63]]],
+              [[[0,0],[4,0],[4,4],[0,4],[0,0]],[[1,1],[2,1],[2,2],[1,2],[1,1]]]]}},
+            {"type":"Feature","properties":{},"geometry":null}]}"#;
+        let areas = read_polygons(text).unwrap();
+        assert_eq!(areas.len(), 2);
+        assert_eq!(areas[0], [[(63.0, 10.0), (63.0, 11.0), (64.0, 11.0), (63.0, 10.0)].map(at).to_vec()]);
+        assert_eq!(areas[1].iter().map(Vec::len).collect::<Vec<_>>(), [5, 5], "with its hole");
+    }
+
+    #[test]
+    fn says_what_is_no_land() {
+        let fails = |text: &str| read_polygons(text.as_bytes()).unwrap_err().to_string();
+        assert!(fails("[").contains("no JSON"));
+        assert!(fails(r#"{"type":"Point","coordinates":[1,2]}"#).contains("\"Point\" is no polygon"));
+        assert!(
+            fails(r#"{"type":"Polygon","coordinates":[[[1,2],[3,4],[1,2]]]}"#).contains("four positions")
+        );
+        assert!(fails(r#"{"type":"Polygon","coordinates":[[[269927,7044215]]]}"#).contains("EPSG:4326"));
+        let other =
+            r#"{"type":"FeatureCollection","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::25833"}}}"#;
+        assert!(fails(other).contains("25833"));
+    }
+
+    #[test]
+    fn reads_the_land_of_trondelag() {
+        let Some(path) = testkit::shared("data/charts/trondelag_land_osm.geojson") else { return };
+        let areas = read_polygons(&std::fs::read(path).unwrap()).unwrap();
+        // Counts of data/charts/README.md.
+        assert_eq!(areas.len(), 1106);
+        let vertices: usize = areas.iter().flatten().map(Vec::len).sum();
+        assert!((32_000..35_000).contains(&vertices), "{vertices}");
+    }
 }

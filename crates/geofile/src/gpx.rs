@@ -1,4 +1,6 @@
-//! GPX 1.0 and 1.1: way points and routes as points, tracks as a line for each segment.
+//! GPX 1.0 and 1.1: way points and routes as points, tracks as a line for each segment. Own code over `quick-xml` in
+//! place of the crate `gpx`, whose errors name no line, and which refuses files for elements and times that are of no
+//! use here.
 //!
 //! The points of routes come before stand-alone way points, which are often mere marks. Elevations, times and
 //! extensions are ignored. A document type is refused: GPX has none, and entities could blow a file up.

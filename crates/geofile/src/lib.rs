@@ -1,8 +1,11 @@
-//! Named points and lines, to and from GPX 1.1 and GeoJSON (RFC 7946).
+//! GPX 1.1 and GeoJSON (RFC 7946) as named points and lines, and GeoJSON as polygons.
 //!
-//! What a file means to a plan is not decided here. Positions are WGS 84 degrees. A file is read whole or refused
-//! with the place of what is wrong in it; nothing is believed about its size before it is there, and a file of more
-//! than [`MOST_POSITIONS`] positions is refused.
+//! It knows these two formats and positions in WGS 84 degrees; what a file means to a plan or a chart is its reader's
+//! business. A file is read whole or refused with the place of what is wrong in it; nothing is believed about its size
+//! before it is there, and points and lines of more than [`MOST_POSITIONS`] positions are refused.
+//!
+//! - [`Shapes`] is what a file holds, each [`Shape`] with its [`Geometry`]: [`geojson::read`], [`gpx::read`].
+//! - [`Polygon`]s are read by [`geojson::read_polygons`].
 
 pub mod geojson;
 pub mod gpx;
@@ -39,6 +42,9 @@ pub enum Geometry {
     /// Along places.
     Line(Vec<Position>),
 }
+
+/// The rings of a polygon, the outer one first; the last position of a ring is its first one.
+pub type Polygon = Vec<Vec<Position>>;
 
 /// A thing of a file.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,9 +6,9 @@
 use charts::depth_index::{DepthIndex, IndexBuilder};
 use charts::s57::{Cell, NamedBytes};
 use criterion::{Criterion, criterion_group, criterion_main};
-use mission::guard::{GuardLimits, check_plan};
+use guard::GuardLimits;
 use mission::{
-    DraftBody, Goto, Maneuver, ManeuverDraft, Plan, PlanDraft, PlanLimits, Speed, TransitionDraft,
+    DraftBody, Goto, Maneuver, ManeuverDraft, Plan, PlanDraft, PlanLimits, Speed, TransitionDraft, check_plan,
 };
 use std::hint::black_box;
 use testkit::sea::{Ground, Sea};

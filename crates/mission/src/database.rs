@@ -15,7 +15,7 @@ pub use answer::{
 };
 
 use crate::engine::Origin;
-use crate::plan::PlanLimits;
+use crate::plan_limits::PlanLimits;
 use std::collections::{BTreeMap, VecDeque};
 use units::UtcTime;
 

@@ -31,7 +31,7 @@ use crate::event::{Event, Fix, Medium, Now};
 use crate::maneuver::{Context, ManeuverConfig, Outcome, Running, Signal};
 use crate::plan::Plan;
 use crate::statistics::{PlanStatistics, VehicleModel};
-use crate::waters::Waters;
+use guard::Waters;
 use run::Run;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -295,7 +295,7 @@ impl Engine {
     /// An operator steers: that needs no position.
     fn is_steered(&self) -> bool {
         let kind = self.run.as_ref().and_then(Run::maneuver).map(|node| node.maneuver().kind());
-        kind == Some(crate::maneuver::ManeuverKind::Teleoperation)
+        kind == Some(crate::kind::ManeuverKind::Teleoperation)
     }
 
     fn position_deadline(&self) -> Option<MonoTime> {

@@ -1,24 +1,32 @@
 //! Plans and maneuvers of an autonomous vessel: what to do next, and when to stop doing it.
 //!
-//! Everything is a pure state machine: inputs and their times come in, commands and replies go out. Nothing
-//! here knows IMC or motors; `onboard` translates both ways. [`guard`] holds plans against the sea chart.
+//! Everything is a pure state machine: inputs and their times come in, commands and replies go out. It knows the water
+//! by [`guard`] only, and neither IMC nor motors; `onboard` translates both ways. SI units and radians throughout;
+//! headings and bearings turn clockwise from north.
 //!
-//! SI units and radians throughout; headings and bearings turn clockwise from north.
+//! - A [`PlanDraft`] is what somebody sent, a [`Plan`] what can be sailed; [`check_plan`] holds it against the chart.
+//! - The [`Engine`] carries plans out, maneuver by maneuver; the [`PlanDatabase`] keeps them.
+//! - Supervisors such as [`LostComms`], [`BatteryReserve`] and [`OperationalLimits`] say when to step in.
 
+mod chart_check;
+mod checks;
 mod command;
 mod database;
 mod engine;
 mod event;
-pub mod guard;
+mod kind;
 mod maneuver;
+mod place;
 mod plan;
+mod plan_limits;
+mod problem;
 mod speed;
 mod statistics;
 mod supervisor;
 #[cfg(test)]
 mod testing;
-mod waters;
 
+pub use chart_check::check_plan;
 pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
 pub use database::{
     Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseReply,
@@ -30,21 +38,21 @@ pub use engine::{
     Request, RunId, StartOptions, Success, VehicleState,
 };
 pub use event::{Event, Fix, Medium, Now, PathProgress, Reference, Sighting};
+pub use kind::ManeuverKind;
 pub use maneuver::{
     FailReason, FollowPath, FollowReference, FollowReferenceConfig, FollowSystem, FollowSystemConfig,
     FollowTrajectory, Goto, Idle, Late, Launch, Left, Loiter, LoiterShape, Maneuver, ManeuverConfig,
-    ManeuverKind, Offset, RawPlace, ReferencePhase, ReferenceState, Rows, RowsCoverage, RowsPoints,
-    ScheduledGoto, ScheduledGotoConfig, StationKeeping, Swath, Teleoperation, TimedOffset, TrajectoryConfig,
+    ReferencePhase, ReferenceState, Rows, RowsCoverage, RowsPoints, ScheduledGoto, ScheduledGotoConfig,
+    StationKeeping, Swath, Teleoperation, TimedOffset, TrajectoryConfig,
 };
-pub use plan::{
-    DraftBody, DraftNote, ManeuverDraft, Node, PLAN_END, Plan, PlanDraft, PlanLimits, PlanProblem,
-    PlanProblems, PlanWarning, ProblemKind, TransitionDraft,
-};
+pub use place::{Offset, RawPlace};
+pub use plan::{DraftBody, DraftNote, ManeuverDraft, Node, PLAN_END, Plan, PlanDraft, TransitionDraft};
+pub use plan_limits::PlanLimits;
+pub use problem::{PlanProblem, PlanProblems, PlanWarning, ProblemKind};
 pub use speed::{Speed, SpeedLimits};
 pub use statistics::{Cost, ModelError, ModelPoint, PlanStatistics, VehicleModel};
 pub use supervisor::{
-    Activity, Area, AreaError, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig,
-    LimitsOutput, LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook,
-    Remedy, Step, Violation,
+    Activity, BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage, LimitsConfig, LimitsOutput,
+    LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, Step,
+    Violation,
 };
-pub use waters::{WaterChart, Waters};

@@ -15,17 +15,19 @@ mod idle;
 mod launch;
 mod loiter;
 mod places;
+mod reference_state;
 mod rows;
 mod rows_coverage;
+mod running;
 mod scheduled_goto;
 mod station_keeping;
 mod teleoperation;
 mod waypoints;
 
-pub(crate) use behaviour::{Context, Outcome, Running, Signal};
+pub(crate) use behaviour::{Context, Outcome, Signal};
 pub use behaviour::{FailReason, Left};
-pub use follow_path::{FollowPath, Offset};
-pub use follow_reference::{FollowReference, FollowReferenceConfig, ReferencePhase, ReferenceState};
+pub use follow_path::FollowPath;
+pub use follow_reference::{FollowReference, FollowReferenceConfig};
 pub use follow_system::{FollowSystem, FollowSystemConfig};
 pub use follow_trajectory::{FollowTrajectory, TimedOffset, TrajectoryConfig};
 pub use goto::Goto;
@@ -33,31 +35,18 @@ pub(crate) use goto::distance_m;
 pub use idle::Idle;
 pub use launch::Launch;
 pub use loiter::{Loiter, LoiterShape};
+pub use reference_state::{ReferencePhase, ReferenceState};
 pub use rows::{Rows, RowsPoints};
 pub use rows_coverage::{RowsCoverage, Swath};
+pub(crate) use running::Running;
 pub use scheduled_goto::{Late, ScheduledGoto, ScheduledGotoConfig};
 pub use station_keeping::StationKeeping;
 pub use teleoperation::Teleoperation;
 
+use crate::kind::ManeuverKind;
 use crate::speed::SpeedLimits;
-use std::fmt;
 use std::time::Duration;
 use units::LatLon;
-
-/// Latitude and longitude as somebody sent them, in radians; perhaps no place at all.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RawPlace {
-    /// Latitude (rad).
-    pub lat_rad: f64,
-    /// Longitude (rad).
-    pub lon_rad: f64,
-}
-
-impl From<LatLon> for RawPlace {
-    fn from(place: LatLon) -> Self {
-        Self { lat_rad: place.lat_rad(), lon_rad: place.lon_rad() }
-    }
-}
 
 /// A maneuver with its parameters, places being of type `P`.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,31 +77,6 @@ pub enum Maneuver<P = LatLon> {
     FollowSystem(FollowSystem),
     /// Let an operator steer.
     Teleoperation(Teleoperation),
-}
-
-/// Which maneuver, without its parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "the names are those of `Maneuver`")]
-pub enum ManeuverKind {
-    Goto,
-    Launch,
-    Loiter,
-    StationKeeping,
-    FollowPath,
-    FollowTrajectory,
-    Rows,
-    RowsCoverage,
-    Idle,
-    ScheduledGoto,
-    FollowReference,
-    FollowSystem,
-    Teleoperation,
-}
-
-impl fmt::Display for ManeuverKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self:?}")
-    }
 }
 
 impl<P> Maneuver<P> {

@@ -7,15 +7,11 @@
 //! holds the actions, and tells by [`DraftNote`]s what of them, and of other parts of a plan that are not seen
 //! here, cannot be followed.
 
-mod checks;
-mod problem;
-
-pub(crate) use checks::Checks;
-pub use problem::{PlanProblem, PlanProblems, PlanWarning, ProblemKind};
-
-use crate::maneuver::{LoiterShape, Maneuver, ManeuverKind, RawPlace};
-use crate::speed::SpeedLimits;
-use crate::supervisor::Area;
+use crate::checks::Checks;
+use crate::maneuver::{LoiterShape, Maneuver};
+use crate::place::RawPlace;
+use crate::plan_limits::PlanLimits;
+use crate::problem::{PlanProblem, PlanProblems, PlanWarning, ProblemKind};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The destination of a transition that ends the plan.
@@ -76,45 +72,6 @@ pub struct TransitionDraft {
     pub from: String,
     /// Name of the maneuver that begins, or [`PLAN_END`].
     pub to: String,
-}
-
-/// What plans must keep.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlanLimits {
-    /// Largest speeds.
-    pub speed: SpeedLimits,
-    /// Largest speed that the times of a FollowTrajectory may need (m/s).
-    pub max_timed_mps: f64,
-    /// Kinds that this vessel does not do.
-    pub refused: BTreeSet<ManeuverKind>,
-    /// Greatest depth a maneuver may want (m); 0 on the surface.
-    pub max_depth_m: f64,
-    /// Largest radius (m).
-    pub max_radius_m: f64,
-    /// Farthest offset of a point from its reference, north or east (m).
-    pub max_offset_m: f64,
-    /// Most maneuvers of a plan.
-    pub max_maneuvers: usize,
-    /// Most points of a maneuver.
-    pub max_points: usize,
-    /// All places must be inside, if there is an area.
-    pub area: Option<Area>,
-}
-
-impl Default for PlanLimits {
-    fn default() -> Self {
-        Self {
-            speed: SpeedLimits::default(),
-            max_timed_mps: SpeedLimits::default().max_mps,
-            refused: BTreeSet::new(),
-            max_depth_m: 0.0,
-            max_radius_m: 5_000.0,
-            max_offset_m: 50_000.0,
-            max_maneuvers: 5_000,
-            max_points: 10_000,
-            area: None,
-        }
-    }
 }
 
 /// A plan that can be sailed.
@@ -359,7 +316,7 @@ impl ManeuverDraft {
                 let maneuver = maneuver.check(&mut checks)?;
                 // Only the places of a good maneuver are few.
                 if checks.are_passed() {
-                    checks.area(&maneuver);
+                    checks.area(&maneuver.places());
                 }
                 Some(maneuver)
             }

@@ -5,12 +5,10 @@
 //! plans that ignore errors, and tells the machine when one could not be.
 
 mod alarm;
-mod area;
 mod battery;
 mod limits;
 mod lost_comms;
 
-pub use area::{Area, AreaError};
 pub use battery::{BatteryConfig, BatteryOutput, BatteryReserve, BatteryStage};
 pub use limits::{LimitsConfig, LimitsOutput, OperationalLimits, Violation};
 pub use lost_comms::{Activity, LostComms, LostCommsConfig, LostCommsInput, LostCommsOutput, Step};

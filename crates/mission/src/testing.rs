@@ -1,8 +1,10 @@
 //! What the tests of several modules share.
 
 use crate::event::{Event, Fix, Now, PathProgress};
-use crate::maneuver::{Goto, Idle, Maneuver, RawPlace};
-use crate::plan::{DraftBody, ManeuverDraft, Plan, PlanDraft, PlanLimits, TransitionDraft};
+use crate::maneuver::{Goto, Idle, Maneuver};
+use crate::place::RawPlace;
+use crate::plan::{DraftBody, ManeuverDraft, Plan, PlanDraft, TransitionDraft};
+use crate::plan_limits::PlanLimits;
 use crate::speed::Speed;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime};

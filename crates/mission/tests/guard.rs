@@ -4,10 +4,10 @@
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
 use charts::depth_index::DepthIndex;
-use mission::guard::{GuardLimits, Outcome, check_plan};
+use guard::{GuardLimits, Outcome};
 use mission::{
     DraftBody, FollowPath, Goto, Idle, Loiter, LoiterShape, Maneuver, ManeuverDraft, Plan, PlanDraft,
-    PlanLimits, RawPlace, Rows, Speed, StationKeeping, TransitionDraft, Turn,
+    PlanLimits, RawPlace, Rows, Speed, StationKeeping, TransitionDraft, Turn, check_plan,
 };
 use std::f64::consts::TAU;
 use std::time::Duration;

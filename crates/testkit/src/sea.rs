@@ -1,7 +1,8 @@
 //! A made-up sea chart: a square of deep water with shoals, islets, dangers and holes put into it, in metres
 //! around its middle. Not for navigation.
 
-use charts::depth_index::{DepthIndex, IndexBuilder, Source};
+use charts::coverage::Source;
+use charts::depth_index::{DepthIndex, IndexBuilder};
 use charts::s57::{Area, Attribute, AttributeCode, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path};
 use units::{LatLon, LocalFrame, LocalPoint};
 

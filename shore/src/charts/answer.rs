@@ -7,8 +7,8 @@ use api::{
 };
 use charts::depth_index::{Demand, DepthAnswer, Leg, Water};
 use charts::s57::{attribute_words, class_words, value_words};
-use charts::tile::{Near, Sheet};
-use mission::guard::GuardLimits;
+use guard::GuardLimits;
+use tiles::{Near, Sheet};
 use units::LatLon;
 
 /// Most objects that are told of a place.

@@ -1,7 +1,7 @@
 //! The guard's verdict in the words of the API.
 
 use api::{Guard, GuardReason, GuardWarning, PlanPlace};
-use mission::guard::{GuardLimits, LegCheck, Outcome, Verdict, Warning};
+use guard::{GuardLimits, LegCheck, Outcome, Verdict, Warning};
 use units::LatLon;
 
 /// Most reasons and warnings that are told.
@@ -43,7 +43,7 @@ pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
 fn reason(leg: &LegCheck) -> Option<GuardReason> {
     let spot = &leg.spot;
     Some(GuardReason {
-        maneuver: leg.maneuver.clone(),
+        maneuver: leg.label.clone(),
         part: leg.part.code().to_owned(),
         from: place(leg.from),
         to: place(leg.to),
@@ -66,7 +66,7 @@ fn place(at: LatLon) -> PlanPlace {
 
 fn warning(warning: &Warning) -> GuardWarning {
     GuardWarning {
-        maneuver: Some(warning.maneuver().to_owned()),
+        maneuver: Some(warning.label().to_owned()),
         code: warning.code().to_owned(),
         text: warning.to_string(),
     }

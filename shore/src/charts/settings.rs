@@ -1,6 +1,6 @@
 //! What the server is told of the sea chart.
 
-use mission::guard::GuardLimits;
+use guard::GuardLimits;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

@@ -14,7 +14,7 @@ use crate::router::Router;
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::Plan;
-use mission::guard::{GuardLimits, Outcome};
+use guard::{GuardLimits, Outcome};
 use operations::{Operations, Order};
 use units::LatLon;
 

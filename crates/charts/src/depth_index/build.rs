@@ -1,19 +1,17 @@
 //! Makes an index of cells, soundings and land masks.
 
-use super::coords::{Vertex, vertex};
 use super::index::DepthIndex;
 use super::meaning::{is_of_interest, meaning};
-use super::object::{ChartObject, Role, Source, Stored, millimetres};
+use super::object::{ChartObject, Role, Stored, millimetres};
 use super::places::{AreaEntry, Areas, Places};
 use super::ring::Ring;
 use super::seams;
-use super::tree::{Run, Tree};
+use super::tree::Tree;
+use crate::coverage::{ChartCoverage, Coverage, Source};
+use crate::grid::{Vertex, vertex};
 use crate::s57::{
     Area, AttributeCode, Cell, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path, Sounding,
 };
-
-/// Segments per run of the trees.
-pub(super) const RUN_SEGMENTS: usize = 8;
 
 /// Why no index can be made.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -48,7 +46,7 @@ pub(super) struct Pending {
 
 #[derive(Debug, Clone)]
 struct PendingSource {
-    source: Source,
+    coverage: ChartCoverage,
     objects: Vec<Pending>,
 }
 
@@ -91,8 +89,9 @@ impl IndexBuilder {
         source: Source,
         features: impl IntoIterator<Item = &'a Feature>,
     ) -> Result<(), BuildError> {
+        let features: Vec<&Feature> = features.into_iter().collect();
         let mut objects = Vec::new();
-        for feature in features {
+        for feature in &features {
             let fail = || BuildError::Position {
                 file: source.name.clone(),
                 class: feature.class,
@@ -105,7 +104,8 @@ impl IndexBuilder {
             let skin = objects.iter_mut().filter(|one| one.object.role == Role::Skin);
             skin.for_each(|one| one.object.role = Role::Danger);
         }
-        self.sources.push(PendingSource { source, objects });
+        let coverage = ChartCoverage::of(source, features);
+        self.sources.push(PendingSource { coverage, objects });
         Ok(())
     }
 
@@ -137,12 +137,12 @@ impl IndexBuilder {
     /// # Errors
     /// When there is too much.
     pub fn build(mut self) -> Result<DepthIndex, BuildError> {
-        self.sources.sort_by_cached_key(|pending| pending.source.rank());
+        self.sources.sort_by_cached_key(|pending| pending.coverage.source.rank());
         let mut index = DepthIndex::default();
         let (mut lines, mut covered) = (Vec::new(), Vec::new());
-        for (at, PendingSource { source, objects }) in self.sources.into_iter().enumerate() {
-            covered.push(objects.iter().any(|one| one.object.role == Role::Coverage));
-            index.sources.push(source);
+        for (at, PendingSource { coverage, objects }) in self.sources.into_iter().enumerate() {
+            index.sources.push(coverage.source.clone());
+            covered.push(coverage);
             for mut pending in objects {
                 pending.object.source = at as u32;
                 let object = index.objects.len() as u32;
@@ -161,14 +161,15 @@ impl IndexBuilder {
         if index.areas.vertices.len() > (i32::MAX as usize) / 2 {
             return Err(BuildError::TooLarge);
         }
-        cover_by_skin(&mut index, &covered);
+        let coverage = Coverage::new(covered);
+        cover_by_skin(&mut index, &coverage);
         let objects = &index.objects;
         let areas = &index.areas;
         index.places = Places::build(areas, |area| {
             let object = &objects[areas.list[area as usize].object as usize];
             (object.source, object.role, object.stored.least_mm())
         });
-        grow_trees(&mut index, &lines);
+        grow_trees(&mut index, &coverage, &lines);
         index.note_unassessed();
         Ok(index)
     }
@@ -259,7 +260,7 @@ fn shapes(geometry: &Geometry) -> Option<Vec<Shape>> {
             if vertices.is_empty() {
                 return Some(Vec::new());
             }
-            let bounds = super::coords::Bounds::of(&vertices);
+            let bounds = crate::grid::Bounds::of(&vertices);
             let ([x0, y0], [x1, y1]) = (bounds.min, bounds.max);
             vec![Shape::Area(vec![vec![[x0, y0], [x0, y1], [x1, y1], [x1, y0], [x0, y0]]])]
         }
@@ -284,11 +285,11 @@ fn push_area(areas: &mut Areas, object: u32, rings: &[Vec<Vertex>]) {
 }
 
 /// A source that does not say where it has data has them where its skin is.
-fn cover_by_skin(index: &mut DepthIndex, covered: &[bool]) {
+fn cover_by_skin(index: &mut DepthIndex, coverage: &Coverage) {
     for at in 0..index.areas.list.len() {
         let area = index.areas.list[at];
         let object = &index.objects[area.object as usize];
-        if object.role != Role::Skin || covered[object.source as usize] {
+        if object.role != Role::Skin || !coverage.charts()[object.source as usize].by_skin {
             continue;
         }
         let coverage = ChartObject { role: Role::Coverage, stored: Stored::NoData, ..object.clone() };
@@ -298,7 +299,7 @@ fn cover_by_skin(index: &mut DepthIndex, covered: &[bool]) {
     }
 }
 
-fn grow_trees(index: &mut DepthIndex, lines: &[(u32, u32, u32)]) {
+fn grow_trees(index: &mut DepthIndex, coverage: &Coverage, lines: &[(u32, u32, u32)]) {
     let mut runs = seams::Runs::default();
     for area in &index.areas.list {
         for ring in index.areas.rings_of(*area) {
@@ -310,7 +311,7 @@ fn grow_trees(index: &mut DepthIndex, lines: &[(u32, u32, u32)]) {
     }
     let seams::Runs { danger, quality, overhead, interest } = runs;
     let [mut danger, mut quality, overhead] =
-        [danger, quality, overhead].map(|runs| seams::best_scale_only(index, runs));
+        [danger, quality, overhead].map(|runs| seams::best_scale_only(index, coverage, runs));
     danger.extend(seams::borders(index));
     quality.extend(seams::unassessed(index));
     let vertices = &index.areas.vertices;
@@ -321,13 +322,4 @@ fn grow_trees(index: &mut DepthIndex, lines: &[(u32, u32, u32)]) {
     let [quality, overhead, interest] =
         [quality, overhead, interest].map(|runs| Tree::build(runs, vertices, least));
     (index.danger, index.quality, index.overhead, index.interest) = (danger, quality, overhead, interest);
-}
-
-/// Cuts a polyline into runs that share their end vertices.
-pub(super) fn cut(object: u32, first: u32, count: u32) -> impl Iterator<Item = Run> {
-    let segments = count.saturating_sub(1).max(1) as usize;
-    (0..segments).step_by(RUN_SEGMENTS).map(move |from| {
-        let from = from as u32;
-        Run { first: first + from, count: (count - from).min(RUN_SEGMENTS as u32 + 1), object }
-    })
 }

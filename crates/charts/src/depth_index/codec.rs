@@ -4,13 +4,14 @@
 //! then each table as its length (u32) and its rows. Reading checks every index against the table that it
 //! points into, so that damaged bytes are refused and never lead out of bounds.
 
-use super::coords::{Bounds, Vertex};
 use super::index::DepthIndex;
-use super::object::{ChartObject, Role, Source, Stored};
+use super::object::{ChartObject, Role, Stored};
 use super::places::{AreaEntry, Places, Quad, WHOLE};
 use super::ring::Ring;
 use super::tree::{NO_DATA, Node, Run, Tree};
+use crate::coverage::Source;
 use crate::crc32::crc32;
+use crate::grid::{Bounds, Vertex};
 use crate::s57::{ObjectClass, ObjectId};
 
 const MAGIC: &[u8; 8] = b"LUTRADIX";

@@ -1,22 +1,17 @@
-//! Where things are in an index: whole numbers of 1e-7 degrees, and metres round a place.
+//! Positions between the vertices of the [grid](crate::grid), and metres round a place.
 //!
-//! 1e-7 degrees are 11 mm or less. Real cells are written in that unit; others are rounded by half of it, the
-//! same way for every object, so that shared borders stay shared. A line of the chart is straight in longitude
+//! A line of the chart is straight in longitude
 //! and latitude. A local frame scales both axes by constants, so it keeps such lines straight, and distances
 //! in it are exact up to how the scale of longitude changes over its reach; [`Frame::slack_m`] bounds that.
 
+use crate::grid::{PER_DEGREE, Vertex};
 use units::{LatLon, WGS84_ECCENTRICITY_SQUARED, WGS84_SEMI_MAJOR_M};
 
-/// Units in a degree.
-pub(super) const PER_DEGREE: f64 = 1e7;
 /// Units around the Earth.
 pub(super) const TURN: f64 = 3.6e9;
 /// Rounding of coordinates (0.6 cm) and the step across a border by which its other side is told (3 units of
 /// 1.1 cm), rounded up (m).
 pub(super) const ROUNDING_M: f64 = 0.05;
-
-/// A vertex: longitude and latitude in units.
-pub(super) type Vertex = [i32; 2];
 
 /// A position in units, not rounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,43 +46,6 @@ impl Spot {
         let lat_deg = (self.y / PER_DEGREE).clamp(-90.0, 90.0);
         let lon_deg = (self.wrapped().x / PER_DEGREE).clamp(-180.0, 180.0);
         LatLon::from_deg(lat_deg, lon_deg).expect("invariant: clamped to the range")
-    }
-}
-
-/// A vertex of degrees; `None` outside the globe.
-pub(super) fn vertex(lon_deg: f64, lat_deg: f64) -> Option<Vertex> {
-    let inside = lon_deg.abs() <= 180.0 && lat_deg.abs() <= 90.0;
-    // Within ±1.8e9, so within i32.
-    inside.then(|| [(lon_deg * PER_DEGREE).round() as i32, (lat_deg * PER_DEGREE).round() as i32])
-}
-
-/// A box in units, borders included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Bounds {
-    pub(super) min: Vertex,
-    pub(super) max: Vertex,
-}
-
-impl Bounds {
-    pub(super) const EMPTY: Self = Self { min: [i32::MAX; 2], max: [i32::MIN; 2] };
-
-    pub(super) fn of(vertices: &[Vertex]) -> Self {
-        let mut bounds = Self::EMPTY;
-        for vertex in vertices {
-            bounds.add(Self { min: *vertex, max: *vertex });
-        }
-        bounds
-    }
-
-    pub(super) fn add(&mut self, other: Self) {
-        for axis in 0..2 {
-            self.min[axis] = self.min[axis].min(other.min[axis]);
-            self.max[axis] = self.max[axis].max(other.max[axis]);
-        }
-    }
-
-    pub(super) fn overlaps(&self, other: &Self) -> bool {
-        (0..2).all(|axis| self.min[axis] <= other.max[axis] && other.min[axis] <= self.max[axis])
     }
 }
 

@@ -1,9 +1,12 @@
 //! The index itself: objects, areas, and the trees over them.
 
-use super::coords::{Bounds, Spot};
-use super::object::{ChartObject, Role, Source, Stored};
+use super::coords::Spot;
+use super::object::{ChartObject, Role, Stored};
 use super::places::{Areas, Places, WHOLE};
 use super::tree::Tree;
+use crate::coverage::{ChartCoverage, Coverage, Source};
+use crate::grid::Bounds;
+use crate::s57::ObjectClass;
 
 /// An index over charts.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -42,6 +45,23 @@ impl DepthIndex {
                 format!("{} charts, the newest {newest}", all.len())
             }
         }
+    }
+
+    /// Which chart covers what, for who needs regions rather than depths.
+    pub fn coverage(&self) -> Coverage {
+        let charts =
+            self.sources.iter().map(|source| ChartCoverage { source: source.clone(), ..Default::default() });
+        let mut charts: Vec<ChartCoverage> = charts.collect();
+        for area in &self.areas.list {
+            let object = &self.objects[area.object as usize];
+            let chart = &mut charts[object.source as usize];
+            if object.role == Role::Coverage && !chart.source.supplement {
+                let rings = self.areas.rings_of(*area).iter();
+                chart.areas.push(rings.map(|ring| ring.vertices(&self.areas.vertices).to_vec()).collect());
+                chart.by_skin = object.class != ObjectClass::M_COVR;
+            }
+        }
+        Coverage::new(charts)
     }
 
     /// The source of an object.

@@ -1,19 +1,19 @@
 //! What a chart object means for a small vessel.
 //!
-//! S-57 appendix A, chapters 1 and 2; the choices are those of facts/charts.md, section 8: what is not known
-//! to be deep is not deep. A danger without a depth blocks, unless the chart says that its depth lies within
+//! S-57 appendix A, chapters 1 and 2; what is not known to be deep is not
+//! deep. A danger without a depth blocks, unless the chart says that its depth lies within
 //! that of the area around it (EXPSOU 1). Piles, buoys, beacons, platforms, structures and fish farms block
 //! always.
 
 use super::object::{Role, Stored, millimetres};
-use crate::s57::{AttributeCode as Attr, Feature, Geometry, ObjectClass as Class, SKIN_CLASSES};
+use crate::coverage::{is_coverage, is_skin};
+use crate::s57::{AttributeCode as Attr, Feature, ObjectClass as Class};
 
 /// Role and meaning of a feature; `None` for what has none for a vessel's way.
 pub(super) fn meaning(feature: &Feature) -> Option<(Role, Stored)> {
-    let is_area = matches!(feature.geometry, Geometry::Area(_));
-    let skin = if is_area && SKIN_CLASSES.contains(&feature.class) { Role::Skin } else { Role::Danger };
+    let skin = if is_skin(feature) { Role::Skin } else { Role::Danger };
     match feature.class {
-        Class::M_COVR => (feature.code(Attr::CATCOV) == Some(1)).then_some((Role::Coverage, Stored::NoData)),
+        Class::M_COVR => is_coverage(feature).then_some((Role::Coverage, Stored::NoData)),
         Class::M_QUAL => Some((Role::Quality, Stored::NoData)),
         Class::DEPARE | Class::DRGARE => Some((skin, depth_area(feature))),
         Class::UNSARE => Some((skin, Stored::Unknown)),
@@ -72,18 +72,17 @@ const OBSTACLES: [Class; 24] = [
 const STRUCTURES: [Class; 5] = [Class::LNDMRK, Class::BUISGL, Class::SILTNK, Class::CRANES, Class::FORSTC];
 
 /// Whether a vessel may have to keep off such a feature.
-#[cfg(test)]
-pub(crate) fn is_in_the_way(feature: &Feature) -> bool {
+pub fn is_in_the_way(feature: &Feature) -> bool {
     meaning(feature).is_some_and(|(role, _)| matches!(role, Role::Skin | Role::Danger | Role::Overhead))
 }
 
 /// Whether such an object is in the way whatever the depth.
-pub(crate) fn is_obstacle(class: Class) -> bool {
+pub fn is_obstacle(class: Class) -> bool {
     OBSTACLES.contains(&class) || is_structure(class)
 }
 
 /// Whether such an object mostly stands on land.
-pub(crate) fn is_structure(class: Class) -> bool {
+pub fn is_structure(class: Class) -> bool {
     STRUCTURES.contains(&class)
 }
 
@@ -120,6 +119,6 @@ fn danger(feature: &Feature) -> Option<Stored> {
 }
 
 /// The least of all clearances that are given (m).
-pub(crate) fn clearance_m(number: impl Fn(Attr) -> Option<f64>) -> Option<f64> {
+pub fn clearance_m(number: impl Fn(Attr) -> Option<f64>) -> Option<f64> {
     [Attr::VERCLR, Attr::VERCCL, Attr::VERCSA].into_iter().filter_map(number).min_by(f64::total_cmp)
 }

@@ -1,6 +1,6 @@
 //! How deep is it: exact answers from chart polygons, lines and points.
 //!
-//! Every safety question about depth has its one implementation here (design.md, rule 3). An index is built
+//! Every safety question about depth has its one implementation here. An index is built
 //! from cells ([`IndexBuilder`]), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
@@ -41,9 +41,7 @@ pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
 pub use demand::{ChartTrust, Demand, ZoneError};
 pub use index::DepthIndex;
-#[cfg(test)]
-pub(crate) use meaning::is_in_the_way;
-pub(crate) use meaning::{clearance_m, is_obstacle, is_structure};
+pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure};
 pub use nearest::Nearby;
-pub use object::{ChartObject, Source, Water};
+pub use object::{ChartObject, Water};
 pub use sealed::SealedIndex;

@@ -3,8 +3,9 @@
 //! A leaf lists the areas that hold all of it, and those whose border runs through it, which are asked one by
 //! one. Leaves are split until few border segments are left.
 
-use super::coords::{Bounds, Spot, Vertex};
+use super::coords::Spot;
 use super::ring::Ring;
+use crate::grid::{Bounds, Vertex};
 
 /// A leaf with so few areas is not split, however long their borders: each is asked in logarithmic time.
 const FEW_AREAS: usize = 5;

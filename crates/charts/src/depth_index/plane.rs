@@ -1,7 +1,8 @@
 //! Distances between a leg and what it may touch, in metres along and across the leg.
 
-use super::coords::{Bounds, Frame, Spot, Vertex};
+use super::coords::{Frame, Spot};
 use super::tree::Node;
+use crate::grid::{Bounds, Vertex};
 
 /// A straight piece of a leg with the frame it is looked at in: u runs along it from 0 to its length, v across.
 #[derive(Debug, Clone, Copy)]

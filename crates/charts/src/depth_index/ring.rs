@@ -7,7 +7,8 @@
 //! boxes, answer for everything that lies wholly to one side: to the right of the point the parity of a run is
 //! that of its two ends.
 
-use super::coords::{Bounds, Spot, Vertex};
+use super::coords::Spot;
+use crate::grid::{Bounds, Vertex};
 
 /// Segments per lowest box and boxes per higher box.
 const FAN: usize = 8;

@@ -4,11 +4,12 @@
 //! kept, and along every border of coverage the objects that begin just beyond it, or the absence of any, are
 //! entered. Questions then need no knowledge of overlaps at all.
 
-use super::build::cut;
-use super::coords::{Bounds, Spot, Vertex};
+use super::coords::Spot;
 use super::index::DepthIndex;
 use super::object::{ChartObject, Role, Stored};
-use super::tree::{NO_DATA, Run, Tree};
+use super::tree::{NO_DATA, Run, Tree, cut};
+use crate::coverage::Coverage;
+use crate::grid::{Bounds, Vertex};
 use std::collections::BTreeSet;
 
 /// How far beyond a border its other side is told (units, about 3 cm).
@@ -37,18 +38,15 @@ impl Runs {
     }
 }
 
-/// Cuts off what a finer source covers.
-pub(super) fn best_scale_only(index: &mut DepthIndex, runs: Vec<Run>) -> Vec<Run> {
-    let limits: Vec<(u32, Bounds)> = coverage_bounds(index);
+/// Cuts off what a better chart covers.
+pub(super) fn best_scale_only(index: &mut DepthIndex, charts: &Coverage, runs: Vec<Run>) -> Vec<Run> {
     let coverage = tree_of(index, |object| object.role == Role::Coverage);
     let mut kept = Vec::with_capacity(runs.len());
     for run in runs {
         let source = index.objects[run.object as usize].source;
         let vertices = index.areas.vertices[run.first as usize..(run.first + run.count) as usize].to_vec();
         let bounds = Bounds::of(&vertices);
-        let hidden = !index.sources[source as usize].supplement
-            && limits.iter().any(|(finer, limit)| *finer < source && limit.overlaps(&bounds));
-        if !hidden {
+        if !charts.may_hide(source as usize, &bounds) {
             kept.push(run);
             continue;
         }
@@ -223,17 +221,6 @@ fn twice_area(ring: &[Vertex]) -> i128 {
             relative(&pair[0], 0) * relative(&pair[1], 1) - relative(&pair[1], 0) * relative(&pair[0], 1)
         })
         .sum()
-}
-
-fn coverage_bounds(index: &DepthIndex) -> Vec<(u32, Bounds)> {
-    let of_area = |area: &super::places::AreaEntry| {
-        let object = &index.objects[area.object as usize];
-        let rings = index.areas.rings_of(*area).iter();
-        let mut bounds = Bounds::EMPTY;
-        rings.for_each(|ring| bounds.add(Bounds::of(ring.vertices(&index.areas.vertices))));
-        (object.role == Role::Coverage).then_some((object.source, bounds))
-    };
-    index.areas.list.iter().filter_map(of_area).collect()
 }
 
 fn tree_of(index: &DepthIndex, wanted: impl Fn(&ChartObject) -> bool) -> Tree {

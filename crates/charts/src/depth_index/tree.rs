@@ -4,7 +4,7 @@
 //! "On packing R-trees", CIKM 1993. Each box also knows the least depth below it, so that a search for the
 //! shallowest never opens what is deeper than what it has.
 
-use super::coords::{Bounds, Vertex};
+use crate::grid::{Bounds, Vertex};
 
 /// Boxes per node.
 const FAN: usize = 16;
@@ -16,6 +16,18 @@ pub(super) struct Run {
     pub(super) count: u32,
     /// Index of the object; [`NO_DATA`] for the border of what is charted or, of quality, assessed.
     pub(super) object: u32,
+}
+
+/// Segments per run.
+const RUN_SEGMENTS: usize = 8;
+
+/// Cuts a polyline into runs that share their end vertices.
+pub(super) fn cut(object: u32, first: u32, count: u32) -> impl Iterator<Item = Run> {
+    let segments = count.saturating_sub(1).max(1) as usize;
+    (0..segments).step_by(RUN_SEGMENTS).map(move |from| {
+        let from = from as u32;
+        Run { first: first + from, count: (count - from).min(RUN_SEGMENTS as u32 + 1), object }
+    })
 }
 
 /// The object that stands for the absence of any.

@@ -1,8 +1,9 @@
 //! The data descriptive record: which subfields a field has and how they are written.
 
-use super::FIELD_TERMINATOR;
 use super::error::{Iso8211Error, Iso8211Problem};
-use super::record::{Record, Tag, units};
+use super::record::Record;
+use super::tag::Tag;
+use super::{FIELD_TERMINATOR, UNIT_TERMINATOR};
 use std::collections::BTreeMap;
 
 /// No field of S-57 has more than 16 subfields; beyond this a description is hostile.
@@ -85,6 +86,11 @@ pub(super) fn parse_definitions(
         definitions.insert(field.tag, FieldDefinition { tag: field.tag, subfields, repeats });
     }
     Ok(definitions)
+}
+
+/// Splits at unit terminators; what follows the last one is the last part.
+fn units(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    bytes.split(|byte| *byte == UNIT_TERMINATOR)
 }
 
 /// `(b11,2b12,A(8))` with its repetitions written out.

@@ -1,6 +1,6 @@
 //! What can be wrong with a container, where, and what to do about it.
 
-use super::record::Tag;
+use super::tag::Tag;
 
 /// A fault at a place of the file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

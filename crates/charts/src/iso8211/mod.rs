@@ -11,13 +11,17 @@
 mod definition;
 mod error;
 mod leader;
+mod reader;
 mod record;
 mod row;
+mod tag;
 
 pub use definition::{FieldDefinition, Format, Subfield};
 pub use error::{Iso8211Error, Iso8211Problem};
-pub use record::{Field, Reader, Record, Tag};
+pub use reader::Reader;
+pub use record::{Field, Record};
 pub use row::{LexicalLevel, Rows, Value};
+pub use tag::Tag;
 
 /// Ends every field.
 pub const FIELD_TERMINATOR: u8 = 0x1E;

@@ -6,18 +6,10 @@
 use super::catalogue::Catalogue;
 use super::cell::Cell;
 use super::error::{S57Error, S57Problem};
+use super::named_bytes::NamedBytes;
 use super::store::Notice;
 use crate::crc32::crc32;
 use std::collections::BTreeMap;
-
-/// A file by its path in the tree.
-#[derive(Debug, Clone, Copy)]
-pub struct NamedBytes<'a> {
-    /// Path; `/` and `\` both separate.
-    pub name: &'a str,
-    /// Contents.
-    pub bytes: &'a [u8],
-}
 
 /// A cell that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! Reads the records of one file, field by field.
 
-use super::cell::{Attribute, LinkRole, ObjectId};
 use super::codes::AttributeCode;
 use super::error::{Place, S57Error, S57Problem};
+use super::feature::{Attribute, LinkRole, ObjectId};
 use super::records::{
     Control, Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, Edits, FeatureRecord,
     Instruction, Link, Name, Pointer, VectorRecord,

@@ -1,6 +1,6 @@
 //! What the records of a file say, base cell or update, field by field.
 
-use super::cell::{Attribute, LinkRole, ObjectId};
+use super::feature::{Attribute, LinkRole, ObjectId};
 use crate::iso8211::LexicalLevel;
 
 /// What a file says of itself (field DSID).

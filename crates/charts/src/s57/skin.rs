@@ -5,8 +5,9 @@
 //! direction, but for the sides that bound the covered area. What is left then goes around gaps and overlaps:
 //! sums alone would not tell a gap from an overlap as large. A cell that fails this was read wrongly or is damaged.
 
-use super::cell::{Cell, Feature};
+use super::cell::Cell;
 use super::codes::{AttributeCode, ObjectClass};
+use super::feature::Feature;
 use super::geometry::{Area, GeoPoint, Geometry, Path};
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! A cell's records between reading and assembly: what updates work on.
 
-use super::cell::{Attribute, ObjectId};
 use super::error::{Place, S57Error, S57Problem};
+use super::feature::{Attribute, ObjectId};
 use super::fields::FileReader;
 use super::records::{
     CONNECTED_NODE, Coordinate, DataRecord, DatasetId, DatasetParameters, DatasetStructure, EDGE, Edits,

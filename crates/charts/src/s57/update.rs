@@ -3,8 +3,8 @@
 //! S-57 part 3, 8.4. Updates of one edition are numbered without gaps; each is applied whole or not at all.
 //! An index in a list counts from 1; inserting puts items before it, so that length + 1 appends.
 
-use super::cell::Attribute;
 use super::error::{S57Error, S57Problem};
+use super::feature::Attribute;
 use super::fields::FileReader;
 use super::records::{Control, DataRecord, DatasetId, Edits, FeatureRecord, Instruction, VectorRecord};
 use super::store::{Notice, Store, StoredFeature, StoredVector, Tally, at};

@@ -107,7 +107,6 @@ fn index() -> Vec<u8> {
 }
 
 fn seeds() -> Vec<(&'static str, &'static str, Vec<u8>)> {
-    let land = br#"{"type":"Polygon","coordinates":[[[10,63],[11,63],[11,64],[10,63]]]}"#.to_vec();
     let soundings = b"269927.5527 7044215.8950 12.4\n# end\n269927 7044216 -0.3\n".to_vec();
     let separated = b"568983.8234;7036662.9627;1.5e1\r\n\r\n568983.82,7036662.9,3\r\n".to_vec();
     let ((ucs, ucs_update), (latin, latin_update)) = (rich(Style::default()), rich_latin());
@@ -124,7 +123,6 @@ fn seeds() -> Vec<(&'static str, &'static str, Vec<u8>)> {
         ("charts_s57", "cell_and_update", with_update(&cell(), &update())),
         ("charts_text", "soundings", soundings),
         ("charts_text", "separated", separated),
-        ("charts_text", "land", land),
         ("charts_index", "index", index()),
     ]
 }

@@ -5,7 +5,8 @@
 //! A client tells the running state from [`PlanState`](super::PlanState), not from replies.
 
 use crate::maneuver::FailReason;
-use crate::plan::{Plan, PlanProblems};
+use crate::plan::Plan;
+use crate::problem::PlanProblems;
 use crate::statistics::PlanStatistics;
 use thiserror::Error;
 

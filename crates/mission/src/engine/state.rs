@@ -2,7 +2,8 @@
 
 use super::request::{EndReason, LastOutcome, Reply, RunId};
 use crate::command::{Command, Drive};
-use crate::maneuver::{ManeuverKind, ReferenceState};
+use crate::kind::ManeuverKind;
+use crate::maneuver::ReferenceState;
 use std::time::Duration;
 use units::UtcTime;
 

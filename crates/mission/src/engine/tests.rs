@@ -5,7 +5,8 @@ mod plans;
 mod random;
 
 use super::*;
-use crate::maneuver::{Maneuver, RawPlace, Teleoperation};
+use crate::maneuver::{Maneuver, Teleoperation};
+use crate::place::RawPlace;
 use crate::testing::{at, fix, near, plan};
 
 /// An engine, its clock, and everything it has put out since last asked.

@@ -1,9 +1,9 @@
 //! Follow path: one path per point, chained. Its machine is [`waypoints`](super::waypoints).
 
-use super::RawPlace;
-use crate::plan::Checks;
+use crate::checks::Checks;
+use crate::place::{Offset, RawPlace};
 use crate::speed::Speed;
-use units::{LatLon, LocalPoint};
+use units::LatLon;
 
 /// Go along points; done at once without any.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,9 +15,6 @@ pub struct FollowPath<P = LatLon> {
     /// How fast.
     pub speed: Speed,
 }
-
-/// Metres north and east of a place.
-pub type Offset = LocalPoint;
 
 impl FollowPath<RawPlace> {
     pub(crate) fn check(&self, checks: &mut Checks<'_>) -> Option<FollowPath> {

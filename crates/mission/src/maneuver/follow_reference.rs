@@ -10,9 +10,10 @@
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, Signal};
 use super::goto::{distance_m, path_to};
+use super::reference_state::{ReferencePhase, ReferenceState};
+use crate::checks::Checks;
 use crate::command::{Command, Path, PathStart};
 use crate::event::{Event, Fix, Now, Reference, Sighting};
-use crate::plan::Checks;
 use crate::speed::Speed;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -61,30 +62,6 @@ impl Default for FollowReferenceConfig {
             separation_m: 0.0,
         }
     }
-}
-
-/// What the maneuver does with a reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ReferencePhase {
-    /// No reference has come.
-    Wait,
-    /// On the way.
-    Goto,
-    /// Motors off: near enough, or told to stop.
-    Hover,
-    /// The commander was silent too long.
-    Timeout,
-}
-
-/// The state to report to the commander: after each reference and at each change of phase.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceState {
-    /// What is done.
-    pub phase: ReferencePhase,
-    /// The reference as followed, what was absent filled in.
-    pub reference: Option<Reference>,
-    /// Whether the place is within the radius and the tolerance.
-    pub near: bool,
 }
 
 impl FollowReference {

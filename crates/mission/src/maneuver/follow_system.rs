@@ -7,9 +7,9 @@
 
 use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
 use super::goto::{distance_m, path_to};
+use crate::checks::Checks;
 use crate::command::{Path, PathStart};
 use crate::event::{Event, Fix, Now, Sighting};
-use crate::plan::Checks;
 use crate::speed::Speed;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime};

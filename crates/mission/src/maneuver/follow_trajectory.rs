@@ -4,11 +4,12 @@
 //! speed is its length by its time, and when the vessel is late or early by more than the tolerance, by the
 //! time really left.
 
-use super::RawPlace;
 use super::behaviour::{Behaviour, Context, FailReason, Left};
 use super::goto::path_to;
+use crate::checks::Checks;
 use crate::event::{Event, Now};
-use crate::plan::{Checks, ProblemKind};
+use crate::place::RawPlace;
+use crate::problem::ProblemKind;
 use crate::speed::Speed;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
 

@@ -1,10 +1,10 @@
 //! Goto: one path to a place; done when near.
 
-use super::RawPlace;
 use super::behaviour::{Behaviour, Context, FailReason, Left};
+use crate::checks::Checks;
 use crate::command::{Path, PathStart};
 use crate::event::{Event, Now};
-use crate::plan::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use units::{LatLon, LocalFrame};
 

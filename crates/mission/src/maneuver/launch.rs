@@ -1,10 +1,10 @@
 //! Launch: waits until the vessel is in the water, then goes to a place.
 
-use super::RawPlace;
 use super::behaviour::{Behaviour, Context, Left};
 use super::goto::{self, Goto};
+use crate::checks::Checks;
 use crate::event::{Event, Medium, Now};
-use crate::plan::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use units::LatLon;
 

@@ -4,12 +4,12 @@
 //! apart (at least two radii). A circle is left for the other when, having been on its outer side, the vessel
 //! comes abeam of its centre: it then heads across to the other circle, which turns the other way.
 
-use super::RawPlace;
 use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
 use super::goto::{distance_m, path_to};
+use crate::checks::Checks;
 use crate::command::{Circle, Path, PathStart, Turn};
 use crate::event::{Event, Fix, Now, PathProgress};
-use crate::plan::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::time::Duration;

@@ -1,6 +1,7 @@
 //! Where a maneuver leads, for checks, charts and statistics.
 
-use super::{Maneuver, Offset, loiter};
+use super::{Maneuver, loiter};
+use crate::place::Offset;
 use units::{LatLon, LocalFrame};
 
 impl Maneuver {

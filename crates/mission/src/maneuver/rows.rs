@@ -7,8 +7,8 @@
 //! two steps. The sideways step is turned clockwise by the cross angle. The pattern ends before a sideways
 //! step that would bring the sum of the steps beyond the width.
 
-use super::RawPlace;
-use crate::plan::Checks;
+use crate::checks::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use units::{LatLon, LocalPoint};
 

@@ -4,9 +4,9 @@
 //! Rows are laid out with the full swath, 2·range·sin(aperture/2), alike at both ends. Where the water below
 //! the vessel is measured, the sideways steps shrink to what the sensor sees there with the wanted overlap.
 
-use super::RawPlace;
 use super::rows::{LEAST_M, Rows, RowsPoints};
-use crate::plan::Checks;
+use crate::checks::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use units::LatLon;
 

@@ -4,12 +4,12 @@
 //! yet; it drifts, before the start and after an early arrival, and starts (again) when the speed it needs
 //! gets high enough. Done when the time is there and the vessel near.
 
-use super::RawPlace;
 use super::behaviour::{Behaviour, Context, FailReason, Left};
 use super::goto::{distance_m, path_to};
+use crate::checks::Checks;
 use crate::command::Command;
 use crate::event::{Event, Now};
-use crate::plan::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use std::time::Duration;
 use units::{LatLon, MonoTime, UtcTime};

@@ -6,13 +6,13 @@
 //! and lasts longest. How the vessel drifts it learns from its own positions while the motors are off; before
 //! that is known it drives to the centre.
 
-use super::RawPlace;
 use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
 use super::drift::Drift;
 use super::goto::path_to;
+use crate::checks::Checks;
 use crate::command::{Path, PathStart};
 use crate::event::{Event, Fix, Now, PathProgress};
-use crate::plan::Checks;
+use crate::place::RawPlace;
 use crate::speed::Speed;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime};

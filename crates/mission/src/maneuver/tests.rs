@@ -4,11 +4,12 @@ mod commanded;
 mod pointwise;
 mod stationary;
 
-use super::{Context, Left, Maneuver, ManeuverConfig, Outcome, RawPlace, Running, Signal};
+use super::{Context, Left, Maneuver, ManeuverConfig, Outcome, Running, Signal};
 use crate::command::{Command, Path};
 use crate::event::{Event, Fix, Medium, PathProgress};
+use crate::place::RawPlace;
 use crate::testing::{at, plan};
-use crate::waters::Waters;
+use guard::Waters;
 
 /// A maneuver, its clock and the commands it gives.
 struct Bench {

@@ -1,9 +1,12 @@
 //! Tests of plans.
 
 use super::*;
-use crate::maneuver::{FollowPath, FollowTrajectory, Loiter, Offset, Rows, TimedOffset};
+use crate::kind::ManeuverKind;
+use crate::maneuver::{FollowPath, FollowTrajectory, Loiter, Rows, TimedOffset};
+use crate::place::Offset;
 use crate::speed::Speed;
 use crate::testing::{SPEED, draft, goto, idle, place};
+use guard::Area;
 
 fn problems(draft: &PlanDraft, limits: &PlanLimits) -> Vec<String> {
     match Plan::build(draft, limits) {

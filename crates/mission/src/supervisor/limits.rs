@@ -1,8 +1,9 @@
 //! Operational limits: the vessel stays in its area and below its top speed.
 
 use super::alarm::{Alarm, Condition};
-use super::{Area, Outlook, Remedy};
+use super::{Outlook, Remedy};
 use crate::event::Fix;
+use guard::Area;
 use std::collections::VecDeque;
 use std::time::Duration;
 use units::MonoTime;

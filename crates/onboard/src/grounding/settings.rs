@@ -1,7 +1,7 @@
 //! How the grounding supervisor is set up, and its chart.
 
 use charts::depth_index::{DepthIndex, IndexError, SealedIndex};
-use mission::guard::GuardLimits;
+use guard::GuardLimits;
 use sha2::{Digest as _, Sha256};
 use std::fmt;
 use std::sync::Arc;

@@ -1,13 +1,12 @@
 //! The supervisor's machine: from a look at the water to what is to be done.
 
 use super::exemption::{Answer, Exemption};
-use super::look::{Ahead, Look};
-use super::refuge::{self, Refuge};
 use super::settings::{Chart, ChartFile, GroundingAction, GroundingSettings};
 use crate::navigation::Estimate;
 use crate::pilot::Gate;
 use charts::depth_index::{DepthIndex, Water};
 use control::MotorPair;
+use guard::{Ahead, Refuge, WaterAround};
 use mission::RunId;
 use std::time::Duration;
 use units::MonoTime;
@@ -166,8 +165,8 @@ impl Grounding {
     /// Where to turn back to from here.
     pub(crate) fn refuge(settings: &GroundingSettings, estimate: &Estimate, radius_m: f64) -> Option<Refuge> {
         let index = settings.chart.index()?;
-        let look = Look::new(index, settings, estimate, settings.limits.navigable_m);
-        refuge::find(&look, settings, radius_m)
+        let look = water_around(index, settings, estimate, settings.limits.navigable_m);
+        look.refuge(&settings.limits, radius_m)
     }
 
     /// Looks at the water with a new estimate; `motors` is what they are commanded.
@@ -194,7 +193,7 @@ impl Grounding {
         }
         let (alone_m, steered_m) = (settings.limits.autonomous_m, settings.limits.navigable_m);
         if doing == Doing::Remedy {
-            let is_deep = || Look::new(index, settings, estimate, alone_m).is_clear();
+            let is_deep = || water_around(index, settings, estimate, alone_m).is_clear();
             self.remedy_was_deep.get_or_insert_with(is_deep);
         } else {
             self.remedy_was_deep = None;
@@ -204,7 +203,7 @@ impl Grounding {
             Doing::Remedy if self.remedy_was_deep == Some(true) => alone_m,
             Doing::Rest | Doing::Operator | Doing::Remedy | Doing::Own => steered_m,
         };
-        let look = Look::new(index, settings, estimate, least_m);
+        let look = water_around(index, settings, estimate, least_m);
         let motion = &estimate.motion;
         let course_rad = motion.east_mps.atan2(motion.north_mps);
         self.speed_mps = motion.speed_over_ground_mps();
@@ -240,7 +239,7 @@ impl Grounding {
         advice
     }
 
-    fn judge(&mut self, look: &Look<'_>, settings: &GroundingSettings, course_rad: f64) -> Stage {
+    fn judge(&mut self, look: &WaterAround<'_>, settings: &GroundingSettings, course_rad: f64) -> Stage {
         let stopping_m = settings.stopping_m(self.speed_mps);
         let slowing_m = stopping_m + SLOW_S * self.speed_mps;
         let warning_m = (settings.warning_time_s * self.speed_mps).max(settings.warning_distance_m);
@@ -263,7 +262,7 @@ impl Grounding {
         &mut self,
         now: MonoTime,
         settings: &GroundingSettings,
-        look: &Look<'_>,
+        look: &WaterAround<'_>,
         index: &DepthIndex,
         (doing, stage): (Doing, Stage),
         course_rad: f64,
@@ -278,8 +277,8 @@ impl Grounding {
             }
             Doing::Rest => {
                 let was_deep = *self.rest_was_deep.get_or_insert_with(|| {
-                    let deep = settings.limits.demand(settings.limits.autonomous_m);
-                    index.shallowest_within(look.place, look.hull_m, &deep).navigable
+                    let alone_m = settings.limits.autonomous_m;
+                    WaterAround::new(index, &settings.limits, (look.place(), 0.0), alone_m).is_clear()
                 });
                 was_deep
                     && (stage == Stage::Within || self.creeps || self.drifts_in(look, settings, course_rad))
@@ -302,18 +301,18 @@ impl Grounding {
     }
 
     /// Danger comes within what turning back takes, by the way the vessel drifts.
-    fn drifts_in(&self, look: &Look<'_>, settings: &GroundingSettings, course_rad: f64) -> bool {
+    fn drifts_in(&self, look: &WaterAround<'_>, settings: &GroundingSettings, course_rad: f64) -> bool {
         let way_m = TURN_S * self.speed_mps + settings.reserve_m / 2.0;
         self.speed_mps > LEAST_MPS / 2.0 && look.ahead(course_rad, way_m).is_some()
     }
 
     /// It lies close to danger and comes closer, however slowly: what began clear ends before the uncertainty of the
     /// position is used up.
-    fn creeps_in(&mut self, look: &Look<'_>, settings: &GroundingSettings) -> bool {
-        let own_m = look.hull_m + look.demand.position_m;
+    fn creeps_in(&mut self, look: &WaterAround<'_>, settings: &GroundingSettings) -> bool {
+        let own_m = look.reach_m();
         let close_m = settings.reserve_m / 2.0;
         let lies = self.speed_mps < LYING_MPS;
-        let room_m = lies.then(|| look.clear_radius_m(look.place, own_m + close_m) - own_m);
+        let room_m = lies.then(|| look.clear_radius_m(look.place(), own_m + close_m) - own_m);
         let Some(room_m) = room_m.filter(|room_m| *room_m < close_m) else {
             self.lay_m = None;
             return false;
@@ -329,7 +328,7 @@ impl Grounding {
     fn operator_needs_help(
         &mut self,
         now: MonoTime,
-        look: &Look<'_>,
+        look: &WaterAround<'_>,
         settings: &GroundingSettings,
         course_rad: f64,
         motors: MotorPair,
@@ -417,8 +416,18 @@ impl Grounding {
     }
 }
 
+/// The water around an estimate, needing `least_m`.
+fn water_around<'a>(
+    index: &'a DepthIndex,
+    settings: &GroundingSettings,
+    estimate: &Estimate,
+    least_m: f64,
+) -> WaterAround<'a> {
+    WaterAround::new(index, &settings.limits, (estimate.place, estimate.sigma_m), least_m)
+}
+
 /// In which directions an operator's thrust is blocked.
-fn gate(look: &Look<'_>, settings: &GroundingSettings, estimate: &Estimate) -> Gate {
+fn gate(look: &WaterAround<'_>, settings: &GroundingSettings, estimate: &Estimate) -> Gate {
     let motion = &estimate.motion;
     let (sin, cos) = motion.heading_rad.sin_cos();
     let surge_mps = motion.north_mps * cos + motion.east_mps * sin;
@@ -434,13 +443,13 @@ fn gate(look: &Look<'_>, settings: &GroundingSettings, estimate: &Estimate) -> G
     };
     if gate.ahead && gate.astern {
         let room_m = |direction_rad: f64| {
-            let frame = units::LocalFrame::new(look.place);
-            let there = units::LocalPoint::default().displaced(direction_rad, look.hull_m + 2.0);
+            let frame = units::LocalFrame::new(look.place());
+            let there = units::LocalPoint::default().displaced(direction_rad, settings.limits.hull_m + 2.0);
             look.clear_radius_m(frame.to_place(there), 100.0)
         };
         let ahead_m = room_m(motion.heading_rad);
         let astern_m = room_m(motion.heading_rad + std::f64::consts::PI);
-        let here_m = look.clear_radius_m(look.place, 100.0);
+        let here_m = look.clear_radius_m(look.place(), 100.0);
         gate.ahead = ahead_m <= here_m;
         gate.astern = astern_m <= here_m;
     }

@@ -5,8 +5,10 @@ use crate::entity::Entity;
 use crate::grounding::Chart;
 use crate::output::Level;
 use crate::settings::Settings;
-use mission::guard::{GuardLimits, Warning, check_plan};
-use mission::{ManeuverKind, Plan, WaterChart};
+use guard::WaterChart;
+use guard::{GuardLimits, Warning};
+use mission::check_plan;
+use mission::{ManeuverKind, Plan};
 use units::LatLon;
 
 /// Warnings of a verdict that are told one by one; of more their number.

@@ -19,6 +19,7 @@ use crate::settings::Settings;
 use control::{Loiter, PathCommand, PathEnd};
 use database::Database;
 pub use database::{LONGEST_NAME, LONGEST_PLAN};
+use guard::Waters;
 use imc::messages::{
     Aborted, LoggingControl, LoggingControlOp, ManeuverControlState, ManeuverControlStateState, Message,
     PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanManeuver, PlanSpecification,
@@ -28,7 +29,7 @@ use imc::{Address, Nested};
 use mission::{
     ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, Operator,
     PathProgress, PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success,
-    Ticket, Turn, Waters,
+    Ticket, Turn,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;

@@ -6,11 +6,11 @@ use crate::entity::Entity;
 use crate::grounding::Chart;
 use crate::output::Level;
 use crate::pilot::Pilot;
+use guard::GuardLimits;
 use imc::messages::{
     Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
     PlanSpecification, Reference,
 };
-use mission::guard::GuardLimits;
 use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, RunId, StartOptions};
 use units::LatLon;
 

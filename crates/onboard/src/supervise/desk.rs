@@ -7,9 +7,10 @@ use crate::pilot::Pilot;
 use crate::plans::Plans;
 use crate::settings::RestartSettings;
 use crate::states::States;
+use guard::Area;
+use guard::GuardLimits;
 use imc::messages::{Message, SpeedUnits, StationKeeping, ZUnits};
-use mission::guard::GuardLimits;
-use mission::{Area, Remedy, RunId};
+use mission::{Remedy, RunId};
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 

@@ -1,8 +1,9 @@
 //! Outside the area of operation: every remedy leads back inside, or to a station that is told.
 
 use crate::common::*;
+use guard::Area;
 use imc::messages::*;
-use mission::{Area, LimitsConfig, LostCommsConfig, Remedy, Step};
+use mission::{LimitsConfig, LostCommsConfig, Remedy, Step};
 use onboard::{Chart, Entity, Settings};
 use std::time::Duration;
 use testkit::sea::{Ground, Sea as Chartlet};

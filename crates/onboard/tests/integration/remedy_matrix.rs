@@ -3,8 +3,9 @@
 
 use crate::common::*;
 use control::MotorPair;
+use guard::Area;
 use imc::messages::*;
-use mission::{Area, LostCommsConfig, Remedy, Step};
+use mission::{LostCommsConfig, Remedy, Step};
 use onboard::{Chart, Entity, Settings};
 use std::time::Duration;
 

@@ -7,7 +7,7 @@ use anyhow::{Context as _, anyhow, bail, ensure};
 use api::PlanDocument;
 use clap::Args;
 use imc::messages::{Message, PlanSpecification};
-use mission::guard::check_plan;
+use mission::check_plan;
 use shore::charts::{Limits, told};
 use shore::{identity, plans};
 use std::fs;

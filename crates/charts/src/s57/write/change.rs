@@ -1,7 +1,7 @@
 //! Changes that an update makes to features, nodes and edges.
 
 use super::feature::FeatureRef;
-use super::records::{NULL, VectorRef, VectorUse};
+use super::vector::{NULL, VectorRef, VectorUse};
 use crate::s57::records::{Control, Edits, Instruction, Link, Pointer};
 use crate::s57::{Attribute, AttributeCode, GeoPoint, LinkRole, ObjectId};
 

@@ -3,7 +3,7 @@
 use super::container::FieldBytes;
 use super::error::WriteError;
 use crate::iso8211::{FIELD_TERMINATOR, LexicalLevel, Tag, UNIT_TERMINATOR};
-use crate::s57::cell::{Attribute, LinkRole, ObjectId};
+use crate::s57::feature::{Attribute, LinkRole, ObjectId};
 use crate::s57::records::{
     Control, DatasetId, DatasetParameters, DatasetStructure, Edits, FeatureRecord, Instruction, Link, Name,
     Pointer, VectorRecord,

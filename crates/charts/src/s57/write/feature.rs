@@ -1,6 +1,6 @@
 //! Features of a draft.
 
-use super::records::{NULL, VectorRef, VectorUse};
+use super::vector::{NULL, VectorRef, VectorUse};
 use crate::s57::records::{Link, Pointer};
 use crate::s57::{Attribute, AttributeCode, LinkRole, ObjectClass, ObjectId, SKIN_CLASSES};
 

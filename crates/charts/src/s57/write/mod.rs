@@ -16,13 +16,15 @@ mod records;
 mod schema;
 #[cfg(test)]
 mod tests;
+mod vector;
 
 pub use change::{EdgeEnd, FeatureChange, ListEdit, VectorChange};
 pub use container::EntryMap;
 pub use encode::MeasureUnits;
 pub use error::WriteError;
 pub use feature::{FeatureDraft, FeatureRef};
-pub use records::{Records, VectorRef, VectorUse};
+pub use records::Records;
+pub use vector::{VectorRef, VectorUse};
 
 use super::records::{
     CONNECTED_NODE, DataRecord, DatasetId, DatasetParameters, DatasetStructure, EDGE, ISOLATED_NODE,

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::maneuver::FailReason;
-use crate::plan::{PlanLimits, TransitionDraft};
+use crate::plan::TransitionDraft;
+use crate::plan_limits::PlanLimits;
 use crate::testing::{draft, goto, idle, progress};
 
 fn text(request: u16, ok: bool, text: &str) -> (u16, bool, String) {

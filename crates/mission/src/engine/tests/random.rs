@@ -4,9 +4,10 @@ use super::*;
 use crate::command::Drive;
 use crate::event::{Medium, PathProgress, Reference, Sighting};
 use crate::maneuver::{
-    FollowPath, FollowReference, FollowSystem, FollowTrajectory, Late, Launch, Loiter, LoiterShape, Offset,
+    FollowPath, FollowReference, FollowSystem, FollowTrajectory, Late, Launch, Loiter, LoiterShape,
     ScheduledGoto, StationKeeping, TimedOffset,
 };
+use crate::place::Offset;
 use crate::testing::{SPEED, goto, idle, place, progress};
 use proptest::prelude::*;
 

@@ -8,9 +8,9 @@ use crate::maneuver::{
     Signal, distance_m,
 };
 use crate::speed::Speed;
-use crate::supervisor::Area;
 use crate::testing::{SPEED, at, fix, frame, place};
-use crate::waters::Waters;
+use guard::Area;
+use guard::Waters;
 use std::time::Duration;
 
 fn scheduled(arrival_s: f64, late: Late) -> Bench {

@@ -4,9 +4,10 @@ use super::{Bench, path};
 use crate::command::{Command, PathStart};
 use crate::event::{Event, Medium};
 use crate::maneuver::{
-    FollowPath, FollowTrajectory, Launch, Left, Maneuver, Offset, Outcome, RawPlace, Rows, RowsCoverage,
-    Swath, TimedOffset, distance_m,
+    FollowPath, FollowTrajectory, Launch, Left, Maneuver, Outcome, Rows, RowsCoverage, Swath, TimedOffset,
+    distance_m,
 };
+use crate::place::{Offset, RawPlace};
 use crate::speed::Speed;
 use crate::testing::{SPEED, fix, frame, goto, place, progress};
 

@@ -3,7 +3,8 @@
 use super::{Bench, path};
 use crate::command::{Circle, Command, Operator, PathStart, Turn};
 use crate::event::{Event, Fix};
-use crate::maneuver::{Left, Loiter, LoiterShape, Maneuver, RawPlace, StationKeeping, Teleoperation};
+use crate::maneuver::{Left, Loiter, LoiterShape, Maneuver, StationKeeping, Teleoperation};
+use crate::place::RawPlace;
 use crate::testing::{SPEED, fix, frame, idle, place};
 use std::time::Duration;
 

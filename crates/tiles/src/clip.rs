@@ -1,22 +1,22 @@
 //! Geometry in a tile's units: clipped to a box and simplified.
 
-use super::world::Point;
+use crate::world::Point;
 
 /// The box of a tile with its buffer.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
-    pub(super) min: i32,
-    pub(super) max: i32,
+pub(crate) struct Frame {
+    pub(crate) min: i32,
+    pub(crate) max: i32,
 }
 
 impl Frame {
-    pub(super) fn holds(self, at: Point) -> bool {
+    pub(crate) fn holds(self, at: Point) -> bool {
         (self.min..=self.max).contains(&at.x) && (self.min..=self.max).contains(&at.y)
     }
 
     /// A ring within the box: by each side in turn (I. E. Sutherland and G. W. Hodgman, "Reentrant polygon
     /// clipping", CACM 17, 1974). Parts that fall asunder stay joined along the border, which fills nothing.
-    pub(super) fn ring(self, ring: Vec<Point>) -> Vec<Point> {
+    pub(crate) fn ring(self, ring: Vec<Point>) -> Vec<Point> {
         if ring.iter().all(|at| self.holds(*at)) {
             return ring;
         }
@@ -31,7 +31,7 @@ impl Frame {
 
     /// The parts of a line within the box (Y.-D. Liang and B. A. Barsky, "A new concept and method for line
     /// clipping", ACM TOG 3, 1984).
-    pub(super) fn line(self, line: &[Point]) -> Vec<Vec<Point>> {
+    pub(crate) fn line(self, line: &[Point]) -> Vec<Vec<Point>> {
         let mut parts: Vec<Vec<Point>> = Vec::new();
         let mut open = false;
         for pair in line.windows(2) {
@@ -108,7 +108,7 @@ const TOGETHER: usize = 4096;
 
 /// A line with fewer vertices, none of the left-out ones farther than `within` from it (D. H. Douglas and
 /// T. K. Peucker, "Algorithms for the reduction of the number of points", Cartographica 10, 1973).
-pub(super) fn simplified(line: &[Point], within: f64) -> Vec<Point> {
+pub(crate) fn simplified(line: &[Point], within: f64) -> Vec<Point> {
     if line.len() < 3 {
         return line.to_vec();
     }
@@ -139,7 +139,7 @@ pub(super) fn simplified(line: &[Point], within: f64) -> Vec<Point> {
 }
 
 /// A ring with fewer vertices: its first vertex and the one farthest from it stay.
-pub(super) fn simplified_ring(ring: &[Point], within: f64) -> Vec<Point> {
+pub(crate) fn simplified_ring(ring: &[Point], within: f64) -> Vec<Point> {
     let Some(first) = ring.first().copied() else { return Vec::new() };
     let away = |at: &Point| {
         let (dx, dy) = (i64::from(at.x) - i64::from(first.x), i64::from(at.y) - i64::from(first.y));

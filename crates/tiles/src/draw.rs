@@ -1,12 +1,13 @@
 //! Draws one tile.
 
-use super::clip::{Frame, simplified, simplified_ring};
-use super::layer::Layer;
-use super::mvt::{Drawn, EXTENT, LayerWriter, Value};
-use super::sheet::{About, Item, Shape, Sheet};
-use super::world::{BITS, Bounds, Point};
-use crate::depth_index::{clearance_m, is_structure};
-use crate::s57::{AttributeCode, value_words};
+use crate::clip::{Frame, simplified, simplified_ring};
+use crate::layer::Layer;
+use crate::mvt::{Drawn, EXTENT, LayerWriter, Value};
+use crate::shape::Shape;
+use crate::sheet::{About, Item, Sheet};
+use crate::world::{BITS, Bounds, Point};
+use charts::depth_index::{clearance_m, is_structure};
+use charts::s57::{AttributeCode, value_words};
 use std::collections::BTreeMap;
 
 /// The greatest zoom for which there are tiles; maps enlarge those beyond.

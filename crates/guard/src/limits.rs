@@ -54,7 +54,7 @@ impl Default for GuardLimits {
     }
 }
 
-/// A limit that is none.
+/// A limit out of its range.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the guard's {name} is {value}; it must be a number from {least} on")]
 pub struct LimitsError {

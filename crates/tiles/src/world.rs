@@ -1,20 +1,20 @@
 //! Web Mercator in whole numbers: the world is a square of 2^30 units, x east and y south, 3.7 cm at the equator.
 
-use crate::s57::GeoPoint;
+use charts::s57::GeoPoint;
 use i_overlay::i_float::int::point::IntPoint;
 use std::f64::consts::PI;
 
 /// A place in the world's square.
-pub(super) type Point = IntPoint<i32>;
+pub(crate) type Point = IntPoint<i32>;
 
 /// The world is so many bits wide.
-pub(super) const BITS: u32 = 30;
+pub(crate) const BITS: u32 = 30;
 const SIZE: f64 = (1_u32 << BITS) as f64;
 /// Length of the equator (m): WGS-84's semi-major axis.
 const EQUATOR_M: f64 = 2.0 * PI * 6_378_137.0;
 
 /// The point of a place; beyond 85° the last there is.
-pub(super) fn point(place: GeoPoint) -> Point {
+pub(crate) fn point(place: GeoPoint) -> Point {
     let x = (place.lon_deg + 180.0) / 360.0;
     let y = (1.0 - place.lat_deg.to_radians().tan().asinh() / PI) / 2.0;
     let whole = |share: f64| (share * SIZE).round().clamp(0.0, SIZE - 1.0) as i32;
@@ -22,29 +22,29 @@ pub(super) fn point(place: GeoPoint) -> Point {
 }
 
 /// Metres per unit at a latitude, on the sphere that the projection takes the Earth for: within 0.4 %.
-pub(super) fn metres_per_unit(lat_deg: f64) -> f64 {
+pub(crate) fn metres_per_unit(lat_deg: f64) -> f64 {
     EQUATOR_M / SIZE * lat_deg.to_radians().cos()
 }
 
 /// A box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Bounds {
-    pub(super) min: Point,
-    pub(super) max: Point,
+pub(crate) struct Bounds {
+    pub(crate) min: Point,
+    pub(crate) max: Point,
 }
 
 impl Bounds {
     /// Holds nothing.
-    pub(super) const EMPTY: Self =
+    pub(crate) const EMPTY: Self =
         Self { min: Point { x: i32::MAX, y: i32::MAX }, max: Point { x: i32::MIN, y: i32::MIN } };
 
     /// The box of points.
-    pub(super) fn of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Self {
+    pub(crate) fn of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Self {
         points.into_iter().fold(Self::EMPTY, |bounds, point| bounds.with(Self { min: *point, max: *point }))
     }
 
     /// The box of both.
-    pub(super) fn with(self, other: Self) -> Self {
+    pub(crate) fn with(self, other: Self) -> Self {
         Self {
             min: Point::new(self.min.x.min(other.min.x), self.min.y.min(other.min.y)),
             max: Point::new(self.max.x.max(other.max.x), self.max.y.max(other.max.y)),
@@ -52,7 +52,7 @@ impl Bounds {
     }
 
     /// Whether both share a point.
-    pub(super) fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn meets(&self, other: &Self) -> bool {
         self.min.x <= other.max.x
             && other.min.x <= self.max.x
             && self.min.y <= other.max.y
@@ -60,7 +60,7 @@ impl Bounds {
     }
 
     /// The longer side.
-    pub(super) fn size(&self) -> i64 {
+    pub(crate) fn size(&self) -> i64 {
         let side = |min: i32, max: i32| i64::from(max) - i64::from(min);
         side(self.min.x, self.max.x).max(side(self.min.y, self.max.y))
     }

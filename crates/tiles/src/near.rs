@@ -1,10 +1,10 @@
 //! What is near a place.
 
-use super::cut::{contains, edges};
-use super::layer::{Kind, Layer};
-use super::sheet::{Shape, Sheet};
-use super::world::{Bounds, Point, metres_per_unit, point};
-use crate::s57::GeoPoint;
+use crate::layer::{Kind, Layer};
+use crate::shape::{Shape, contains, edges};
+use crate::sheet::Sheet;
+use crate::world::{Bounds, Point, metres_per_unit, point};
+use charts::s57::GeoPoint;
 use units::LatLon;
 
 /// Something near a place.

@@ -1,21 +1,24 @@
-//! Mapbox vector tiles, version 2.1, as bytes (protocol buffers by hand: the format is seven kinds of field).
+//! Mapbox vector tiles, version 2.1, as bytes. Own code in place of the crate `geozero` (0.14), whose writer neither
+//! turns rings as the format asks nor leaves out those without area, and would bring a library of protocol buffers for
+//! seven kinds of field.
 
-use super::world::Point;
+use crate::shape::edges;
+use crate::world::Point;
 use std::collections::BTreeMap;
 
 /// Units of a tile's side.
-pub(super) const EXTENT: i32 = 4096;
+pub(crate) const EXTENT: i32 = 4096;
 
 /// What a feature says of itself.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Value<'a> {
+pub(crate) enum Value<'a> {
     Text(&'a str),
     Number(f64),
 }
 
 /// A geometry in tile units.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Drawn {
+pub(crate) enum Drawn {
     Point(Point),
     Lines(Vec<Vec<Point>>),
     /// Outer rings, each followed by its holes.
@@ -24,7 +27,7 @@ pub(super) enum Drawn {
 
 /// A layer that is being written.
 #[derive(Debug)]
-pub(super) struct LayerWriter {
+pub(crate) struct LayerWriter {
     name: &'static str,
     keys: Vec<&'static str>,
     values: BTreeMap<Vec<u8>, u32>,
@@ -33,12 +36,12 @@ pub(super) struct LayerWriter {
 }
 
 impl LayerWriter {
-    pub(super) fn new(name: &'static str) -> Self {
+    pub(crate) fn new(name: &'static str) -> Self {
         Self { name, keys: Vec::new(), values: BTreeMap::new(), written: Vec::new(), features: Vec::new() }
     }
 
     /// Adds a feature; one without any geometry is left out.
-    pub(super) fn add(&mut self, id: u32, drawn: &Drawn, says: &[(&'static str, Value<'_>)]) {
+    pub(crate) fn add(&mut self, id: u32, drawn: &Drawn, says: &[(&'static str, Value<'_>)]) {
         let (kind, geometry) = commands(drawn);
         if geometry.is_empty() {
             return;
@@ -81,7 +84,7 @@ impl LayerWriter {
     }
 
     /// Puts the layer into a tile, unless it is empty.
-    pub(super) fn finish(self, tile: &mut Vec<u8>) {
+    pub(crate) fn finish(self, tile: &mut Vec<u8>) {
         if self.features.is_empty() {
             return;
         }
@@ -162,9 +165,7 @@ fn step(out: &mut Vec<u32>, pen: &mut Point, to: Point) {
 
 /// Twice the signed area of a ring.
 fn twice_area(ring: &[Point]) -> i64 {
-    super::cut::edges(ring)
-        .map(|(a, b)| i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y))
-        .sum()
+    edges(ring).map(|(a, b)| i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y)).sum()
 }
 
 fn varint(out: &mut Vec<u8>, mut value: u64) {

@@ -1,10 +1,11 @@
 //! Tiles are decoded again by a reader of their own and compared with the chart they are of.
 
 use super::*;
-use crate::demo;
-use crate::depth_index::{Demand, IndexBuilder, Source, Water};
-use crate::s57::write::{CellDraft, FeatureDraft, VectorRef};
-use crate::s57::{AttributeCode, Cell, GeoPoint, Geometry, NamedBytes, ObjectClass};
+use charts::coverage::Source;
+use charts::demo;
+use charts::depth_index::{Demand, IndexBuilder, Water};
+use charts::s57::write::{CellDraft, FeatureDraft, VectorRef};
+use charts::s57::{AttributeCode, Cell, GeoPoint, Geometry, NamedBytes, ObjectClass};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use units::LatLon;

@@ -1,7 +1,8 @@
 //! Checks of one maneuver's parameters: every problem is noted, none stops the others.
 
-use super::{PlanLimits, PlanProblem, ProblemKind};
-use crate::maneuver::{Maneuver, Offset, RawPlace};
+use crate::place::{Offset, RawPlace};
+use crate::plan_limits::PlanLimits;
+use crate::problem::{PlanProblem, ProblemKind};
 use crate::speed::{Speed, SpeedLimits};
 use units::LatLon;
 
@@ -15,7 +16,7 @@ pub(crate) struct Checks<'a> {
 }
 
 impl<'a> Checks<'a> {
-    pub(super) fn new(limits: &'a PlanLimits, maneuver: &'a str, problems: &'a mut Vec<PlanProblem>) -> Self {
+    pub(crate) fn new(limits: &'a PlanLimits, maneuver: &'a str, problems: &'a mut Vec<PlanProblem>) -> Self {
         let before = problems.len();
         Self { limits, maneuver, problems, before }
     }
@@ -39,14 +40,13 @@ impl<'a> Checks<'a> {
     }
 
     /// Whether no check of this maneuver has found a problem.
-    pub(super) fn are_passed(&self) -> bool {
+    pub(crate) fn are_passed(&self) -> bool {
         self.problems.len() == self.before
     }
 
-    /// All places of a maneuver must lie in the area of operation.
-    pub(super) fn area(&mut self, maneuver: &Maneuver) {
+    /// All places of the maneuver must lie in the area of operation.
+    pub(crate) fn area(&mut self, places: &[LatLon]) {
         if let Some(area) = &self.limits.area {
-            let places = maneuver.places();
             let outside_m = places.iter().map(|place| area.outside_m(*place)).fold(0.0, f64::max);
             if outside_m > 0.0 {
                 self.problem(ProblemKind::OutsideArea(outside_m));

@@ -1,7 +1,7 @@
 //! Where to turn back to: the roomiest water that a straight way leads to.
 
-use super::look::Look;
-use super::settings::GroundingSettings;
+use crate::limits::GuardLimits;
+use crate::water_around::WaterAround;
 use charts::depth_index::{Demand, Leg};
 use std::f64::consts::TAU;
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -17,35 +17,42 @@ const LEAST_ROOM_M: f64 = 3.0;
 
 /// Where to keep station.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Refuge {
-    pub(crate) place: LatLon,
+pub struct Refuge {
+    /// The middle.
+    pub place: LatLon,
     /// How far it may drift there (m).
-    pub(crate) radius_m: f64,
+    pub radius_m: f64,
 }
 
-/// The best refuge that the chart knows: way and place deep enough for the vessel by itself, then the place, then
-/// at least for anybody.
-pub(crate) fn find(look: &Look<'_>, settings: &GroundingSettings, radius_m: f64) -> Option<Refuge> {
-    let limits = &settings.limits;
-    let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
-    [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {
-        best(look, &look.needing(settings, way_m), &look.needing(settings, end_m), radius_m)
-    })
+impl WaterAround<'_> {
+    /// The roomiest place that a straight way leads to; `radius_m` is how far the vessel may drift there at most. Way and
+    /// place are deep enough for the vessel by itself, else the place, else both at least for anybody.
+    pub fn refuge(&self, limits: &GuardLimits, radius_m: f64) -> Option<Refuge> {
+        let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
+        [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {
+            best(self, &self.needing(limits, way_m), &self.needing(limits, end_m), radius_m)
+        })
+    }
 }
 
-fn best(look: &Look<'_>, way: &Look<'_>, end: &Look<'_>, radius_m: f64) -> Option<Refuge> {
-    let own_m = look.hull_m + look.demand.position_m;
+fn best(
+    around: &WaterAround<'_>,
+    way: &WaterAround<'_>,
+    end: &WaterAround<'_>,
+    radius_m: f64,
+) -> Option<Refuge> {
+    let own_m = around.reach_m();
     // In danger already, what room there is must do for the way out.
-    let wide_m = own_m.min(0.8 * way.clear_radius_m(look.place, 2.0 * own_m));
+    let wide_m = own_m.min(0.8 * way.clear_radius_m(around.place, 2.0 * own_m));
     let demand = Demand { position_m: 0.0, ..way.demand };
-    let frame = LocalFrame::new(look.place);
+    let frame = LocalFrame::new(around.place);
     let mut best: Option<(f64, Refuge)> = None;
-    let here = end.clear_radius_m(look.place, ROOM_M);
+    let here = end.clear_radius_m(around.place, ROOM_M);
     for way_m in [0.0].into_iter().chain(WAYS_M) {
         for n in 0..DIRECTIONS {
             let bearing_rad = TAU * f64::from(n) / f64::from(DIRECTIONS);
             let place = frame.to_place(LocalPoint::default().displaced(bearing_rad, way_m));
-            let leg = Leg { from: look.place, to: place };
+            let leg = Leg { from: around.place, to: place };
             if way_m > 0.0 && !way.index.shallowest_along(leg, wide_m, &demand).navigable {
                 continue;
             }

@@ -1,25 +1,34 @@
-//! What finer charts cover is cut out of coarser ones.
+//! What better charts cover is cut out of others.
 
-use super::sheet::{Polygon, Shape};
-use super::world::{Bounds, Point};
+use crate::shape::{Polygon, Shape, contains, edges};
+use crate::world::{Bounds, Point, point};
+use charts::coverage;
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay::Overlay;
 use i_overlay::core::overlay_rule::OverlayRule;
 
 /// What the charts so far cover.
 #[derive(Debug, Default)]
-pub(super) struct Cover {
+pub(crate) struct Cover {
     areas: Vec<(Bounds, Polygon)>,
 }
 
 impl Cover {
     /// Adds what a chart covers.
-    pub(super) fn add(&mut self, areas: Vec<Polygon>) {
-        self.areas.extend(areas.into_iter().map(|area| (Bounds::of(area.iter().flatten()), area)));
+    pub(crate) fn add(&mut self, areas: &[coverage::Polygon]) {
+        let ring = |ring: &Vec<coverage::Vertex>| -> Vec<Point> {
+            let open =
+                ring.split_last().filter(|(last, rest)| rest.first() == Some(last)).map(|(_, rest)| rest);
+            open.unwrap_or(ring).iter().map(|at| point(coverage::degrees(*at))).collect()
+        };
+        for area in areas {
+            let area: Polygon = area.iter().map(ring).collect();
+            self.areas.push((Bounds::of(area.iter().flatten()), area));
+        }
     }
 
     /// What is left of a shape; `None` where that is nothing.
-    pub(super) fn cut(&self, shape: Shape) -> Option<Shape> {
+    pub(crate) fn cut(&self, shape: Shape) -> Option<Shape> {
         let bounds = shape.bounds();
         let met: Vec<&Polygon> =
             self.areas.iter().filter(|(one, _)| one.meets(&bounds)).map(|(_, area)| area).collect();
@@ -44,26 +53,6 @@ impl Cover {
             }
         }
     }
-}
-
-/// Whether a polygon holds a point, by the parity of crossings.
-pub(super) fn contains(polygon: &Polygon, at: Point) -> bool {
-    let mut inside = false;
-    for ring in polygon {
-        for (a, b) in edges(ring) {
-            if (a.y > at.y) != (b.y > at.y) {
-                let (ax, ay) = (f64::from(a.x), f64::from(a.y));
-                let (bx, by) = (f64::from(b.x), f64::from(b.y));
-                inside ^= f64::from(at.x) < ax + (f64::from(at.y) - ay) / (by - ay) * (bx - ax);
-            }
-        }
-    }
-    inside
-}
-
-/// The edges of a ring.
-pub(super) fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
-    (0..ring.len()).map(|at| (ring[at], ring[(at + 1) % ring.len()]))
 }
 
 /// The parts of a line that no cover holds.

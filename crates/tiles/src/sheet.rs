@@ -1,10 +1,11 @@
 //! All that is drawn, in the world's square.
 
-use super::cut::{Cover, contains};
-use super::layer::{Kind, Layer};
-use super::world::{Bounds, Point, point};
-use crate::depth_index::Source;
-use crate::s57::{Attribute, AttributeCode, Feature, Geometry, ObjectClass, Path};
+use crate::cut::Cover;
+use crate::layer::Layer;
+use crate::shape::{Shape, contains, shapes};
+use crate::world::Bounds;
+use charts::coverage::{ChartCoverage, Coverage, Source, is_coverage};
+use charts::s57::{Attribute, AttributeCode, Feature, ObjectClass};
 use std::collections::BTreeMap;
 
 /// A chart and its features.
@@ -47,56 +48,13 @@ impl About {
     }
 }
 
-/// Outer ring and holes; rings are not closed by a repeated point.
-pub(super) type Polygon = Vec<Vec<Point>>;
-
-/// Where something is.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Shape {
-    Point(Point),
-    /// A sounding with its depth (m).
-    Sounding(Point, f64),
-    Lines(Vec<Vec<Point>>),
-    Areas(Vec<Polygon>),
-}
-
-impl Shape {
-    pub(super) fn bounds(&self) -> Bounds {
-        match self {
-            Self::Point(at) | Self::Sounding(at, _) => Bounds { min: *at, max: *at },
-            Self::Lines(lines) => Bounds::of(lines.iter().flatten()),
-            Self::Areas(areas) => Bounds::of(areas.iter().flatten().flatten()),
-        }
-    }
-
-    /// A place for its name: the middle of its box if that is in it, else its first vertex.
-    fn inner(&self) -> Point {
-        let Bounds { min, max } = self.bounds();
-        let middle = Point::new(min.x + (max.x - min.x) / 2, min.y + (max.y - min.y) / 2);
-        match self {
-            Self::Point(at) | Self::Sounding(at, _) => *at,
-            Self::Lines(lines) => lines.iter().flatten().next().copied().unwrap_or(middle),
-            Self::Areas(areas) if areas.iter().any(|area| contains(area, middle)) => middle,
-            Self::Areas(areas) => areas.iter().flatten().flatten().next().copied().unwrap_or(middle),
-        }
-    }
-
-    pub(super) fn kind(&self) -> Kind {
-        match self {
-            Self::Point(_) | Self::Sounding(..) => Kind::Point,
-            Self::Lines(_) => Kind::Line,
-            Self::Areas(_) => Kind::Area,
-        }
-    }
-}
-
 /// Something that is drawn, or only told of where it has no layer.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Item {
-    pub(super) layer: Option<Layer>,
-    pub(super) object: u32,
-    pub(super) bounds: Bounds,
-    pub(super) shape: Shape,
+pub(crate) struct Item {
+    pub(crate) layer: Option<Layer>,
+    pub(crate) object: u32,
+    pub(crate) bounds: Bounds,
+    pub(crate) shape: Shape,
 }
 
 /// Items that stand together, in one box.
@@ -128,13 +86,14 @@ impl Sheet {
     /// Makes the sheet of these charts.
     pub fn new(mut charts: Vec<SheetSource>) -> Self {
         charts.sort_by_key(|chart| chart.source.rank());
+        let covered = charts.iter().map(|chart| ChartCoverage::of(chart.source.clone(), &chart.features));
+        let coverage = Coverage::new(covered.collect());
         let mut sheet = Self::default();
         let mut items = Vec::new();
-        let mut finer = Cover::default();
-        for chart in charts {
+        let mut better = Cover::default();
+        for (chart, covered) in charts.into_iter().zip(coverage.charts()) {
             let source = sheet.sources.len() as u32;
             let supplement = chart.source.supplement;
-            let mut own = Vec::new();
             sheet.sources.push(chart.source);
             for feature in chart.features {
                 let object = sheet.objects.len() as u32;
@@ -142,10 +101,7 @@ impl Sheet {
                 sheet.by_record.insert((source, feature.record), object);
                 for shape in shapes {
                     let layer = layer(&feature, &shape);
-                    if let (Some(Layer::Cover), Shape::Areas(areas)) = (layer, &shape) {
-                        own.extend(areas.iter().cloned());
-                    }
-                    let left = if supplement { Some(shape) } else { finer.cut(shape) };
+                    let left = if supplement { Some(shape) } else { better.cut(shape) };
                     let Some(shape) = left else { continue };
                     if Layer::names(feature.class) && has_name(&feature) {
                         let shape = Shape::Point(shape.inner());
@@ -161,7 +117,7 @@ impl Sheet {
                     attributes: feature.attributes.into_iter().chain(feature.national).collect(),
                 });
             }
-            finer.add(own);
+            better.add(&covered.areas);
         }
         sheet.lay(items);
         sheet.around_m = sheet.surroundings();
@@ -187,7 +143,7 @@ impl Sheet {
 
     /// Least depth of the charted area in which a danger lies (m); `None` on land, in waters of unknown depth and
     /// for what is no danger.
-    pub(super) fn around_m(&self, danger: u32) -> Option<f64> {
+    pub(crate) fn around_m(&self, danger: u32) -> Option<f64> {
         self.around_m.get(&danger).copied()
     }
 
@@ -213,7 +169,7 @@ impl Sheet {
     }
 
     /// The items of a layer that meet a box.
-    pub(super) fn within(&self, layer: Option<Layer>, bounds: Bounds) -> impl Iterator<Item = &Item> {
+    pub(crate) fn within(&self, layer: Option<Layer>, bounds: Bounds) -> impl Iterator<Item = &Item> {
         let blocks = self.blocks.get(index(layer)).map(Vec::as_slice).unwrap_or_default();
         let met = blocks.iter().filter(move |block| block.bounds.meets(&bounds));
         met.flat_map(|block| &self.items[block.first..block.end])
@@ -254,37 +210,7 @@ fn has_name(feature: &Feature) -> bool {
 fn layer(feature: &Feature, shape: &Shape) -> Option<Layer> {
     match shape {
         Shape::Sounding(..) => Some(Layer::Sounding),
-        _ if feature.class == ObjectClass::M_COVR && feature.code(AttributeCode::CATCOV) != Some(1) => None,
+        _ if feature.class == ObjectClass::M_COVR && !is_coverage(feature) => None,
         _ => Layer::of(feature.class, shape.kind()),
-    }
-}
-
-fn shapes(feature: &Feature) -> Vec<Shape> {
-    let line = |path: &Path| path.points.iter().map(|at| point(*at)).collect::<Vec<_>>();
-    let ring = |path: &Path| {
-        let mut ring = line(path);
-        if ring.first() == ring.last() {
-            ring.pop();
-        }
-        ring
-    };
-    match &feature.geometry {
-        Geometry::None => Vec::new(),
-        Geometry::Point(at) => vec![Shape::Point(point(*at))],
-        Geometry::Soundings(list) => {
-            list.iter().map(|one| Shape::Sounding(point(one.at), one.depth_m)).collect()
-        }
-        Geometry::Lines(paths) | Geometry::Unreadable { paths, .. } => {
-            vec![Shape::Lines(paths.iter().map(line).collect())]
-        }
-        Geometry::Area(area) => {
-            let mut outer: Vec<Polygon> = area.exteriors.iter().map(|path| vec![ring(path)]).collect();
-            // Of several outer rings (land from elsewhere) a hole goes with the first: what is filled is the same,
-            // for rings are filled by parity.
-            if let Some(first) = outer.first_mut() {
-                first.extend(area.holes.iter().map(ring));
-            }
-            vec![Shape::Areas(outer)]
-        }
     }
 }

@@ -1,11 +1,11 @@
 //! Which class is drawn in which layer.
 
-use crate::depth_index::is_obstacle;
-use crate::s57::ObjectClass as Class;
+use charts::depth_index::is_obstacle;
+use charts::s57::ObjectClass as Class;
 
 /// The layers of a tile, in the order in which they are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Layer {
+pub(crate) enum Layer {
     Cover,
     Water,
     Land,
@@ -21,14 +21,14 @@ pub(super) enum Layer {
 
 /// What a geometry is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Point,
     Line,
     Area,
 }
 
 impl Layer {
-    pub(super) const ALL: [Self; 11] = [
+    pub(crate) const ALL: [Self; 11] = [
         Self::Cover,
         Self::Water,
         Self::Land,
@@ -43,7 +43,7 @@ impl Layer {
     ];
 
     /// Its name in the tile.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Cover => "cover",
             Self::Water => "water",
@@ -60,7 +60,7 @@ impl Layer {
     }
 
     /// The zoom from which it is drawn.
-    pub(super) fn first_zoom(self) -> u8 {
+    pub(crate) fn first_zoom(self) -> u8 {
         match self {
             Self::Cover | Self::Water | Self::Land | Self::Coast => 0,
             Self::Contour => 8,
@@ -69,7 +69,7 @@ impl Layer {
     }
 
     /// Where a class is drawn by itself; names come on top of that.
-    pub(super) fn of(class: Class, kind: Kind) -> Option<Self> {
+    pub(crate) fn of(class: Class, kind: Kind) -> Option<Self> {
         Some(match (class.acronym()?, kind) {
             ("M_COVR", Kind::Area) => Self::Cover,
             ("DEPARE" | "DRGARE" | "UNSARE", Kind::Area) => Self::Water,
@@ -108,7 +108,7 @@ impl Layer {
     }
 
     /// Whether the name of such an object is written on the map.
-    pub(super) fn names(class: Class) -> bool {
+    pub(crate) fn names(class: Class) -> bool {
         let named =
             ["LNDARE", "LNDRGN", "SEAARE", "BUAARE", "HRBARE", "LAKARE", "RIVERS", "SBDARE", "FAIRWY"];
         class.acronym().is_some_and(|acronym| named.contains(&acronym))
@@ -118,8 +118,8 @@ impl Layer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::depth_index::is_in_the_way;
-    use crate::s57::{Area, Feature, GeoPoint, Geometry, ObjectId, Path};
+    use charts::depth_index::is_in_the_way;
+    use charts::s57::{Area, Feature, GeoPoint, Geometry, ObjectId, Path};
 
     #[test]
     fn whatever_the_guard_stops_for_is_drawn() {

@@ -1,9 +1,10 @@
-//! Where the vessel may go by itself, for maneuvers whose goals others name under way: the area of operation and the sea
-//! chart. Plans are held against both before they start.
+//! Where the vessel may go by itself, for goals that others name under way: the area of operation and the sea chart.
+//! Plans are held against both before they start.
 
-use crate::guard::{GuardLimits, check_way};
-use crate::maneuver::distance_m;
-use crate::supervisor::Area;
+use crate::area::Area;
+use crate::check::check_way;
+use crate::limits::GuardLimits;
+use crate::sweep::distance_m;
 use charts::depth_index::DepthIndex;
 use std::fmt;
 use std::sync::Arc;
@@ -25,12 +26,12 @@ pub struct Waters {
 /// The sea chart that ways are held against.
 #[derive(Clone, PartialEq, Default)]
 pub enum WaterChart {
-    /// None is: ways are not held against it.
+    /// No chart is configured: ways are not held against one.
     #[default]
     Off,
-    /// It cannot be read, and no way is believed without it.
+    /// The chart cannot be read, and no way is allowed without it.
     Unreadable,
-    /// This one, by these limits.
+    /// Ways are held against this chart, by these limits.
     Loaded(Arc<DepthIndex>, Box<GuardLimits>),
 }
 
@@ -67,7 +68,10 @@ impl Waters {
         match &self.chart {
             WaterChart::Off => Ok(()),
             WaterChart::Unreadable => Err("the chart that is configured cannot be read".to_owned()),
-            WaterChart::Loaded(index, limits) => check_way(from, to, index, limits),
+            WaterChart::Loaded(index, limits) => {
+                let way = check_way("the way", from, to, index, limits);
+                if way.reason.is_some() { Err(way.to_string()) } else { Ok(()) }
+            }
         }
     }
 }

@@ -1,6 +1,5 @@
 //! What the guard answers: legs with their worst spot, and what it could not check.
 
-use crate::maneuver::ManeuverKind;
 use charts::depth_index::{DepthAnswer, DepthIndex, Water};
 use std::fmt;
 use units::LatLon;
@@ -8,7 +7,7 @@ use units::LatLon;
 /// Worst zone of confidence that is taken without a warning (CATZOC 4 = C).
 const POOR_ZONE: u8 = 5;
 
-/// What becomes of a plan.
+/// What becomes of what was checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// All of it was checked and is deep enough.
@@ -30,19 +29,19 @@ impl Outcome {
     }
 }
 
-/// The guard's answer about a plan.
+/// The guard's answer about all that a vessel is to sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verdict {
     /// Every leg that was checked, in the order they are sailed.
     pub legs: Vec<LegCheck>,
     /// What was not, or not well.
     pub warnings: Vec<Warning>,
-    /// The plan is larger than the guard checks ([`MOST_CORRIDORS`](super::MOST_CORRIDORS)): it is refused.
+    /// It is more than the guard checks together ([`MOST_CORRIDORS`](crate::MOST_CORRIDORS)): it is refused.
     pub too_much: bool,
 }
 
 impl Verdict {
-    /// What becomes of the plan.
+    /// What becomes of it.
     pub fn outcome(&self) -> Outcome {
         if self.too_much || self.refused().next().is_some() {
             Outcome::Refused
@@ -53,7 +52,7 @@ impl Verdict {
         }
     }
 
-    /// Whether the plan must not be sailed.
+    /// Whether it must not be sailed.
     pub fn is_refused(&self) -> bool {
         self.outcome() == Outcome::Refused
     }
@@ -82,18 +81,18 @@ impl Verdict {
     }
 }
 
-/// Which part of a maneuver a leg is.
+/// What a vessel does on a leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// The way from what came before to the maneuver's first place.
+    /// The way from what came before to the first place.
     Transit,
     /// A leg of a path, a trajectory or rows, turns included.
     Track,
-    /// The circle or the eight of a loiter.
+    /// A circle or an eight.
     Circle,
-    /// The disc of station keeping.
+    /// Station keeping in a disc.
     Station,
-    /// Where it may drift to with its motors off.
+    /// Drifting with the motors off.
     Drift,
 }
 
@@ -193,9 +192,9 @@ impl Spot {
 /// A leg that was checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LegCheck {
-    /// Name of the maneuver.
-    pub maneuver: String,
-    /// Which part of it.
+    /// Whose leg it is, such as the name of a maneuver.
+    pub label: String,
+    /// What the vessel does.
     pub part: Part,
     /// Number of the leg within the part, from 0.
     pub number: u32,
@@ -213,8 +212,8 @@ pub struct LegCheck {
 
 impl fmt::Display for LegCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { maneuver, part, spot, .. } = self;
-        write!(f, "'{maneuver}' ({} {}): ", part.code(), self.number + 1)?;
+        let Self { label, part, spot, .. } = self;
+        write!(f, "'{label}' ({} {}): ", part.code(), self.number + 1)?;
         match (self.reason, spot.least_m, spot.margin_m) {
             (Some(Reason::Land), ..) => write!(f, "land")?,
             (Some(Reason::Obstacle), ..) => write!(f, "an obstacle")?,
@@ -242,25 +241,25 @@ impl fmt::Display for LegCheck {
 pub enum Warning {
     /// Where the vessel starts is not known: the way to the first place is unchecked.
     StartUnknown {
-        /// The first maneuver with a place.
-        maneuver: String,
+        /// The first part with a place.
+        label: String,
     },
-    /// Nobody knows beforehand where this maneuver leads.
+    /// Nobody knows beforehand where this leads.
     Unchecked {
-        /// The maneuver.
-        maneuver: String,
-        /// What it is.
-        kind: ManeuverKind,
+        /// Whose way it is.
+        label: String,
+        /// What it is, in a word.
+        kind: String,
     },
     /// The vessel drifts for a time that nobody knows beforehand.
     DriftsOn {
-        /// The maneuver.
-        maneuver: String,
+        /// Whose drifting it is.
+        label: String,
     },
     /// It is deep enough by a survey of poor or unassessed quality (CATZOC D or U).
     PoorChart {
-        /// The maneuver.
-        maneuver: String,
+        /// Whose leg it is.
+        label: String,
         /// Cell that decides, where one does.
         cell: Option<String>,
     },
@@ -277,37 +276,37 @@ impl Warning {
         }
     }
 
-    /// The maneuver it is about.
-    pub fn maneuver(&self) -> &str {
+    /// What it is about, such as the name of a maneuver.
+    pub fn label(&self) -> &str {
         match self {
-            Self::StartUnknown { maneuver }
-            | Self::Unchecked { maneuver, .. }
-            | Self::DriftsOn { maneuver }
-            | Self::PoorChart { maneuver, .. } => maneuver,
+            Self::StartUnknown { label }
+            | Self::Unchecked { label, .. }
+            | Self::DriftsOn { label }
+            | Self::PoorChart { label, .. } => label,
         }
     }
 
-    pub(super) fn of_quality(leg: &LegCheck) -> Option<Self> {
+    pub(crate) fn of_quality(leg: &LegCheck) -> Option<Self> {
         let poor = leg.spot.zone.is_some_and(|zone| zone >= POOR_ZONE) && leg.reason.is_none();
-        poor.then(|| Self::PoorChart { maneuver: leg.maneuver.clone(), cell: leg.spot.cell.clone() })
+        poor.then(|| Self::PoorChart { label: leg.label.clone(), cell: leg.spot.cell.clone() })
     }
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::StartUnknown { maneuver } => {
-                write!(f, "'{maneuver}': where the vessel comes from is not known; that way is not checked")
+            Self::StartUnknown { label } => {
+                write!(f, "'{label}': where the vessel comes from is not known; that way is not checked")
             }
-            Self::Unchecked { maneuver, kind } => {
-                write!(f, "'{maneuver}': nobody knows beforehand where a {kind} leads; it is not checked")
+            Self::Unchecked { label, kind } => {
+                write!(f, "'{label}': nobody knows beforehand where a {kind} leads; it is not checked")
             }
-            Self::DriftsOn { maneuver } => {
-                write!(f, "'{maneuver}': the vessel drifts for a time that is not known; it is not checked")
+            Self::DriftsOn { label } => {
+                write!(f, "'{label}': the vessel drifts for a time that is not known; it is not checked")
             }
-            Self::PoorChart { maneuver, cell } => {
+            Self::PoorChart { label, cell } => {
                 let cell = cell.as_deref().unwrap_or("the chart");
-                write!(f, "'{maneuver}': deep enough by a survey of poor or unknown quality ({cell})")
+                write!(f, "'{label}': deep enough by a survey of poor or unknown quality ({cell})")
             }
         }
     }

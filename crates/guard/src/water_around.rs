@@ -1,7 +1,6 @@
-//! What the chart says of the water around and ahead.
+//! What a vessel under way asks of the chart: the water around it and ahead.
 
-use super::settings::GroundingSettings;
-use crate::navigation::Estimate;
+use crate::limits::GuardLimits;
 use charts::depth_index::{Demand, DepthAnswer, DepthIndex, Leg};
 use units::{LatLon, LocalFrame, LocalPoint};
 
@@ -16,50 +15,59 @@ const HALVINGS: u32 = 9;
 
 /// Danger ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ahead {
+pub struct Ahead {
     /// Way until hull and position uncertainty touch it (m).
-    pub(crate) distance_m: f64,
+    pub distance_m: f64,
     /// What.
-    pub(crate) answer: DepthAnswer,
+    pub answer: DepthAnswer,
 }
 
-/// The water as one vessel sees it.
-#[derive(Clone, Copy)]
-pub(crate) struct Look<'a> {
+/// The water around a vessel, and what it needs of it.
+#[derive(Debug, Clone, Copy)]
+pub struct WaterAround<'a> {
     pub(crate) index: &'a DepthIndex,
     pub(crate) demand: Demand,
     pub(crate) hull_m: f64,
     pub(crate) place: LatLon,
 }
 
-impl<'a> Look<'a> {
-    /// From where the vessel is, needing `least_m` of water.
-    pub(crate) fn new(
+impl<'a> WaterAround<'a> {
+    /// Around a place that is known with this standard deviation (m), needing `least_m` of water.
+    pub fn new(
         index: &'a DepthIndex,
-        settings: &GroundingSettings,
-        estimate: &Estimate,
+        limits: &GuardLimits,
+        (place, sigma_m): (LatLon, f64),
         least_m: f64,
     ) -> Self {
-        let limits = &settings.limits;
         let mut demand = limits.demand(least_m);
         // What navigation knows of its error counts, never less than what is stated.
-        demand.position_m = limits.position_m.max(SIGMAS * estimate.sigma_m);
-        Self { index, demand, hull_m: limits.hull_m, place: estimate.place }
+        demand.position_m = limits.position_m.max(SIGMAS * sigma_m);
+        Self { index, demand, hull_m: limits.hull_m, place }
     }
 
     /// The same place with another demand of depth.
-    pub(crate) fn needing(&self, settings: &GroundingSettings, least_m: f64) -> Self {
-        let demand = Demand { position_m: self.demand.position_m, ..settings.limits.demand(least_m) };
+    pub(crate) fn needing(&self, limits: &GuardLimits, least_m: f64) -> Self {
+        let demand = Demand { position_m: self.demand.position_m, ..limits.demand(least_m) };
         Self { demand, ..*self }
     }
 
     /// Whether the hull may be where it is, wherever within the uncertainty that is.
-    pub(crate) fn is_clear(&self) -> bool {
+    pub fn is_clear(&self) -> bool {
         self.index.shallowest_within(self.place, self.hull_m, &self.demand).navigable
     }
 
+    /// Where it is.
+    pub fn place(&self) -> LatLon {
+        self.place
+    }
+
+    /// How far the hull may be from that (m).
+    pub fn reach_m(&self) -> f64 {
+        self.hull_m + self.demand.position_m
+    }
+
     /// The first danger within `length_m` in a direction.
-    pub(crate) fn ahead(&self, direction_rad: f64, length_m: f64) -> Option<Ahead> {
+    pub fn ahead(&self, direction_rad: f64, length_m: f64) -> Option<Ahead> {
         let frame = LocalFrame::new(self.place);
         let at = |way_m: f64| frame.to_place(LocalPoint::default().displaced(direction_rad, way_m));
         let mut begun_m = 0.0;
@@ -77,7 +85,7 @@ impl<'a> Look<'a> {
 
     /// Radius around a place within which all is deep (m), at most `most_m`; hull and uncertainty are not taken
     /// off.
-    pub(crate) fn clear_radius_m(&self, place: LatLon, most_m: f64) -> f64 {
+    pub fn clear_radius_m(&self, place: LatLon, most_m: f64) -> f64 {
         let demand = Demand { position_m: 0.0, ..self.demand };
         let clear = |radius_m: f64| self.index.shallowest_within(place, radius_m, &demand).navigable;
         if clear(most_m) {

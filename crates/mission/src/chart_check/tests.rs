@@ -1,12 +1,12 @@
-//! The guard on a made-up sea: what each maneuver sweeps, and what is said about it.
+//! Plans on a made-up sea: what each maneuver sweeps, and what is said about it.
 
 use super::*;
 use crate::command::Turn;
-use crate::maneuver::{
-    FollowPath, Idle, Loiter, LoiterShape, Maneuver, RawPlace, Rows, StationKeeping, Teleoperation,
-};
+use crate::maneuver::{FollowPath, Idle, Loiter, LoiterShape, Maneuver, Rows, StationKeeping, Teleoperation};
+use crate::place::RawPlace;
 use crate::testing::{SPEED, draft, frame, goto, idle, place, plan};
 use crate::{Operator, PlanLimits, TransitionDraft};
+use guard::{Outcome, Part, Reason};
 use std::time::Duration;
 use testkit::sea::{Ground, Sea};
 use units::LocalPoint;
@@ -49,14 +49,14 @@ fn the_way_to_the_first_point_counts() {
     let verdict = check(vec![goto(500.0, 0.0)], (-500.0, 0.0), &index);
     assert_eq!(first(&verdict), (Part::Transit, 0, Reason::Land));
     let leg = &verdict.legs[0];
-    assert_eq!((leg.maneuver.as_str(), leg.spot.class), ("m0", Some("LNDARE")));
+    assert_eq!((leg.label.as_str(), leg.spot.class), ("m0", Some("LNDARE")));
     assert_eq!((leg.spot.cell.as_deref(), leg.spot.scale), (Some("XX5SEA01"), Some(10_000)));
     assert!((frame().to_local(leg.spot.at)).distance_m(point(0.0, 0.0)) <= 101.0);
     assert!(verdict.summary().contains("land"), "{}", verdict.summary());
     assert_eq!(check(vec![goto(500.0, 0.0)], (500.0, 300.0), &index).outcome(), Outcome::Ok);
     let nowhere = check_plan(&plan(vec![goto(500.0, 0.0)]), None, &index, &GuardLimits::default());
     assert_eq!(nowhere.outcome(), Outcome::Warnings);
-    assert_eq!(nowhere.warnings, [Warning::StartUnknown { maneuver: "m0".to_owned() }]);
+    assert_eq!(nowhere.warnings, [Warning::StartUnknown { label: "m0".to_owned() }]);
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn drifting_grows_and_what_nobody_knows_is_told() {
     assert_eq!(drifting(60).outcome(), Outcome::Ok);
     assert_eq!(first(&drifting(600)).0, Part::Drift);
     let endless = drifting(0);
-    assert_eq!(endless.warnings, [Warning::DriftsOn { maneuver: "m1".to_owned() }]);
+    assert_eq!(endless.warnings, [Warning::DriftsOn { label: "m1".to_owned() }]);
     let steered = Maneuver::Teleoperation(Teleoperation { operator: Operator::Anyone });
     let verdict = check(vec![steered, goto(500.0, 0.0)], (-500.0, 0.0), &index);
     let codes: Vec<_> = verdict.warnings.iter().map(Warning::code).collect();

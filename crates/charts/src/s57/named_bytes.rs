@@ -1,0 +1,10 @@
+//! Files as readers get them: who reads the folder or archive gives each as a path with bytes.
+
+/// A file by its path in the tree.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedBytes<'a> {
+    /// Path; `/` and `\` both separate.
+    pub name: &'a str,
+    /// Contents.
+    pub bytes: &'a [u8],
+}

@@ -1,0 +1,33 @@
+//! The guard against grounding: is the water that a vessel sweeps deep enough, by the sea chart?
+//!
+//! It holds what a vessel sweeps against the [depth index](charts::depth_index), and knows geometry only: ways,
+//! tracks, circles and places with a label that says whose they are. What a plan or a maneuver is, `mission` knows and
+//! lays it out; a route planner asks leg by leg; a vessel under way asks for the water around it. So each question
+//! about safety has one function, ashore and aboard, and equal charts, limits and ways give equal answers. It knows
+//! nothing of plans, IMC, files or the clock.
+//!
+//! - [`Check`] takes all that is swept, in the order it is sailed, and gives a [`Verdict`]; [`check_way`] one straight
+//!   way.
+//! - [`WaterAround`] is what the vessel under way asks: is it clear here and ahead, where is a [`Refuge`]?
+//! - [`Waters`] is where the vessel may go by itself: the [`Area`] of operation and the chart.
+//! - [`GuardLimits`] say how much water is wanted, and how far position, track and chart are believed.
+//!
+//! SI units and radians; bearings turn clockwise from north.
+
+mod area;
+mod check;
+mod limits;
+mod refuge;
+mod sweep;
+mod verdict;
+mod water_around;
+mod waters;
+
+pub use area::{Area, AreaError};
+pub use check::{Check, LONGEST_WAY_M, MOST_CORRIDORS, check_way};
+pub use limits::{GuardLimits, LimitsError};
+pub use refuge::Refuge;
+pub use sweep::Disc;
+pub use verdict::{LegCheck, Outcome, Part, Reason, Spot, Verdict, Warning};
+pub use water_around::{Ahead, WaterAround};
+pub use waters::{WaterChart, Waters};
