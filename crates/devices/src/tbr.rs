@@ -1,93 +1,87 @@
 //! The lines of the Thelma Biotel hydrophone, byte for byte.
 //!
-//! Layout: facts/onboard.md section 2.3 and facts/acoustics.md section 1.3. Lines begin with `$`, end in a
+//! Layout: Thelma Biotel's TBR 700 manual, "TB Live" lines. Lines begin with `$`, end in a
 //! carriage return alone and have no checksum. The data field of a coding without data is empty. The running
 //! number counts both kinds of line and wraps at 16 bits.
 
-use crate::fish::TagProtocol;
+use crate::reading::{TagReading, WaterReading};
 
-/// A detection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TagLine {
-    /// Serial number of the receiver.
-    pub serial: u32,
-    /// The receiver's clock: Unix time once it is set, else seconds since power-up (s).
-    pub clock_s: u32,
-    /// Thousandths of a second of the same clock.
-    pub millis: u16,
-    /// Coding of the tag.
-    pub protocol: TagProtocol,
-    /// Number of the tag.
-    pub tag_id: u32,
-    /// The value sent, where the coding has one.
-    pub data: Option<u16>,
-    /// Signal to noise (dB).
-    pub snr_db: u8,
-    /// Carrier (kHz).
-    pub frequency_khz: u8,
-    /// Running number of the line.
-    pub counter: u16,
+/// The coding of a tag's transmission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names are the manufacturer's and all there is to say")]
+pub enum TagProtocol {
+    R256,
+    R04K,
+    S64K,
+    R64K,
+    R01M,
+    S256,
+    HS256,
+    DS256,
+    OPi,
+    OPs,
 }
 
-/// A regular report of the water.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SensorLine {
-    /// Serial number of the receiver.
-    pub serial: u32,
-    /// The receiver's clock (s).
-    pub clock_s: u32,
-    /// Temperature in tenths of a degree above -5 °C.
-    pub temperature_raw: u16,
-    /// Mean noise (receiver counts, dB-like).
-    pub noise_average: u8,
-    /// Peak noise (receiver counts, dB-like).
-    pub noise_peak: u8,
-    /// Frequency listened to (kHz).
-    pub frequency_khz: u8,
-    /// Running number of the line.
-    pub counter: u16,
+impl TagProtocol {
+    /// The name the receiver writes.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::R256 => "R256",
+            Self::R04K => "R04K",
+            Self::S64K => "S64K",
+            Self::R64K => "R64K",
+            Self::R01M => "R01M",
+            Self::S256 => "S256",
+            Self::HS256 => "HS256",
+            Self::DS256 => "DS256",
+            Self::OPi => "OPi",
+            Self::OPs => "OPs",
+        }
+    }
+
+    /// The largest value of the data field; `None` where only an id is sent.
+    pub const fn data_max(self) -> Option<u16> {
+        match self {
+            Self::R256 | Self::R04K | Self::R64K | Self::R01M | Self::OPi => None,
+            Self::S64K => Some(u16::MAX),
+            Self::S256 | Self::HS256 | Self::DS256 => Some(255),
+            Self::OPs => Some(4095),
+        }
+    }
 }
 
-/// Anything the receiver sends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HydrophoneLine {
-    /// A detection.
-    Tag(TagLine),
-    /// A report of the water.
-    Sensor(SensorLine),
-}
-
-impl HydrophoneLine {
+impl TagReading {
     /// The whole line, from `$` to the carriage return.
     pub fn encode(&self) -> Vec<u8> {
-        match self {
-            Self::Tag(t) => {
-                let data = t.data.map_or_else(String::new, |data| data.to_string());
-                format!(
-                    "${:06},{:010},{:03},{},{},{data},{},{},{}\r",
-                    t.serial,
-                    t.clock_s,
-                    t.millis,
-                    t.protocol.name(),
-                    t.tag_id,
-                    t.snr_db,
-                    t.frequency_khz,
-                    t.counter
-                )
-            }
-            Self::Sensor(s) => format!(
-                "${:06},{:010},TBR Sensor,{},{},{},{},{}\r",
-                s.serial,
-                s.clock_s,
-                s.temperature_raw,
-                s.noise_average,
-                s.noise_peak,
-                s.frequency_khz,
-                s.counter
-            ),
-        }
+        let Self { serial, clock_s, millis, protocol, tag_id, data, snr_db, frequency_khz, counter } = self;
+        let data = data.map_or_else(String::new, |data| data.to_string());
+        format!(
+            "${serial:06},{clock_s:010},{millis:03},{protocol},{tag_id},{data},{snr_db},{frequency_khz},{counter}\r"
+        )
         .into_bytes()
     }
+}
+
+impl WaterReading {
+    /// The whole line, from `$` to the carriage return.
+    pub fn encode(&self) -> Vec<u8> {
+        let Self { serial, clock_s, temperature_c, noise_average, noise_peak, frequency_khz, counter } = self;
+        let temperature = temperature_count(*temperature_c);
+        format!(
+            "${serial:06},{clock_s:010},TBR Sensor,{temperature},{noise_average},{noise_peak},{frequency_khz},{counter}\r"
+        )
+        .into_bytes()
+    }
+}
+
+/// A temperature (°C) as the receiver sends it: whole tenths of a degree, within three digits.
+pub fn rounded_temperature_c(temperature_c: f64) -> f64 {
+    (f64::from(temperature_count(temperature_c)) - 50.0) / 10.0
+}
+
+/// Tenths of a degree above -5 °C, as the receiver counts.
+fn temperature_count(temperature_c: f64) -> u16 {
+    (temperature_c * 10.0 + 50.0).round().clamp(0.0, 999.0) as u16
 }
 
 #[cfg(test)]
@@ -96,32 +90,33 @@ mod tests {
 
     #[test]
     fn lines_are_those_of_a_real_receiver() {
-        // data/onboard/thelma_tblive_native_lines.txt, the ends of line apart.
+        // Recorded lines, their ends apart.
         let tag = |clock_s, millis, protocol, tag_id, data, snr_db, counter| {
             let serial = 1_000_042;
-            HydrophoneLine::Tag(TagLine {
+            TagReading {
                 serial,
                 clock_s,
                 millis,
-                protocol,
+                protocol: TagProtocol::name(protocol).to_owned(),
                 tag_id,
                 data,
                 snr_db,
                 frequency_khz: 69,
                 counter,
-            })
+            }
+            .encode()
         };
-        let sensor = HydrophoneLine::Sensor(SensorLine {
+        let sensor = WaterReading {
             serial: 1_000_042,
             clock_s: 600,
-            temperature_raw: 297,
+            temperature_c: 24.7,
             noise_average: 15,
             noise_peak: 29,
             frequency_khz: 69,
             counter: 6,
-        });
+        };
         for (line, expected) in [
-            (sensor, "$1000042,0000000600,TBR Sensor,297,15,29,69,6\r"),
+            (sensor.encode(), "$1000042,0000000600,TBR Sensor,297,15,29,69,6\r"),
             (
                 tag(2185, 897, TagProtocol::R64K, 1023, None, 24, 9),
                 "$1000042,0000002185,897,R64K,1023,,24,69,9\r",
@@ -131,7 +126,7 @@ mod tests {
                 "$1000042,1623050485,615,S64K,1285,12,24,69,11\r",
             ),
         ] {
-            assert_eq!(String::from_utf8(line.encode()).unwrap(), expected);
+            assert_eq!(String::from_utf8(line).unwrap(), expected);
         }
     }
 }

@@ -12,7 +12,7 @@
 //! The published constants belong to a 55 kg hull and, as the demonstration load, 25 kg at (0.05, 0) m; the
 //! centre of gravity, inertia, draft and drag follow from the payload given.
 
-use crate::pair::Pair;
+use devices::Pair;
 use crate::range::{OutOfRange, within};
 use units::LocalPoint;
 
