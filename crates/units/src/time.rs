@@ -199,6 +199,15 @@ pub struct Civil {
     pub microsecond: u32,
 }
 
+/// The moment at which something is handled, by both clocks of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Now {
+    /// For deadlines; never goes back.
+    pub mono: MonoTime,
+    /// For records; the clock may be set while the program runs.
+    pub utc: UtcTime,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

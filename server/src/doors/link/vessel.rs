@@ -170,9 +170,9 @@ impl Task {
         hub.leave().await;
     }
 
-    fn now(&self) -> link::Now {
+    fn now(&self) -> units::Now {
         let now = self.relay.clock().now();
-        link::Now { mono: now.mono, utc: now.utc }
+        units::Now { mono: now.mono, utc: now.utc }
     }
 
     pub(super) fn handle(&mut self, input: ShoreInput) {
