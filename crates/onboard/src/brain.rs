@@ -11,7 +11,7 @@ use crate::detections::Detections;
 use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
 use crate::health::{Clock, Host};
-use crate::input::{Input, Now, Side};
+use crate::input::Input;
 use crate::intake::Intake;
 use crate::lease::{Lease, LeaseGate};
 use crate::navigation::{Estimate, Navigation};
@@ -27,11 +27,12 @@ use crate::sight::Sight;
 use crate::states::{Condition, States};
 use crate::supervise::{Desk, Restart, Supervise};
 use crate::under_way::{Doing, Keeper, UnderWay};
+use devices::Reading;
 use imc::messages::{Message, VehicleMedium, VehicleMediumMedium};
 use mission::{EntityCondition, Event, Kept};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Slower watching happens once in this time.
 const WATCH: Duration = Duration::from_millis(500);
@@ -187,24 +188,7 @@ impl Brain {
     fn take(&mut self, input: Input) {
         match input {
             Input::Timer => {}
-            Input::Gnss(reading) => {
-                self.clock.compare(&self.bus, &reading);
-                if reading.fix.is_some() {
-                    self.satellite_utc = reading.utc.or(self.satellite_utc);
-                }
-                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
-            }
-            Input::Motor(side, reading) => {
-                let motor = match side {
-                    Side::Port => 0,
-                    Side::Starboard => 1,
-                };
-                self.pilot.measured(self.bus.mono(), motor, reading.rpm);
-                self.sensors.motor(&mut self.bus, side, &reading);
-            }
-            Input::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
-            Input::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
-            Input::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
+            Input::Reading(reading) => self.read(reading),
             Input::Host(reading) => self.host.read(&mut self.bus, &reading),
             Input::Packet(from, bytes) => self.packet(from, 0, bytes),
             Input::Order(from, lease, bytes) => self.packet(from, lease, bytes),
@@ -220,6 +204,25 @@ impl Brain {
                 self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
             }
             Input::Shutdown => self.shut_down(),
+        }
+    }
+
+    fn read(&mut self, reading: Reading) {
+        match reading {
+            Reading::Gnss(reading) => {
+                self.clock.compare(&self.bus, &reading);
+                if reading.fix.is_some() {
+                    self.satellite_utc = reading.utc.or(self.satellite_utc);
+                }
+                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
+            }
+            Reading::Motor(side, reading) => {
+                self.pilot.measured(self.bus.mono(), side, reading.propeller_rpm);
+                self.sensors.motor(&mut self.bus, side, &reading);
+            }
+            Reading::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
+            Reading::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
+            Reading::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
         }
     }
 

@@ -49,10 +49,7 @@ pub use brain::Brain;
 pub use charts::depth_index::ChartTrust;
 pub use entity::{Entity, Labels};
 pub use grounding::{Chart, ChartFile, GroundingAction, GroundingSettings};
-pub use input::{
-    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, SERVERS,
-    Side, TagReading, WaterReading,
-};
+pub use input::{HostReading, Input, Peer, Reachable, SERVERS};
 pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};

@@ -18,6 +18,7 @@ use control::{
     CourseSpeed, Fix, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStatus, PathTracker,
     Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, YawTarget,
 };
+use devices::{Pair, Side};
 use imc::messages::{
     CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredZ, SetThrusterActuation, ZUnits,
 };
@@ -69,7 +70,7 @@ pub(crate) struct Pilot {
     following: Option<Following>,
     /// What a remote autopilot is to hold.
     held: Option<Setpoint>,
-    rpm: [Option<(MonoTime, f64)>; 2],
+    rpm: Pair<Option<(MonoTime, f64)>>,
     estimate: Option<Estimate>,
     events: VecDeque<PilotEvent>,
     fault: Option<PathFault>,
@@ -106,7 +107,7 @@ impl Pilot {
             speed: None,
             following: None,
             held: None,
-            rpm: [None; 2],
+            rpm: Pair::default(),
             estimate: None,
             events: VecDeque::new(),
             fault: None,
@@ -180,9 +181,9 @@ impl Pilot {
     }
 
     /// A motor's measured speed.
-    pub(crate) fn measured(&mut self, now: MonoTime, motor: usize, rpm: f64) {
-        if let Some(slot) = self.rpm.get_mut(motor).filter(|_| rpm.is_finite()) {
-            *slot = Some((now, rpm));
+    pub(crate) fn measured(&mut self, now: MonoTime, side: Side, rpm: f64) {
+        if rpm.is_finite() {
+            *self.rpm.of_mut(side) = Some((now, rpm));
         }
     }
 
@@ -400,7 +401,7 @@ impl Pilot {
         let fresh = |slot: Option<(MonoTime, f64)>| {
             slot.filter(|(at, _)| now.since(*at) < Duration::from_secs(2)).map(|(_, rpm)| rpm)
         };
-        let mean_rpm = match (fresh(self.rpm[0]), fresh(self.rpm[1])) {
+        let mean_rpm = match (fresh(self.rpm.port), fresh(self.rpm.starboard)) {
             (Some(port), Some(starboard)) => Some(f64::midpoint(port, starboard)),
             (one, other) => one.or(other),
         };

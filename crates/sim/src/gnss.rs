@@ -328,10 +328,8 @@ mod tests {
     #[test]
     fn position_error_has_its_size() {
         let readings = readings(&GnssConfig::default(), &OtterState::default(), &Faults::default(), 200_000);
-        let squares: f64 = readings
-            .iter()
-            .map(|r| point(r.fix.unwrap()).distance_m(LocalPoint::default()).powi(2))
-            .sum();
+        let squares: f64 =
+            readings.iter().map(|r| point(r.fix.unwrap()).distance_m(LocalPoint::default()).powi(2)).sum();
         // Both axes: sqrt(2 (0.2² + 0.67²)) = 0.99 m; some 700 time constants give it to about 4 %.
         let rms_m = (squares / 2e5).sqrt();
         assert!((rms_m - 0.99).abs() < 0.1, "{rms_m}");

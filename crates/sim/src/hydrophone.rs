@@ -279,8 +279,8 @@ impl Hydrophone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use devices::tbr::TagProtocol;
     use devices::Pair;
+    use devices::tbr::TagProtocol;
     use units::{LatLon, LocalPoint};
 
     const START: UtcTime = UtcTime::from_micros(1_718_000_000_000_000);

@@ -12,8 +12,8 @@
 //! The published constants belong to a 55 kg hull and, as the demonstration load, 25 kg at (0.05, 0) m; the
 //! centre of gravity, inertia, draft and drag follow from the payload given.
 
-use devices::Pair;
 use crate::range::{OutOfRange, within};
+use devices::Pair;
 use units::LocalPoint;
 
 const WATER_KGPM3: f64 = 1025.0;

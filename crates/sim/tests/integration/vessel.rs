@@ -1,8 +1,8 @@
 //! The whole vessel: repeatability, faults and what must hold whatever is asked of it.
 
-use proptest::prelude::*;
 use devices::torqeedo::{CanFrame, CardCommand};
 use devices::{Pair, Reading, Side};
+use proptest::prelude::*;
 use sim::{
     BatteryConfig, CurrentConfig, EnvironmentConfig, FishConfig, GnssConfig, Output, OutputForm, Port, Timed,
     Vessel, VesselConfig, WaveConfig, WindConfig,
