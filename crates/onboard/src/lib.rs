@@ -9,33 +9,32 @@
 //! [`LeaseGate`] says whom it obeys. Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
 //! states, discovery, contacts, parameters, the log book.
 
-mod adjust;
 mod arbiter;
 mod authority;
 mod brain;
 mod bus;
+mod chart_change;
+mod conditions;
 mod detections;
 mod discovery;
 mod entity;
 mod gate;
 mod grounding;
 mod health;
-mod inbox;
 mod input;
 mod intake;
 mod lease;
+mod log;
 mod navigation;
 mod node;
 mod operator;
 mod output;
-mod parameter_stack;
 pub mod parameters;
 mod path_wire;
 mod pilot;
 mod plans;
-mod rechart;
+mod reception;
 pub mod record;
-mod saving;
 mod sensors;
 mod settings;
 mod sight;

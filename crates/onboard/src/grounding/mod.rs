@@ -10,9 +10,9 @@
 //! At rest it acts only where the rest began in deep water: a vessel at the quay never starts by itself.
 
 mod exemption;
-mod look;
 mod refuge;
 mod settings;
+mod survey;
 mod watch;
 
 pub(crate) use exemption::Answer as Exempted;

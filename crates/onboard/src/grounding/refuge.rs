@@ -1,7 +1,7 @@
 //! Where to turn back to: the roomiest water that a straight way leads to.
 
-use super::look::Look;
 use super::settings::GroundingSettings;
+use super::survey::Survey;
 use charts::depth_index::{Demand, Leg};
 use std::f64::consts::TAU;
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -25,27 +25,27 @@ pub(crate) struct Refuge {
 
 /// The best refuge that the chart knows: way and place deep enough for the vessel by itself, then the place, then
 /// at least for anybody.
-pub(crate) fn find(look: &Look<'_>, settings: &GroundingSettings, radius_m: f64) -> Option<Refuge> {
+pub(crate) fn find(survey: &Survey<'_>, settings: &GroundingSettings, radius_m: f64) -> Option<Refuge> {
     let limits = &settings.limits;
     let (alone, anybody) = (limits.autonomous_m, limits.navigable_m);
     [(alone, alone), (anybody, alone), (anybody, anybody)].into_iter().find_map(|(way_m, end_m)| {
-        best(look, &look.needing(settings, way_m), &look.needing(settings, end_m), radius_m)
+        best(survey, &survey.needing(settings, way_m), &survey.needing(settings, end_m), radius_m)
     })
 }
 
-fn best(look: &Look<'_>, way: &Look<'_>, end: &Look<'_>, radius_m: f64) -> Option<Refuge> {
-    let own_m = look.hull_m + look.demand.position_m;
+fn best(survey: &Survey<'_>, way: &Survey<'_>, end: &Survey<'_>, radius_m: f64) -> Option<Refuge> {
+    let own_m = survey.hull_m + survey.demand.position_m;
     // In danger already, what room there is must do for the way out.
-    let wide_m = own_m.min(0.8 * way.clear_radius_m(look.place, 2.0 * own_m));
+    let wide_m = own_m.min(0.8 * way.clear_radius_m(survey.place, 2.0 * own_m));
     let demand = Demand { position_m: 0.0, ..way.demand };
-    let frame = LocalFrame::new(look.place);
+    let frame = LocalFrame::new(survey.place);
     let mut best: Option<(f64, Refuge)> = None;
-    let here = end.clear_radius_m(look.place, ROOM_M);
+    let here = end.clear_radius_m(survey.place, ROOM_M);
     for way_m in [0.0].into_iter().chain(WAYS_M) {
         for n in 0..DIRECTIONS {
             let bearing_rad = TAU * f64::from(n) / f64::from(DIRECTIONS);
             let place = frame.to_place(LocalPoint::default().displaced(bearing_rad, way_m));
-            let leg = Leg { from: look.place, to: place };
+            let leg = Leg { from: survey.place, to: place };
             if way_m > 0.0 && !way.index.shallowest_along(leg, wide_m, &demand).navigable {
                 continue;
             }

@@ -25,14 +25,14 @@ pub(crate) struct Ahead {
 
 /// The water as one vessel sees it.
 #[derive(Clone, Copy)]
-pub(crate) struct Look<'a> {
+pub(crate) struct Survey<'a> {
     pub(crate) index: &'a DepthIndex,
     pub(crate) demand: Demand,
     pub(crate) hull_m: f64,
     pub(crate) place: LatLon,
 }
 
-impl<'a> Look<'a> {
+impl<'a> Survey<'a> {
     /// From where the vessel is, needing `least_m` of water.
     pub(crate) fn new(
         index: &'a DepthIndex,

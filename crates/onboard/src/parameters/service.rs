@@ -1,53 +1,56 @@
-//! Parameters on the bus: what consoles ask and change.
+//! Parameters on the bus: what consoles ask, change, save, keep aside and take back.
 
-use crate::brain::Brain;
-use crate::bus::Asker;
+use super::saving::Saving;
+use super::stack::ParameterStack;
+use super::{Parameter, ParameterError};
+use crate::bus::{Asker, Bus};
 use crate::entity::Entity;
 use crate::grounding::Exempted;
+use crate::navigation::Navigation;
 use crate::output::Level;
-use crate::parameters::{self, Parameter, ParameterError};
+use crate::parameters;
+use crate::pilot::Pilot;
+use crate::plans::Plans;
+use crate::settings::Settings;
+use crate::supervise::Supervise;
 use imc::entities::SAVED_SUFFIX;
-use imc::messages::{EntityParameter, EntityParameters, QueryEntityParameters, SetEntityParameters};
+use imc::messages::{EntityParameter, EntityParameters, Message, QueryEntityParameters, SetEntityParameters};
 
-impl Brain {
-    /// Tells the parameters of an entity. Unknown words are not answered, as in DUNE.
-    ///
-    /// All of Lutra's parameters hold at any time, which is the scope `global`: for one of DUNE's other scopes there
-    /// are none. Visibility `developer` adds of each what the next start will have.
-    pub(crate) fn query_parameters(&mut self, asker: Asker, query: &QueryEntityParameters) {
-        let developer = match &*query.visibility.to_str_lossy() {
-            "user" => false,
-            "developer" => true,
-            _ => return,
-        };
-        let global = match &*query.scope.to_str_lossy() {
-            "global" => true,
-            "idle" | "plan" | "maneuver" => false,
-            _ => return,
-        };
-        let Some(entity) = self.settings.labels.find(&query.name.to_str_lossy()) else { return };
-        let all = parameters::all();
-        let asked = all.iter().filter(|parameter| global && parameter.entity == entity);
-        let mut params = Vec::new();
-        for parameter in asked {
-            params.extend(self.value(parameter));
-            if developer && let Some(saved) = self.saving.value(entity, parameter.name) {
-                let name = format!("{}{SAVED_SUFFIX}", parameter.name);
-                params.push(EntityParameter { name: name.into(), value: saved.into() });
-            }
+/// The parts that a changed parameter reaches.
+pub(crate) struct Live<'a> {
+    pub(crate) bus: &'a mut Bus,
+    pub(crate) settings: &'a mut Settings,
+    pub(crate) pilot: &'a mut Pilot,
+    pub(crate) navigation: &'a mut Navigation,
+    pub(crate) supervise: &'a mut Supervise,
+    pub(crate) plans: &'a mut Plans,
+}
+
+impl Live<'_> {
+    /// Changes one parameter everywhere, or nowhere.
+    fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
+        let settings = parameter.try_live(self.settings, value)?;
+        if let Err(refusal) = self.pilot.reconfigure(&settings) {
+            // What was taken before the refusal goes back; the old settings were in use and are good.
+            self.pilot.reconfigure(self.settings).ok();
+            return Err(ParameterError::Refused(refusal.to_string()));
         }
-        let params = params.into_iter().collect();
-        self.bus.send_to(entity, asker, &EntityParameters { name: query.name.clone(), params });
+        self.navigation.reconfigure(settings.navigation);
+        self.supervise.reconfigure(&settings);
+        self.plans.reconfigure(&settings);
+        self.bus.node.reconfigure(settings.node.clone());
+        *self.settings = settings;
+        Ok(())
     }
 
     fn value(&self, parameter: &Parameter) -> Option<EntityParameter> {
-        let value = parameter.get(&self.settings)?;
+        let value = parameter.get(self.settings)?;
         Some(EntityParameter { name: parameter.name.into(), value: value.into() })
     }
 
     /// Changes parameters, each by itself; answers with those that were taken, and for each refused one with
     /// an entry of the log book that says why.
-    pub(crate) fn set_parameters(&mut self, asker: Asker, set: &SetEntityParameters) {
+    pub(crate) fn set(&mut self, asker: Asker, set: &SetEntityParameters) {
         let label = set.name.to_str_lossy().into_owned();
         let Some(entity) = self.settings.labels.find(&label) else { return };
         let mut taken = Vec::new();
@@ -120,20 +123,80 @@ impl Brain {
         };
         self.bus.entry(Entity::Grounding, level, text);
     }
+}
 
-    /// Changes one parameter everywhere, or nowhere.
-    fn change(&mut self, parameter: &Parameter, value: &str) -> Result<(), ParameterError> {
-        let settings = parameter.try_live(&self.settings, value)?;
-        if let Err(refusal) = self.pilot.reconfigure(&settings) {
-            // What was taken before the refusal goes back; the old settings were in use and are good.
-            self.pilot.reconfigure(&self.settings).ok();
-            return Err(ParameterError::Refused(refusal.to_string()));
+/// Answers what is asked of parameters, and holds what was saved and kept aside of them.
+#[derive(Debug)]
+pub(crate) struct ParameterService {
+    saving: Saving,
+    stack: ParameterStack,
+}
+
+impl ParameterService {
+    /// At the start all is as the files say.
+    pub(crate) fn new(settings: &Settings) -> Self {
+        Self { saving: Saving::new(settings), stack: ParameterStack::default() }
+    }
+
+    /// Acts upon a message about parameters; `for_us` is whether it names this vessel, which a change must.
+    pub(crate) fn on_message(&mut self, live: &mut Live<'_>, asker: Asker, for_us: bool, message: &Message) {
+        match message {
+            Message::QueryEntityParameters(query) => self.query(live, asker, query),
+            Message::SetEntityParameters(set) if for_us => live.set(asker, set),
+            Message::SaveEntityParameters(save) if for_us => {
+                self.saving.save(live.bus, live.settings, &save.name.to_str_lossy());
+            }
+            Message::PushEntityParameters(push) if for_us => {
+                self.stack.push(live.bus, live.settings, &push.name.to_str_lossy());
+            }
+            Message::PopEntityParameters(pop) if for_us => {
+                let label = pop.name.to_str_lossy();
+                if let Some(set) = self.stack.pop(live.bus, live.settings, &label) {
+                    live.set(asker, &set);
+                }
+            }
+            _ => {}
         }
-        self.navigation.reconfigure(settings.navigation);
-        self.supervise.reconfigure(&settings);
-        self.plans.reconfigure(&settings);
-        self.bus.node.reconfigure(settings.node.clone());
-        self.settings = settings;
-        Ok(())
+    }
+
+    /// The disk tells what became of the values of an entity.
+    pub(crate) fn kept(
+        &mut self,
+        bus: &mut Bus,
+        settings: &Settings,
+        label: &str,
+        outcome: Result<(), String>,
+    ) {
+        self.saving.kept(bus, settings, label, outcome);
+    }
+
+    /// Tells the parameters of an entity. Unknown words are not answered, as in DUNE.
+    ///
+    /// All of Lutra's parameters hold at any time, which is the scope `global`: for one of DUNE's other scopes there
+    /// are none. Visibility `developer` adds of each what the next start will have.
+    fn query(&self, live: &mut Live<'_>, asker: Asker, query: &QueryEntityParameters) {
+        let developer = match &*query.visibility.to_str_lossy() {
+            "user" => false,
+            "developer" => true,
+            _ => return,
+        };
+        let global = match &*query.scope.to_str_lossy() {
+            "global" => true,
+            "idle" | "plan" | "maneuver" => false,
+            _ => return,
+        };
+        let Some(entity) = live.settings.labels.find(&query.name.to_str_lossy()) else { return };
+        let all = parameters::all();
+        let asked = all.iter().filter(|parameter| global && parameter.entity == entity);
+        let mut params = Vec::new();
+        for parameter in asked {
+            params.extend(live.value(parameter));
+            if developer && let Some(saved) = self.saving.value(entity, parameter.name) {
+                let name = format!("{}{SAVED_SUFFIX}", parameter.name);
+                params.push(EntityParameter { name: name.into(), value: saved.into() });
+            }
+        }
+        let params = params.into_iter().collect();
+        live.bus.send_to(entity, asker, &EntityParameters { name: query.name.clone(), params });
     }
 }

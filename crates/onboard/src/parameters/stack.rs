@@ -3,11 +3,11 @@
 //!
 //! Kept values are those of the moment, one entry per push and entity. Giving back sets what differs by then.
 
-use crate::brain::Brain;
-use crate::bus::Asker;
+use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::output::Level;
 use crate::parameters::{self, Access};
+use crate::settings::Settings;
 use imc::messages::{EntityParameter, SetEntityParameters};
 use std::collections::BTreeMap;
 
@@ -21,44 +21,47 @@ type Kept = Vec<(&'static str, String)>;
 #[derive(Debug, Default)]
 pub(crate) struct ParameterStack(BTreeMap<Entity, Vec<Kept>>);
 
-impl Brain {
+impl ParameterStack {
     /// Keeps the parameters of an entity. Unknown labels are not answered, as with the setting of parameters.
-    pub(crate) fn push_parameters(&mut self, label: &str) {
-        let Some(entity) = self.settings.labels.find(label) else { return };
-        let kept = self.values_of(entity);
-        let entries = self.kept.0.entry(entity).or_default();
+    pub(crate) fn push(&mut self, bus: &mut Bus, settings: &Settings, label: &str) {
+        let Some(entity) = settings.labels.find(label) else { return };
+        let kept = values_of(settings, entity);
+        let entries = self.0.entry(entity).or_default();
         if entries.len() < DEEPEST {
             entries.push(kept);
-            self.bus.entry(entity, Level::Info, "parameters are kept");
+            bus.entry(entity, Level::Info, "parameters are kept");
         } else {
             let text = format!("parameters are not kept: that was done {DEEPEST} times without giving back");
-            self.bus.entry(entity, Level::Warning, text);
+            bus.entry(entity, Level::Warning, text);
         }
     }
 
-    /// Gives the parameters of an entity back as they were kept last.
-    pub(crate) fn pop_parameters(&mut self, asker: Asker, label: &str) {
-        let Some(entity) = self.settings.labels.find(label) else { return };
-        let Some(kept) = self.kept.0.get_mut(&entity).and_then(Vec::pop) else {
-            self.bus.entry(entity, Level::Warning, "no parameters were kept that could be given back");
-            return;
+    /// Takes the parameters of an entity as they were kept last; answers what is to be set for that.
+    pub(crate) fn pop(
+        &mut self,
+        bus: &mut Bus,
+        settings: &Settings,
+        label: &str,
+    ) -> Option<SetEntityParameters> {
+        let entity = settings.labels.find(label)?;
+        let Some(kept) = self.0.get_mut(&entity).and_then(Vec::pop) else {
+            bus.entry(entity, Level::Warning, "no parameters were kept that could be given back");
+            return None;
         };
-        let current = self.values_of(entity);
+        let current = values_of(settings, entity);
         let changed = kept.into_iter().filter(|value| !current.contains(value));
         let params = changed
             .map(|(name, value)| EntityParameter { name: name.into(), value: value.into() })
             .collect::<imc::MessageList>();
-        if !params.is_empty() {
-            self.set_parameters(asker, &SetEntityParameters { name: label.into(), params });
-        }
+        (!params.is_empty()).then(|| SetEntityParameters { name: label.into(), params })
     }
+}
 
-    /// What may be changed while the vessel runs; the rest is as it was.
-    fn values_of(&self, entity: Entity) -> Kept {
-        parameters::all()
-            .iter()
-            .filter(|parameter| parameter.entity == entity && parameter.access == Access::Live)
-            .filter_map(|parameter| Some((parameter.name, parameter.get(&self.settings)?)))
-            .collect()
-    }
+/// What may be changed while the vessel runs; the rest is as it was.
+fn values_of(settings: &Settings, entity: Entity) -> Kept {
+    parameters::all()
+        .iter()
+        .filter(|parameter| parameter.entity == entity && parameter.access == Access::Live)
+        .filter_map(|parameter| Some((parameter.name, parameter.get(settings)?)))
+        .collect()
 }
