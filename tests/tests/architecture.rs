@@ -11,7 +11,7 @@ use std::process::Command;
 /// Each crate's layer. A crate depends on lower layers only.
 const LAYERS: [(u8, &[&str]); 5] = [
     (0, &["units"]),
-    (1, &["charts", "geofile", "imc"]),
+    (1, &["charts", "devices", "geofile", "imc"]),
     (2, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
     (3, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
     (4, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),

@@ -1,6 +1,6 @@
 //! The sentences of the Hemisphere V104s GNSS compass, byte for byte.
 //!
-//! Fields: NMEA 0183 (IEC 61162-1); widths and decimals as in the Hemisphere GNSS technical reference. Values
+//! Fields: NMEA 0183 (IEC 61162-1), as the DUNE task `Sensors.GPS` reads them from the Otters' V104s. Values
 //! that the receiver does not have are empty fields. Sentences end in CR LF; the checksum is the exclusive or of
 //! the bytes between `$` and `*`.
 

@@ -3,8 +3,8 @@
 //! `(+)` alone rounds the clock to the nearest ten seconds and is answered with `ack01`; `(+)` with nine digits
 //! of Unix time and a Luhn digit sets it to that ten seconds, `ack02`; `UT=` with ten digits sets it to that
 //! second, `ack03`. `LIVECM` enters command mode, where every command is echoed as the receiver's setting, and
-//! `EX!` leaves it (TBR 700 manual, "Time synchronisation" and "Command mode"). Commands have no line end: a pause
-//! ends them. Answers end in a carriage return.
+//! `EX!` leaves it (DUNE task `Sensors.ThelmaHydrophone`, github.com/core-marine-dev/tb-live). Commands have no
+//! line end: a pause ends them. Answers end in a carriage return.
 
 /// A command to the receiver.
 #[derive(Debug, Clone, PartialEq, Eq)]

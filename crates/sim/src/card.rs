@@ -1,6 +1,6 @@
 //! The interface card: what it makes of commands, and what it reports in which rhythm.
 //!
-//! The card stops a motor that is not commanded at least once a second (facts/onboard.md 2.2). Reports: each
+//! The card stops a motor that is not commanded at least once a second (DUNE task `Actuators.Torqeedo`). Reports: each
 //! motor five times, each battery and each rail once a second, one after the other; the rhythm is an
 //! assumption that stays below the 36 frames a second the DUNE task reads. Rails: 0 and 1 feed the motors
 //! and 2 auxiliaries at battery voltage, 3 is 12 V, 4 is 5 V. All outputs are on at power-up; only those of

@@ -2,13 +2,13 @@
 //!
 //! Swimming: a correlated random walk. Heading turns by a first-order rate of turn, speed and depth are
 //! first-order processes about their means; beyond the edge of its area the fish turns back to the middle.
-//! (The velocity of the tracks in data/acoustics decorrelates over about a minute; facts/acoustics.md 5.)
+//! (The velocity of recorded tracks of tagged fish decorrelates over about a minute.)
 //!
 //! A fish depends on its own seed and on UTC alone, never on a vessel: several vessels, even in several
 //! processes, that are given the same [`FishConfig`] hear the same fish.
 //!
 //! Tags transmit at random intervals, in whole seconds of the tag's own clock, which drifts (as recorded
-//! tags do; facts/acoustics.md 1.5). Depth is sent as counts of 0.2 m (facts 1.4).
+//! tags do). Depth is sent as counts of 0.2 m, the default of the Otters' tag simulator.
 
 use crate::process::GaussMarkov;
 use crate::range::{OutOfRange, within};

@@ -2,10 +2,9 @@
 //!
 //! Time of arrival = time of transmission + distance / c + jitter, the distance to where the vessel is on
 //! arrival. SNR = 50 dB - 0.05 dB/m · distance - motor noise + scatter; below a limit, and by chance, a
-//! transmission is missed (facts/onboard.md 7.4, the fish-tag simulator of the Otters). Motor noise grows
+//! transmission is missed (as the fish-tag simulator of the Otters has it). Motor noise grows
 //! with the mean shaft speed; the default loses more than half of the range at full speed, as Dallolio et
-//! al., Front. Mar. Sci. 2022, 857623 report of a thruster. Trains of pulses that overlap destroy each other
-//! (facts/acoustics.md 1.1). A line leaves when the train has ended.
+//! al., Front. Mar. Sci. 2022, 857623 report of a thruster. Trains of pulses that overlap destroy each other. A line leaves when the train has ended.
 //!
 //! The receiver stamps by its own clock, which may be off, may drift, and counts from power-up until set.
 
