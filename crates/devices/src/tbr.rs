@@ -1,8 +1,8 @@
 //! The lines of the Thelma Biotel hydrophone, byte for byte.
 //!
-//! Layout: as the DUNE task `Sensors.ThelmaHydrophone` reads it, and github.com/core-marine-dev/tb-live. Lines begin with `$`, end in a
-//! carriage return alone and have no checksum. The data field of a coding without data is empty. The running
-//! number counts both kinds of line and wraps at 16 bits.
+//! Layout: as the DUNE task `Sensors.ThelmaHydrophone` reads it, and github.com/core-marine-dev/tb-live. Lines begin
+//! with `$`, end in a carriage return alone and have no checksum. The data field of a coding without data is empty.
+//! The running number counts both kinds of line and wraps at 16 bits.
 
 use crate::reading::{TagReading, WaterReading};
 

@@ -19,23 +19,23 @@ use crate::log::Log;
 use crate::navigation::{Estimate, Navigation};
 use crate::output::{Level, Output};
 use crate::parameters::{Live, ParameterService};
-use crate::pilot::{Drive, Pilot};
-use crate::plans::Plans;
+use crate::pilot::Pilot;
+use crate::plans::{self, Plans};
 use crate::reception::{Reception, may_stop};
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::sight::Sight;
 use crate::states::{Condition, States};
 use crate::supervise::{Context, Restart, Supervise};
-use crate::under_way::{Doing, Keeper, UnderWay};
+use crate::under_way::{Keeper, UnderWay};
 use devices::Reading;
 use imc::messages::{
-    Message, PlanControl, PlanControlOp, PlanControlType, PlanDBOp, VehicleMedium, VehicleMediumMedium,
+    Message, PlanControl, PlanControlOp, PlanControlType, VehicleMedium, VehicleMediumMedium,
 };
 use imc::{Address, Packet};
-use mission::{Event, Kept, Sighting};
+use mission::{Event, Kept};
 use std::time::Duration;
-use units::{LatLon, MonoTime, Now, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Slower watching happens once in this time.
 const WATCH: Duration = Duration::from_millis(500);
@@ -312,7 +312,7 @@ impl Brain {
         }
         match message {
             Message::LoggingControl(request) if to_us => self.log.request(&mut self.bus, asker, request),
-            Message::PlanDB(request) if to_us || (may_stop && reads(request.op)) => {
+            Message::PlanDB(request) if to_us || (may_stop && plans::reads(request.op)) => {
                 let name = self.name_of(asker.system);
                 self.plans.database(&mut self.bus, asker, &name, request);
             }
@@ -330,11 +330,7 @@ impl Brain {
                 self.plans.reference(&mut self.bus, &mut self.pilot, asker, reference);
             }
             Message::Announce(announce) => {
-                if let Ok(place) = LatLon::from_rad(announce.lat, announce.lon) {
-                    let afloat = !asker.system.is_ccu();
-                    let seen = Event::Sighting(Sighting { system: asker.system.0, place, afloat });
-                    self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(seen));
-                }
+                self.plans.sighted(&mut self.bus, &mut self.pilot, asker, announce);
             }
             _ => {
                 discovery::answer(&mut self.bus, &self.settings, asker, to_entity, message);
@@ -369,7 +365,9 @@ impl Brain {
     fn tick(&mut self) {
         let now = self.bus.mono();
         if now >= self.next_step {
-            self.next_step = self.next_step.max(now.earlier(self.step)) + self.step;
+            // What was missed by more than a step is not made up for. A step is far shorter than 64 bits of microseconds.
+            let earlier = MonoTime::from_micros(now.micros().saturating_sub(self.step.as_micros() as u64));
+            self.next_step = self.next_step.max(earlier) + self.step;
             self.navigate();
         }
         if now >= self.next_watch {
@@ -400,32 +398,13 @@ impl Brain {
         self.states.tick(&mut self.bus, &self.settings.labels);
     }
 
-    /// What is under way is handed to the disk before its motors are.
+    /// What is under way is handed to the disk before the motors are commanded for it.
     fn keep_under_way(&mut self) {
-        let state = self.plans.plan_state();
-        if self.supervise.restart.is_open() && state.run.is_none() {
+        if self.supervise.restart.is_open() && self.plans.plan_state().run.is_none() {
             return;
         }
-        let under_way = self.supervise.restart.pending().cloned().or_else(|| {
-            let maneuver = state.maneuver.as_ref().map(|(id, _)| id.clone()).unwrap_or_default();
-            let of = |doing, plan| UnderWay { doing, plan_id: state.plan_id.clone(), maneuver, plan };
-            match (state.run, self.pilot.drive()) {
-                (Some(run), _) if self.supervise.remedy_run() == Some(run) => Some(of(Doing::Remedy, None)),
-                (Some(_), Drive::Remote(_)) => Some(of(Doing::Teleoperation, None)),
-                (Some(run), _) => Some(of(Doing::Plan, self.plans.plan_of(run).cloned())),
-                (None, _) if !self.supervise.is_under_way() => None,
-                (None, _) => {
-                    let holds = self.settings.mission.holds_after_failure;
-                    let waiting = self.supervise.waiting_plan(&self.plans, holds);
-                    Some(match waiting {
-                        Some(plan_id) => {
-                            UnderWay { doing: Doing::Remedy, plan_id, maneuver: String::new(), plan: None }
-                        }
-                        None => of(Doing::Drift, None),
-                    })
-                }
-            }
-        });
+        let holds = self.settings.mission.holds_after_failure;
+        let under_way = self.supervise.under_way(&self.plans, &self.pilot, holds);
         let timestamp_s = self.clock.satellite_seconds(&self.bus);
         self.keeper.keep(&mut self.bus, under_way, timestamp_s);
     }
@@ -486,30 +465,13 @@ impl Brain {
         self.sensors.watch(&mut self.bus, &mut self.states, &self.navigation, watch);
         self.clock.watch(&mut self.bus, &mut self.states, watch);
         self.host.watch(&mut self.bus, &mut self.states, watch);
-        let (condition, text) = match (self.pilot.fault(), self.pilot.strays_until()) {
-            (Some(fault), _) => (Condition::Error, fault.to_string()),
-            (None, Some(until)) => {
-                let left_s = until.since(self.bus.mono()).as_secs();
-                (Condition::Fault, format!("too far from the track; steers back, fails in {left_s} s"))
-            }
-            (None, None) => (Condition::Normal, "active".to_owned()),
-        };
-        self.states.set(&mut self.bus, Entity::Path, condition, text);
+        self.pilot.report(&mut self.bus, &mut self.states, self.settings.remote.connection_timeout_s);
         let (contacts, clients) = self.bus.node.counts(self.bus.mono());
-        let set = |states: &mut States, bus: &mut Bus, entity, text| {
-            states.set(bus, entity, Condition::Normal, text);
-        };
-        set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
-        set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
-        let text = match (self.pilot.drive(), self.pilot.is_connected()) {
-            (Drive::Remote(_), true) => {
-                let silence_s = self.settings.remote.connection_timeout_s;
-                format!("an operator steers; motors stop {silence_s:.1} s after the last message")
-            }
-            (Drive::Remote(_), false) => "waiting for the operator; motors stopped".to_owned(),
-            (Drive::Off | Drive::Path, _) => "inactive".to_owned(),
-        };
-        set(&mut self.states, &mut self.bus, Entity::Remote, text);
+        let parts =
+            [(Entity::Udp, format!("{contacts} in contact")), (Entity::Tcp, format!("{clients} connected"))];
+        for (entity, text) in parts {
+            self.states.set(&mut self.bus, entity, Condition::Normal, text);
+        }
         let (_, mut live, estimate) = self.live();
         live.retry_waiting_chart(estimate);
         self.with_supervisors(Supervise::watch);
@@ -535,21 +497,4 @@ impl Brain {
         };
         act(&mut self.supervise, &mut context, &self.sensors);
     }
-}
-
-/// Steps back in time, stopping at zero.
-trait Earlier {
-    fn earlier(self, span: Duration) -> Self;
-}
-
-impl Earlier for MonoTime {
-    fn earlier(self, span: Duration) -> Self {
-        // A step is far shorter than 64 bits of microseconds.
-        Self::from_micros(self.micros().saturating_sub(span.as_micros() as u64))
-    }
-}
-
-/// Whether an operation on the plan database changes nothing.
-fn reads(op: PlanDBOp) -> bool {
-    matches!(op, PlanDBOp::Get | PlanDBOp::GetInfo | PlanDBOp::GetState | PlanDBOp::GetDstate)
 }

@@ -9,7 +9,7 @@
 //!
 //! Heading (where the bow points, from the compass) and course (where the vessel goes, from the receiver's
 //! velocity) are never mixed: north and east velocities are kept, surge and sway follow from them and the
-//! heading, v = sog·sin(cog - ψ) (facts/onboard.md 3.1, where the original has the sign wrong).
+//! heading, v = sog·sin(cog - ψ).
 //!
 //! Units: radians, metres, seconds. x north, y east of a reference that stays until it is too far away.
 

@@ -5,6 +5,8 @@
 //! only grows. The loops run at the rate of the estimates; without an estimate, or when a controller cannot
 //! make sense of one, nothing is sent and the authority's half second stops the motors.
 
+mod report;
+
 use crate::authority::{Authority, Owner};
 use crate::bus::Bus;
 use crate::entity::Entity;

@@ -17,11 +17,12 @@ use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::grounding::{Exempted, Grounding};
 use crate::output::Level;
-use crate::pilot::Drive;
+use crate::pilot::{Drive, Pilot};
 use crate::plans::{Failed, Plans};
 use crate::sensors::Sensors;
 use crate::settings::{Settings, WatchSettings};
 use crate::states::Condition;
+use crate::under_way::{Doing, UnderWay};
 use context::Started;
 use mission::{
     Activity, BatteryOutput, BatteryReserve, BatteryStage, LastOutcome, LimitsConfig, LimitsOutput,
@@ -119,16 +120,43 @@ impl Supervise {
     }
 
     /// Whether an operator has set the vessel in motion and nobody has aborted since.
-    pub(crate) fn is_under_way(&self) -> bool {
+    fn is_under_way(&self) -> bool {
         self.under_way
     }
 
     /// The plan of the remedy that waits for what it needs, such as a position: the vessel drifts, but not on purpose.
-    pub(crate) fn waiting_plan(&self, plans: &Plans, holds_after_failure: bool) -> Option<String> {
+    fn waiting_plan(&self, plans: &Plans, holds_after_failure: bool) -> Option<String> {
         let holds = || (holds_after_failure && plans.has_failed()).then_some(Remedy::Hold);
         match self.arbiter.wanted().or_else(holds)? {
             Remedy::Run { plan_id } => Some(plan_id),
             Remedy::Hold | Remedy::Stop => Some(context::HOLD_PLAN.to_owned()),
+        }
+    }
+
+    /// What is under way, as a restart would want to know it; nothing at rest.
+    pub(crate) fn under_way(
+        &self,
+        plans: &Plans,
+        pilot: &Pilot,
+        holds_after_failure: bool,
+    ) -> Option<UnderWay> {
+        if let Some(pending) = self.restart.pending() {
+            return Some(pending.clone());
+        }
+        let state = plans.plan_state();
+        let maneuver = state.maneuver.as_ref().map(|(id, _)| id.clone()).unwrap_or_default();
+        let of = |doing, plan| UnderWay { doing, plan_id: state.plan_id.clone(), maneuver, plan };
+        match (state.run, pilot.drive()) {
+            (Some(run), _) if self.remedy_run() == Some(run) => Some(of(Doing::Remedy, None)),
+            (Some(_), Drive::Remote(_)) => Some(of(Doing::Teleoperation, None)),
+            (Some(run), _) => Some(of(Doing::Plan, plans.plan_of(run).cloned())),
+            (None, _) if !self.is_under_way() => None,
+            (None, _) => Some(match self.waiting_plan(plans, holds_after_failure) {
+                Some(plan_id) => {
+                    UnderWay { doing: Doing::Remedy, plan_id, maneuver: String::new(), plan: None }
+                }
+                None => of(Doing::Drift, None),
+            }),
         }
     }
 

@@ -1,4 +1,4 @@
-//! The supervisor's machine: from a look at the water to what is to be done.
+//! The supervisor's machine: from a survey of the water ahead to what is to be done.
 
 use super::exemption::{Answer, Exemption};
 use super::refuge::{self, Refuge};
