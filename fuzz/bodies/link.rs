@@ -4,8 +4,8 @@
 use bytes::Bytes;
 use link::frame::{self, Frame, Welcome};
 use link::{
-    Capabilities, ChartAboard, ChartOffer, ConnectionId, MAX_BATCH_RAW_BYTES, Now, Shore, ShoreInput,
-    ShoreOutput, ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, unpack,
+    Capabilities, ChartAboard, ChartOffer, ConnectionId, MAX_BATCH_RAW_BYTES, Shore, ShoreInput, ShoreOutput,
+    ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings, unpack,
 };
 
 const ONE: ConnectionId = ConnectionId(1);
@@ -43,9 +43,9 @@ fn vessel() -> Vessel {
         budget_bytes_per_s: None,
         spool: SpoolState { stream: 7, first: 0, next: 1 << 40 },
     };
-    let mut vessel = Vessel::new(Now::default(), settings);
-    vessel.handle(Now::default(), VesselInput::Timer);
-    vessel.handle(Now::default(), VesselInput::Opened(ONE));
+    let mut vessel = Vessel::new(units::Now::default(), settings);
+    vessel.handle(units::Now::default(), VesselInput::Timer);
+    vessel.handle(units::Now::default(), VesselInput::Opened(ONE));
     vessel
 }
 
@@ -67,15 +67,16 @@ fn to_vessel(bytes: &Bytes, welcomed: bool) {
             stamp: frame::Stamp::default(),
         };
         let message = frame::message(&Frame::Welcome(welcome));
-        vessel.handle(Now::default(), VesselInput::Message(ONE, message));
+        vessel.handle(units::Now::default(), VesselInput::Message(ONE, message));
         let aboard = ChartAboard { takes: true, ..ChartAboard::default() };
-        vessel.handle(Now::default(), VesselInput::ChartAboard(aboard));
-        vessel.handle(Now::default(), VesselInput::Message(ONE, frame::message(&Frame::Chart(offer()))));
-        vessel.handle(Now::default(), VesselInput::ChartGoOn(offer().digest, 4096));
+        vessel.handle(units::Now::default(), VesselInput::ChartAboard(aboard));
+        vessel
+            .handle(units::Now::default(), VesselInput::Message(ONE, frame::message(&Frame::Chart(offer()))));
+        vessel.handle(units::Now::default(), VesselInput::ChartGoOn(offer().digest, 4096));
     }
-    vessel.handle(Now::default(), VesselInput::Message(ONE, bytes.clone()));
-    vessel.poll_timeout(Now::default());
-    vessel.status(Now::default());
+    vessel.handle(units::Now::default(), VesselInput::Message(ONE, bytes.clone()));
+    vessel.poll_timeout(units::Now::default());
+    vessel.status(units::Now::default());
     while let Some(output) = vessel.poll_output() {
         if let VesselOutput::ChartPart { digest, offset, bytes } = output {
             assert_eq!((digest, offset), (offer().digest, 4096), "only what was asked for");
@@ -86,20 +87,20 @@ fn to_vessel(bytes: &Bytes, welcomed: bool) {
 
 fn to_shore(bytes: &Bytes, welcomed: bool) {
     let mut shore = Shore::new(ShoreSettings::default());
-    shore.handle(Now::default(), ShoreInput::Opened(ONE));
+    shore.handle(units::Now::default(), ShoreInput::Opened(ONE));
     if welcomed {
         let mut vessel = vessel();
         while let Some(output) = vessel.poll_output() {
             if let VesselOutput::Send(_, bytes) = output {
-                shore.handle(Now::default(), ShoreInput::Message(ONE, bytes));
+                shore.handle(units::Now::default(), ShoreInput::Message(ONE, bytes));
             }
         }
-        shore.handle(Now::default(), ShoreInput::Resume(ONE, None));
-        shore.handle(Now::default(), ShoreInput::Chart(Some(offer())));
+        shore.handle(units::Now::default(), ShoreInput::Resume(ONE, None));
+        shore.handle(units::Now::default(), ShoreInput::Chart(Some(offer())));
     }
-    shore.handle(Now::default(), ShoreInput::Message(ONE, bytes.clone()));
+    shore.handle(units::Now::default(), ShoreInput::Message(ONE, bytes.clone()));
     shore.poll_timeout();
-    shore.status(Now::default());
+    shore.status(units::Now::default());
     let mut expected = 0;
     while let Some(output) = shore.poll_output() {
         match output {

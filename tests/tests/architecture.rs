@@ -9,13 +9,15 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Each crate's layer. A crate depends on lower layers only.
-const LAYERS: [(u8, &[&str]); 6] = [
+const LAYERS: [(u8, &[&str]); 8] = [
     (0, &["units"]),
-    (1, &["charts", "geofile", "imc"]),
+    (1, &["charts", "devices", "geofile", "imc"]),
     (2, &["guard", "tiles"]),
     (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
     (4, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
-    (5, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
+    (5, &["operations"]),
+    (6, &["shore"]),
+    (7, &["imc-cli", "lutra-tests", "server", "vehicle-agent", "xtask"]),
 ];
 
 /// Only `hub` and `onboard` translate between IMC and these.

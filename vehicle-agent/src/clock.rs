@@ -1,11 +1,13 @@
 //! The computer's two clocks: one for deadlines, which only goes forth, and one for records, which may be set.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-use units::UtcTime;
+use units::{MonoTime, Now, UtcTime};
 
-type Read<T> = Box<dyn Fn() -> T>;
+type Read<T> = Arc<dyn Fn() -> T + Send + Sync>;
 
-/// Where time comes from.
+/// Where time comes from: every part of the program that keeps deadlines of the vessel reads this one.
+#[derive(Clone)]
 pub(crate) struct Clock {
     elapsed: Read<Duration>,
     utc: Read<UtcTime>,
@@ -25,8 +27,16 @@ impl Clock {
     }
 
     /// Clocks of whatever kind.
-    pub(crate) fn of(elapsed: impl Fn() -> Duration + 'static, utc: impl Fn() -> UtcTime + 'static) -> Self {
-        Self { elapsed: Box::new(elapsed), utc: Box::new(utc) }
+    pub(crate) fn of(
+        elapsed: impl Fn() -> Duration + Send + Sync + 'static,
+        utc: impl Fn() -> UtcTime + Send + Sync + 'static,
+    ) -> Self {
+        Self { elapsed: Arc::new(elapsed), utc: Arc::new(utc) }
+    }
+
+    /// The moment, by both clocks.
+    pub(crate) fn now(&self) -> Now {
+        Now { mono: MonoTime::default() + self.elapsed(), utc: self.utc() }
     }
 
     /// Time since the start.

@@ -1,14 +1,15 @@
 //! The program aboard an Otter.
 
-mod chart;
 mod clock;
 mod disk;
 mod edge;
 mod ending;
+mod hull;
 mod laws;
 mod net;
 mod open_loop;
 mod plan;
+mod plot;
 mod run;
 mod say;
 mod sea_chart;
@@ -18,7 +19,7 @@ mod track;
 mod transports;
 mod trial;
 mod uplink;
-mod world;
+mod vehicle;
 
 use crate::disk::{InUse, recording};
 use crate::ending::Fault;

@@ -2,7 +2,8 @@
 
 use crate::simulate::{SimulateArguments, pair};
 use anyhow::{Context as _, bail};
-use sim::{Load, Otter, OtterState, Pair, STEP_S};
+use devices::Pair;
+use sim::{Load, Otter, OtterState, STEP_S};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 

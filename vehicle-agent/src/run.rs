@@ -1,12 +1,13 @@
-//! The vessel in real time: one loop that owns the brain and the simulated hull. It waits for nothing but
-//! packets and deadlines: the disk, sockets and words have threads of their own, and the motors an edge that
+//! The vessel in real time: one loop that owns the clock, the hull and the brain. It waits for nothing but packets
+//! and deadlines: the disk, sockets and printed lines have threads of their own, and the motors a watchdog that
 //! stops them when this loop does not come round.
 
 use crate::clock::Clock;
-use crate::disk::recording::{Beginning, Recorder, told, wanted};
+use crate::disk::recording::{Beginning, Recorder, input_record, output_record};
 use crate::disk::{DataLock, Disk, Done, Store, Tools, Work, Worker};
 use crate::edge::Edge;
 use crate::ending::{Ending, Fault};
+use crate::hull::{Hull, Simulated};
 use crate::net::{Event, Losses, Net};
 use crate::say::{LogFormat, briefly, say};
 use crate::sea_chart::ChartFolder;
@@ -14,12 +15,12 @@ use crate::setup;
 use crate::transports::{self, Given};
 use crate::trial;
 use crate::uplink::{FromShore, Uplink, UplinkSettings};
-use crate::world::{Happening, Motors, World};
+use crate::vehicle::{BrainEvent, Vehicle};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::Config;
 use link::ChartAboard;
-use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Now, Output, Peer};
+use onboard::{Brain, COMMAND_LIFE, Chart, ChartFile, Input, Keep, LeaseGate, Level, Output, Peer};
 use sim::Vessel;
 use std::io::Write as _;
 use std::net::Ipv4Addr;
@@ -27,8 +28,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
-use std::time::{Duration, Instant};
-use units::MonoTime;
+use std::time::Duration;
+use units::{MonoTime, Now, UtcTime};
 
 #[cfg(test)]
 mod tests;
@@ -88,16 +89,16 @@ pub(crate) struct RunArguments {
 }
 
 /// Everything the loop owns.
-struct Agent {
+struct Agent<H> {
     clock: Clock,
     edge: Arc<Edge>,
-    world: World,
+    vehicle: Vehicle<H>,
     net: Net,
     disk: Disk,
     uplink: Option<Uplink>,
     /// Whether the shore's chart takes the place of the configured one.
     takes_chart: bool,
-    happened: Vec<(Now, Happening)>,
+    events: Vec<(Now, BrainEvent)>,
     next_second: Duration,
     next_lost: Duration,
     lapses: u64,
@@ -120,15 +121,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<()> {
     agent.run(&ending)
 }
 
-impl Agent {
-    /// Steers until the end, and ends well.
-    fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
-        ending.at_panics(&self.edge);
-        // A panic has stopped the motors when it comes here; the log is closed all the same.
-        catch_unwind(AssertUnwindSafe(|| self.sail(ending))).ok();
-        self.end(ending)
-    }
-
+impl Agent<Simulated> {
     fn start(arguments: &RunArguments, config: Config, clock: Clock) -> anyhow::Result<Self> {
         let lock = DataLock::take(&arguments.data)?;
         let utc = clock.utc();
@@ -144,7 +137,7 @@ impl Agent {
         };
         let (ports, more) = transports::ports(&config, given);
         doubts.extend(more);
-        let vessel = Vessel::new(&setup::vessel(&config, utc, uid)?)?;
+        let (hull, edge) = simulated(&config, utc, uid)?;
         let (store, kept, unreadable) = Store::open(&arguments.data.join("plans"))?;
         let now = Now { mono: MonoTime::default(), utc };
         let text = config.ini().to_text().map_err(|error| anyhow::anyhow!("{error}"))?;
@@ -154,14 +147,11 @@ impl Agent {
         if journal.is_none() {
             tracing::warn!("no log is written: the configuration has Transports.Logging off");
         }
-        let recorder = match &arguments.record {
-            Some(path) => {
-                let profile = arguments.profile.clone();
-                let beginning = Beginning { config: text, profile, uid, now, kept: kept.clone() };
-                Some(Recorder::create(path, &beginning)?)
-            }
-            None => None,
-        };
+        let recorder = arguments.record.as_ref().map(|path| {
+            let profile = arguments.profile.clone();
+            Recorder::create(path, &Beginning { config: text, profile, uid, now, kept: kept.clone() })
+        });
+        let recorder = recorder.transpose()?;
         let shore = UplinkSettings::read(&config, &arguments.config, &arguments.data, &mut doubts)?;
         let takes_chart = setup::takes_chart(&config);
         let chart = if takes_chart { chart_of_shore(&arguments.data, &mut doubts) } else { None };
@@ -175,26 +165,19 @@ impl Agent {
         let inbox = Arc::clone(&net.inbox);
         let worker = Worker::new(Tools { journal, store, recorder, config, logs });
         let disk = Disk::start(worker, move |done| inbox.done(done))?;
-        let (device, commands) = channel();
-        let edge = Edge::start(move |motors| {
-            // The edge outlives the simulation at the end of the program: then nobody listens.
-            device.send(motors).ok();
-        })?;
-        let gate = Arc::clone(&edge);
-        let motors = Motors::Gated(Box::new(move |motors| gate.command(motors)), commands);
-        let mut world = World::new(vessel, Brain::new(settings, now, kept)?);
-        (world.virtual_disk, world.motors) = (false, motors);
-        let aboard = chart_aboard(&world.brain, takes_chart);
-        let uplink = shore.map(|shore| start_uplink(shore, aboard, &net)).transpose()?;
+        let mut vehicle = Vehicle::new(hull, Brain::new(settings, now, kept)?, now);
+        vehicle.virtual_disk = false;
+        let aboard = chart_aboard(&vehicle.brain, takes_chart);
+        let uplink = shore.map(|shore| start_uplink(shore, aboard, &net, clock.clone())).transpose()?;
         let mut agent = Self {
             clock,
             edge,
-            world,
+            vehicle,
             net,
             disk,
             uplink,
             takes_chart,
-            happened: Vec::new(),
+            events: Vec::new(),
             next_second: Duration::ZERO,
             next_lost: Duration::ZERO,
             lapses: 0,
@@ -207,6 +190,16 @@ impl Agent {
             agent.tell_chart();
         }
         Ok(agent)
+    }
+}
+
+impl<H: Hull> Agent<H> {
+    /// Steers until the end, and ends well.
+    fn run(mut self, ending: &Ending) -> anyhow::Result<()> {
+        ending.at_panics(&self.edge);
+        // A panic has stopped the motors when it comes here; the log is closed all the same.
+        catch_unwind(AssertUnwindSafe(|| self.sail(ending))).ok();
+        self.end(ending)
     }
 
     /// Steers until the end.
@@ -229,7 +222,7 @@ impl Agent {
         if self.uplink.take().is_some_and(|uplink| !uplink.end()) {
             tracing::error!("the disk did not take the rest of the spool in time");
         }
-        self.disk.hand(Work::Close(self.world.now().utc));
+        self.disk.hand(Work::Close(self.vehicle.now.utc));
         let closed = self.disk.finish(DISK_END);
         self.edge.close();
         let state = if closed { "log closed" } else { "log NOT closed" };
@@ -246,36 +239,28 @@ impl Agent {
 
     /// Tells the brain something and carries out what it wants.
     fn tell(&mut self, input: Input) {
-        let happened = &mut self.happened;
-        self.world.tell(input, &mut |now, happening| happened.push((now, happening)));
+        let events = &mut self.events;
+        self.vehicle.tell(input, &mut |now, event| events.push((now, event)));
         self.carry_out();
     }
 
-    /// Lets the simulated world come to the moment.
+    /// Comes to this moment: the hull is polled and the brain told.
     fn catch_up(&mut self) {
-        let (elapsed, utc) = (self.clock.elapsed(), self.clock.utc());
-        let until = MonoTime::default() + elapsed;
-        let vessel = &self.world.vessel;
-        // What the computer takes for the time, over what it is in the simulated world.
-        let behind = until.since(vessel.now());
-        self.world.clock_error_us = (utc - vessel.utc()) - behind.as_micros() as i64;
-        let happened = &mut self.happened;
-        let mut sink = |now, happening| happened.push((now, happening));
-        if behind > COMMAND_LIFE {
-            // The start takes its time, but then nothing moves yet.
-            if vessel.now() > MonoTime::default() {
-                let held_up_s = behind.as_secs_f64();
-                tracing::error!(held_up_s, "the loop was held up; the motors were stopped meanwhile");
-            }
-            self.world.drift(until, &mut sink);
+        let now = self.clock.now();
+        let behind = now.mono.since(self.vehicle.now.mono);
+        // The start takes its time, but then nothing moves yet.
+        if behind > COMMAND_LIFE && self.vehicle.now.mono > MonoTime::default() {
+            let held_up_s = behind.as_secs_f64();
+            tracing::error!(held_up_s, "the loop was held up; the motors were stopped meanwhile");
         }
-        self.world.run(until, &mut sink);
+        let events = &mut self.events;
+        self.vehicle.come_to(now, &mut |now, event| events.push((now, event)));
         self.carry_out();
     }
 
     /// Waits for events until the next deadline.
     fn wait(&mut self, ending: &Ending) {
-        let due = self.world.brain.poll_timeout().unwrap_or_default().min(self.world.vessel.poll_timeout());
+        let due = self.vehicle.poll_timeout().unwrap_or_default();
         let elapsed = MonoTime::default() + self.clock.elapsed();
         let mut longest = due.since(elapsed).min(LONGEST_WAIT);
         for _ in 0..EVENTS_AT_ONCE {
@@ -312,15 +297,15 @@ impl Agent {
 
     /// Carries out all that is wanted.
     fn carry_out(&mut self) {
-        for (now, happening) in std::mem::take(&mut self.happened) {
+        for (now, event) in std::mem::take(&mut self.events) {
             if self.disk.is_recording() {
-                let (kind, bytes) = match &happening {
-                    Happening::Told(input) => told(now, input),
-                    Happening::Wanted(output) => wanted(output),
+                let (kind, bytes) = match &event {
+                    BrainEvent::Input(input) => input_record(now, input),
+                    BrainEvent::Output(output) => output_record(output),
                 };
                 self.disk.hand(Work::Record(kind, bytes));
             }
-            if let Happening::Wanted(output) = happening {
+            if let BrainEvent::Output(output) = event {
                 self.do_one(now, output);
             }
         }
@@ -331,7 +316,7 @@ impl Agent {
 
     fn do_one(&mut self, now: Now, output: Output) {
         match output {
-            // The world has carried this out.
+            // The hull has been commanded.
             Output::Motors(_) => {}
             Output::Packet { bytes, to } => {
                 self.net.send(&bytes, &to);
@@ -361,7 +346,7 @@ impl Agent {
     /// Tells the shore which chart is in force.
     fn tell_chart(&self) {
         if let Some(uplink) = &self.uplink {
-            uplink.chart(chart_aboard(&self.world.brain, self.takes_chart));
+            uplink.chart(chart_aboard(&self.vehicle.brain, self.takes_chart));
         }
     }
 
@@ -372,7 +357,7 @@ impl Agent {
             return;
         }
         self.next_second = elapsed + SECOND;
-        let now = self.world.now();
+        let now = self.vehicle.now;
         self.disk.hand(Work::Tick(now.mono, now.utc));
         self.tell_chart();
         let lapses = self.edge.lapses();
@@ -407,13 +392,30 @@ impl Agent {
     }
 }
 
+/// A simulated hull whose commands pass the watchdog.
+fn simulated(config: &Config, start: UtcTime, seed: u64) -> anyhow::Result<(Simulated, Arc<Edge>)> {
+    let vessel = Vessel::new(&setup::vessel(config, start, seed)?)?;
+    let (device, passed) = channel();
+    let edge = Edge::start(move |motors| {
+        // The watchdog outlives the simulation at the end of the program: then nobody listens.
+        device.send(motors).ok();
+    })?;
+    let watchdog = Arc::clone(&edge);
+    Ok((Simulated::watched(vessel, move |motors| watchdog.command(motors), passed), edge))
+}
+
 /// Commands of the shore wait with those of other peers; it is told when there is no room.
-fn start_uplink(settings: UplinkSettings, chart: ChartAboard, net: &Net) -> anyhow::Result<Uplink> {
+fn start_uplink(
+    settings: UplinkSettings,
+    chart: ChartAboard,
+    net: &Net,
+    clock: Clock,
+) -> anyhow::Result<Uplink> {
     let inbox = Arc::clone(&net.inbox);
     // The shore hears at once of what the brain will not obey; the brain looks again when the order's turn comes.
-    let (mut gate, begun) = (LeaseGate::default(), Instant::now());
+    let mut gate = LeaseGate::default();
     let deliver = move |what: FromShore<'_>| {
-        let now = MonoTime::default() + begun.elapsed();
+        let now = clock.now().mono;
         let taken = match what {
             FromShore::Lease(lease) => {
                 gate.told(now, &lease);

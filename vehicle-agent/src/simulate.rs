@@ -2,13 +2,14 @@
 
 use crate::disk::Journal;
 use crate::disk::recording::{Beginning, Recorder};
+use crate::hull::Simulated;
 use crate::open_loop;
 use crate::plan;
 use crate::say::{complain, say};
 use crate::setup;
 use crate::track::{self, Track};
 use crate::trial;
-use crate::world::{Happening, World};
+use crate::vehicle::{BrainEvent, Vehicle};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use config::{Config, InMemory};
@@ -18,11 +19,11 @@ use imc::messages::{
     PlanControlStateState, PlanControlType, PlanSpecification, VehicleState, VehicleStateOpMode,
 };
 use imc::{Address, Header, Packet, PacketView};
-use onboard::{Brain, Entity, Input, Level, Now, Output, Peer};
+use onboard::{Brain, Entity, Input, Level, Output, Peer};
 use sim::{GnssConfig, Vessel, WindConfig};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// The console that starts the plan.
 const CONSOLE: Address = Address(0x4001);
@@ -109,13 +110,13 @@ struct Watch {
 
 /// A simulated run.
 struct Run {
-    world: World,
+    vehicle: Vehicle<Simulated>,
     own: Address,
     recorder: Option<Recorder>,
     journal: Option<Journal>,
     watch: Watch,
     track: Option<Track>,
-    happened: Vec<(Now, Happening)>,
+    events: Vec<(Now, BrainEvent)>,
 }
 
 pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
@@ -132,26 +133,26 @@ pub(crate) fn simulate(arguments: &SimulateArguments) -> anyhow::Result<()> {
     let mut run = Run::begin(arguments, &config, utc)?;
     let plan = match &arguments.plan {
         Some(path) => plan::read(path)?,
-        None => plan::demonstration(run.world.vessel.frame().origin()),
+        None => plan::demonstration(run.vehicle.hull.vessel.frame().origin()),
     };
     if arguments.svg.is_some() {
-        run.track = Some(Track::new(&plan, run.world.vessel.frame()));
+        run.track = Some(Track::new(&plan, run.vehicle.hull.vessel.frame()));
     }
     let begun = Instant::now();
     run.tell(Input::Connected(Peer::Tcp(1)))?;
     run.sail(&plan, limit_s.unwrap_or(LONGEST_S), limit_s.is_none(), arguments.every, factor)?;
     run.tell(Input::Shutdown)?;
     if let Some(journal) = &mut run.journal {
-        journal.close(run.world.now().utc).context("closing the log")?;
+        journal.close(run.vehicle.now.utc).context("closing the log")?;
     }
     if let Some(recorder) = &mut run.recorder {
         recorder.flush()?;
     }
     if let (Some(track), Some(path)) = (&run.track, &arguments.svg) {
         let conditions = conditions(&vessel(arguments, &config, utc)?);
-        let chart = track.chart(&conditions, run.watch.activity.per_s());
-        chart.notes.iter().for_each(|note| say!("{note}"));
-        std::fs::write(path, chart.to_svg()).with_context(|| format!("writing {}", path.display()))?;
+        let plot = track.plot(&conditions, run.watch.activity.per_s());
+        plot.notes.iter().for_each(|note| say!("{note}"));
+        std::fs::write(path, plot.to_svg()).with_context(|| format!("writing {}", path.display()))?;
     }
     run.summary(begun.elapsed())
 }
@@ -180,8 +181,9 @@ impl Run {
             .as_ref()
             .map(|base| Journal::new(base, settings.address, Entity::Logger.number(), text));
         let own = settings.address;
-        let world = World::new(vessel, Brain::new(settings, now, mission::Kept::default())?);
-        Ok(Self { world, own, recorder, journal, watch: Watch::default(), track: None, happened: Vec::new() })
+        let brain = Brain::new(settings, now, mission::Kept::default())?;
+        let vehicle = Vehicle::new(Simulated::new(vessel), brain, now);
+        Ok(Self { vehicle, own, recorder, journal, watch: Watch::default(), track: None, events: Vec::new() })
     }
 
     /// Uploads and starts the plan when the vessel is ready, and goes on to the end.
@@ -199,7 +201,7 @@ impl Run {
             say!("    time    north     east  speed  heading  course  cross-track  plan");
         }
         loop {
-            let now_s = self.world.vessel.now().micros() as f64 / 1e6;
+            let now_s = self.vehicle.now.mono.micros() as f64 / 1e6;
             if now_s >= limit_s || (until_done && started && self.is_over()) {
                 return Ok(());
             }
@@ -220,7 +222,7 @@ impl Run {
             if let Some(track) = &mut self.track {
                 let running = self.watch.plan.state == PlanControlStateState::Executing;
                 let maneuver = self.watch.plan.man_id.to_str_lossy();
-                let truth = self.world.vessel.truth();
+                let truth = self.vehicle.hull.vessel.truth();
                 track.see(now_s, running.then_some(&*maneuver), truth.state.position, truth.speed_mps);
             }
             if let Some(factor) = factor {
@@ -228,8 +230,8 @@ impl Run {
                 std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
             }
             let until = MonoTime::default() + Duration::from_secs_f64(next_beat.min(limit_s));
-            let happened = &mut self.happened;
-            self.world.advance(until, &mut |now, happening| happened.push((now, happening)));
+            let events = &mut self.events;
+            self.vehicle.advance(until, &mut |now, event| events.push((now, event)));
             self.take()?;
         }
     }
@@ -240,34 +242,34 @@ impl Run {
     }
 
     fn tell(&mut self, input: Input) -> anyhow::Result<()> {
-        let happened = &mut self.happened;
-        self.world.tell(input, &mut |now, happening| happened.push((now, happening)));
+        let events = &mut self.events;
+        self.vehicle.tell(input, &mut |now, event| events.push((now, event)));
         self.take()
     }
 
     fn send(&mut self, message: impl Into<imc::Message>) -> anyhow::Result<()> {
-        let timestamp = self.world.now().utc.seconds();
+        let timestamp = self.vehicle.now.utc.seconds();
         let header = Header { timestamp, src: CONSOLE, dst: self.own, ..Header::default() };
         self.tell(Input::Packet(Peer::Tcp(1), Packet::new(header, message).encode()?))
     }
 
     /// Records and logs what happened, and looks at it.
     fn take(&mut self) -> anyhow::Result<()> {
-        while !self.happened.is_empty() {
-            for (now, happening) in std::mem::take(&mut self.happened) {
-                self.take_one(now, happening)?;
+        while !self.events.is_empty() {
+            for (now, event) in std::mem::take(&mut self.events) {
+                self.take_one(now, event)?;
             }
         }
         Ok(())
     }
 
-    fn take_one(&mut self, now: Now, happening: Happening) -> anyhow::Result<()> {
-        match (&mut self.recorder, &happening) {
+    fn take_one(&mut self, now: Now, event: BrainEvent) -> anyhow::Result<()> {
+        match (&mut self.recorder, &event) {
             (None, _) => {}
-            (Some(recorder), Happening::Told(input)) => recorder.told(now, input)?,
-            (Some(recorder), Happening::Wanted(output)) => recorder.wanted(output)?,
+            (Some(recorder), BrainEvent::Input(input)) => recorder.input(now, input)?,
+            (Some(recorder), BrainEvent::Output(output)) => recorder.output(output)?,
         }
-        let Happening::Wanted(output) = happening else { return Ok(()) };
+        let BrainEvent::Output(output) = event else { return Ok(()) };
         if let (Some(track), Output::Motors(motors)) = (&mut self.track, &output) {
             track.command(*motors);
         }
@@ -276,8 +278,8 @@ impl Run {
         match &output {
             Output::OpenLog { label, utc } => {
                 let opened = Input::LogOpened(Ok(journal.open(now.mono, *utc, label)?));
-                let happened = &mut self.happened;
-                self.world.tell(opened, &mut |now, happening| happened.push((now, happening)));
+                let events = &mut self.events;
+                self.vehicle.tell(opened, &mut |now, event| events.push((now, event)));
             }
             Output::Packet { bytes, .. } => {
                 journal.write(now.mono, bytes)?;
@@ -291,7 +293,7 @@ impl Run {
     }
 
     fn line(&self, now_s: f64) {
-        let truth = self.world.vessel.truth();
+        let truth = self.vehicle.hull.vessel.truth();
         let cross = self.watch.cross_m.map_or_else(|| "-".to_owned(), |cross_m| format!("{cross_m:+.2} m"));
         say!(
             "{now_s:7.0} s {:7.1} m {:7.1} m {:5.2}  {:6.0}°  {:5.0}°  {cross:>11}  {} {}",
@@ -306,7 +308,7 @@ impl Run {
     }
 
     fn summary(&self, took: Duration) -> anyhow::Result<()> {
-        let simulated_s = self.world.vessel.now().micros() as f64 / 1e6;
+        let simulated_s = self.vehicle.now.mono.micros() as f64 / 1e6;
         let (sum, count) = self.watch.squares;
         say!(
             "{simulated_s:.0} s simulated in {:.2} s ({:.0} times real time), {} packets, {} bytes",

@@ -4,7 +4,7 @@
 //! began. Cross-track errors are positive to starboard of the leg. A vessel counts as settled
 //! from 40 m after the beginning of a leg up to 15 m before its end.
 
-use crate::chart::{Chart, Curve, Point};
+use crate::plot::{Curve, Plot, Point};
 use control::MotorPair;
 use imc::messages::{Goto, Message, PlanManeuver, PlanSpecification, SpeedUnits, StationKeeping};
 use units::{LatLon, LocalFrame, LocalPoint};
@@ -94,9 +94,9 @@ impl Track {
         self.samples.push(Sample { time_s, at, speed_mps, stage, motors: self.motors, turning });
     }
 
-    /// The chart of the run; the line of conditions is shown below the figures. `activity_per_s` is the motor
+    /// The plot of the run; the line of conditions is shown below the figures. `activity_per_s` is the motor
     /// activity ([`control::MotorActivity`]) while the plan ran.
-    pub(crate) fn chart(&self, conditions: &str, activity_per_s: Option<f64>) -> Chart {
+    pub(crate) fn plot(&self, conditions: &str, activity_per_s: Option<f64>) -> Plot {
         let point = |at: LocalPoint| (at.east_m, at.north_m);
         let stations = self.stages.iter().filter_map(|(_, want)| match want {
             Want::Station { centre, radius_m } => Some((point(*centre), *radius_m)),
@@ -106,7 +106,7 @@ impl Track {
         let first = self.samples.first().map(|sample| sample.at).filter(|_| !on_station);
         let ends = (0..self.stages.len()).filter_map(|stage| self.end(stage));
         let duration_s = self.samples.last().map_or(0.0, |last| last.time_s);
-        Chart {
+        Plot {
             title: format!("Plan \"{}\", {}", self.name, spoken(duration_s)),
             notes: vec![self.figures(), self.effort(activity_per_s), conditions.to_owned()],
             track: self.samples.iter().map(|sample| point(sample.at)).collect(),
@@ -390,12 +390,12 @@ mod tests {
         let figures = track.figures();
         assert!(figures.contains("RMS 0.50 m, largest 0.50 m"), "{figures}");
         assert!(figures.contains("outside a turn 3.00 m"), "{figures}");
-        let chart = track.chart("calm", Some(0.4321));
-        assert_eq!((chart.track.len(), chart.plan.len(), chart.curves[0].pieces.len()), (202, 3, 2));
+        let plot = track.plot("calm", Some(0.4321));
+        assert_eq!((plot.track.len(), plot.plan.len(), plot.curves[0].pieces.len()), (202, 3, 2));
         let effort = "Mean speed after settling 1.00 m/s of 1.50 m/s planned; motor activity 0.432 of full throttle a second";
-        assert_eq!(chart.notes[1..], [effort, "calm"]);
-        assert_eq!(chart.title, "Plan \"test\", 3 min 21 s");
-        assert!(chart.to_svg().contains("RMS 0.50 m"));
+        assert_eq!(plot.notes[1..], [effort, "calm"]);
+        assert_eq!(plot.title, "Plan \"test\", 3 min 21 s");
+        assert!(plot.to_svg().contains("RMS 0.50 m"));
     }
 
     #[test]
@@ -410,8 +410,8 @@ mod tests {
         assert!(figures.contains("largest 11.00 m, inside 75.0 %"), "{figures}");
         // A motor that was on at the end of a period was on in the next one too, until told otherwise.
         assert!(figures.contains("motors on 50.0 %"), "{figures}");
-        let chart = track.chart("", None);
-        assert_eq!((chart.curves[2].pieces[0][4].1, chart.curves[2].second[0][4].1), (0.3, -0.3));
-        assert_eq!(chart.circles, [((0.0, 0.0), 10.0)]);
+        let plot = track.plot("", None);
+        assert_eq!((plot.curves[2].pieces[0][4].1, plot.curves[2].second[0][4].1), (0.3, -0.3));
+        assert_eq!(plot.circles, [((0.0, 0.0), 10.0)]);
     }
 }

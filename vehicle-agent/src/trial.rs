@@ -13,8 +13,9 @@ use control::{
     CourseSpeed, CourseSpeedConfig, Drive, MotorActivity, MotorPair, PidConfig, Setpoint, Sharing,
     SpeedTarget, YawTarget,
 };
-use onboard::{Entity, Input, Navigation, Settings};
-use sim::{EnvironmentConfig, Otter, OutputForm, Side, Vessel, VesselConfig};
+use devices::{Reading, Side};
+use onboard::{Entity, Navigation, Settings};
+use sim::{EnvironmentConfig, Otter, OutputForm, Vessel, VesselConfig};
 use std::f64::consts::FRAC_PI_3;
 use std::ops::Range;
 use std::time::Duration;
@@ -242,14 +243,13 @@ impl Sailing {
     /// One step of navigation and controller, as aboard.
     fn steer(&mut self, wanted: &Setpoint) -> MotorPair {
         while let Some(timed) = self.vessel.poll_output() {
-            if let Some(Input::Gnss(reading)) = crate::world::input_of(&timed.output) {
+            if let sim::Output::Reading(Reading::Gnss(reading)) = timed.output {
                 // A position that navigation does not use is reckoned over.
                 self.navigation.read(timed.at, &reading).ok();
             }
         }
         let now = self.vessel.now();
-        let [port_rpm, starboard_rpm] =
-            [Side::Port, Side::Starboard].map(|side| self.vessel.motor(side).propeller_rpm);
+        let [port_rpm, starboard_rpm] = Side::BOTH.map(|side| self.vessel.motor(side).propeller_rpm);
         let mean_rpm = f64::midpoint(port_rpm, starboard_rpm);
         let output = self
             .navigation

@@ -6,10 +6,9 @@
 //! are compared, so that nobody setting the time disturbs an expiry; UTC follows from the stamps.
 
 use crate::frame::Stamp;
-use crate::now::Now;
 use std::collections::VecDeque;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 const SAMPLES: usize = 16;
 /// Two crystals drift apart by less than this share of the time (crystals of such computers: 50 ppm each).

@@ -31,7 +31,6 @@ mod commands;
 pub mod frame;
 mod latency;
 mod live;
-mod now;
 mod pace;
 mod shore;
 mod vessel;
@@ -44,7 +43,6 @@ pub use frame::{
     Lease, MAX_MESSAGE_BYTES, VERSION,
 };
 pub use latency::Latency;
-pub use now::Now;
 pub use shore::{Outcome, PeerBacklog, Shore, ShoreInput, ShoreOutput, ShoreSettings, ShoreStatus};
 pub use vessel::{
     Answer, ChartAboard, Entry, Failure, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,

@@ -4,12 +4,11 @@
 //! record lane and counted; known kinds go on.
 
 use crate::frame::Batch;
-use crate::now::Now;
 use crate::{MAX_BATCH_RAW_BYTES, Packer};
 use bytes::Bytes;
 use imc::PacketView;
 use std::collections::BTreeMap;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 const MOST_KINDS: usize = 2048;
 const MOST_BYTES: usize = 512 << 10;

@@ -7,31 +7,35 @@
 
 use crate::authority::COMMAND_LIFE;
 use crate::bus::{Asker, Bus};
+use crate::conditions::Conditions;
 use crate::detections::Detections;
 use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
+use crate::grounding::Chart;
 use crate::health::{Clock, Host};
-use crate::input::{Input, Now, Side};
-use crate::intake::Intake;
-use crate::lease::{Lease, LeaseGate};
+use crate::input::{Input, Peer};
+use crate::lease::Lease;
+use crate::log::Log;
 use crate::navigation::{Estimate, Navigation};
-use crate::operator::Operators;
 use crate::output::{Level, Output};
-use crate::parameter_stack::ParameterStack;
-use crate::pilot::{Drive, Pilot};
-use crate::plans::Plans;
-use crate::saving::Saving;
+use crate::parameters::{Live, ParameterService};
+use crate::pilot::Pilot;
+use crate::plans::{self, Plans};
+use crate::reception::{Reception, may_stop};
 use crate::sensors::{self, Sensors};
 use crate::settings::Settings;
 use crate::sight::Sight;
 use crate::states::{Condition, States};
-use crate::supervise::{Desk, Restart, Supervise};
-use crate::under_way::{Doing, Keeper, UnderWay};
-use imc::messages::{Message, VehicleMedium, VehicleMediumMedium};
-use mission::{EntityCondition, Event, Kept};
-use std::collections::BTreeMap;
+use crate::supervise::{Context, Restart, Supervise};
+use crate::under_way::{Keeper, UnderWay};
+use devices::Reading;
+use imc::messages::{
+    Message, PlanControl, PlanControlOp, PlanControlType, VehicleMedium, VehicleMediumMedium,
+};
+use imc::{Address, Packet};
+use mission::{Event, Kept};
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Slower watching happens once in this time.
 const WATCH: Duration = Duration::from_millis(500);
@@ -42,38 +46,32 @@ const SECOND: Duration = Duration::from_secs(1);
 /// The brain of a vessel.
 #[derive(Debug)]
 pub struct Brain {
-    pub(crate) settings: Settings,
-    pub(crate) bus: Bus,
-    pub(crate) states: States,
-    pub(crate) navigation: Navigation,
-    pub(crate) pilot: Pilot,
-    pub(crate) plans: Plans,
-    pub(crate) sensors: Sensors,
-    pub(crate) discovery: Discovery,
-    pub(crate) operators: Operators,
-    pub(crate) intake: Intake,
-    pub(crate) lease: LeaseGate,
-    pub(crate) supervise: Supervise,
-    pub(crate) kept: ParameterStack,
-    pub(crate) saving: Saving,
+    settings: Settings,
+    bus: Bus,
+    states: States,
+    navigation: Navigation,
+    pilot: Pilot,
+    plans: Plans,
+    sensors: Sensors,
+    discovery: Discovery,
+    reception: Reception,
+    supervise: Supervise,
+    parameters: ParameterService,
     detections: Detections,
     clock: Clock,
     host: Host,
+    log: Log,
+    conditions: Conditions,
+    /// What the disk holds of what is under way.
+    keeper: Keeper,
     estimate: Option<Estimate>,
     sight: Sight,
     step: Duration,
     next_step: MonoTime,
     next_watch: MonoTime,
     next_second: MonoTime,
-    next_conditions: MonoTime,
     shut_down: bool,
     afloat: bool,
-    /// Name of the open log.
-    pub(crate) log_name: String,
-    /// What the engine was told last of the watched parts.
-    conditions: BTreeMap<String, EntityCondition>,
-    /// What the disk holds of what is under way.
-    keeper: Keeper,
     /// The time of the satellites at their last position.
     satellite_utc: Option<UtcTime>,
 }
@@ -102,18 +100,15 @@ impl Brain {
             states,
             pilot,
             plans,
-            conditions: BTreeMap::new(),
+            log: Log::default(),
+            conditions: Conditions::new(now.mono),
             keeper,
             satellite_utc: None,
-            log_name: String::new(),
             sensors: Sensors::default(),
             discovery: Discovery::new(now.mono),
-            operators: Operators::default(),
-            intake: Intake::new(now.mono),
-            lease: LeaseGate::default(),
+            reception: Reception::new(now.mono),
             supervise: Supervise::new(&settings, now.mono, Restart::new(found)),
-            kept: ParameterStack::default(),
-            saving: Saving::new(&settings),
+            parameters: ParameterService::new(&settings),
             detections: Detections::default(),
             clock: Clock::default(),
             host: Host::default(),
@@ -123,7 +118,6 @@ impl Brain {
             next_step: now.mono,
             next_watch: now.mono,
             next_second: now.mono,
-            next_conditions: now.mono,
             shut_down: false,
             afloat: false,
             bus,
@@ -184,38 +178,39 @@ impl Brain {
         self.estimate.as_ref()
     }
 
+    /// The chart in force.
+    pub fn chart(&self) -> &Chart {
+        &self.settings.grounding.chart
+    }
+
+    /// Why a chart that came is not in force yet.
+    pub fn chart_waits(&self) -> Option<&str> {
+        self.supervise.grounding.waiting_chart.as_ref().map(|(_, why)| &why[..])
+    }
+
     fn take(&mut self, input: Input) {
         match input {
             Input::Timer => {}
-            Input::Gnss(reading) => {
-                self.clock.compare(&self.bus, &reading);
-                if reading.fix.is_some() {
-                    self.satellite_utc = reading.utc.or(self.satellite_utc);
-                }
-                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
-            }
-            Input::Motor(side, reading) => {
-                let motor = match side {
-                    Side::Port => 0,
-                    Side::Starboard => 1,
-                };
-                self.pilot.measured(self.bus.mono(), motor, reading.rpm);
-                self.sensors.motor(&mut self.bus, side, &reading);
-            }
-            Input::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
-            Input::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
-            Input::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
+            Input::Reading(reading) => self.read(reading),
             Input::Host(reading) => self.host.read(&mut self.bus, &reading),
             Input::Packet(from, bytes) => self.packet(from, 0, bytes),
             Input::Order(from, lease, bytes) => self.packet(from, lease, bytes),
             Input::Lease(lease) => self.leased(&lease),
-            Input::Chart(chart) => self.charted(chart),
+            Input::Chart(chart) => {
+                let (_, mut live, estimate) = self.live();
+                live.chart_came(chart, estimate);
+            }
             Input::Connected(peer) => self.bus.node.connected(peer),
             Input::Disconnected(peer) => self.bus.node.disconnected(peer),
             Input::Reachable(reachable) => self.discovery.reachable(self.bus.mono(), reachable),
-            Input::LogOpened(outcome) => self.log_opened(outcome),
+            Input::LogOpened(outcome) => {
+                let labels = &self.settings.labels;
+                self.log.opened(&mut self.bus, &mut self.states, labels, outcome);
+            }
             Input::Stored(ticket, outcome) => self.plans.stored(&mut self.bus, ticket, outcome),
-            Input::ParametersKept(label, outcome) => self.parameters_kept(&label, outcome),
+            Input::ParametersKept(label, outcome) => {
+                self.parameters.kept(&mut self.bus, &self.settings, &label, outcome);
+            }
             Input::NotKept(what) => {
                 self.bus.entry(Entity::PlanDatabase, Level::Error, format!("not kept on disk: {what}"));
             }
@@ -223,40 +218,139 @@ impl Brain {
         }
     }
 
+    fn read(&mut self, reading: Reading) {
+        match reading {
+            Reading::Gnss(reading) => {
+                self.clock.compare(&self.bus, &reading);
+                if reading.fix.is_some() {
+                    self.satellite_utc = reading.utc.or(self.satellite_utc);
+                }
+                self.sensors.gnss(&mut self.bus, &mut self.navigation, &reading);
+            }
+            Reading::Motor(side, reading) => {
+                self.pilot.measured(self.bus.mono(), side, reading.propeller_rpm);
+                self.sensors.motor(&mut self.bus, side, &reading);
+            }
+            Reading::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
+            Reading::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
+            Reading::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
+        }
+    }
+
     /// The shore says who commands.
     fn leased(&mut self, lease: &Lease) {
-        let now = self.bus.mono();
-        if self.lease.told(now, lease) {
-            let text = match self.lease.holder(now) {
-                Some(holder) => format!("{holder} has control from ashore"),
-                None => "nobody has control from ashore".to_owned(),
-            };
-            self.bus.entry(Entity::Supervisor, Level::Info, text);
-            if self.supervise.commander_changed(now) {
-                let text = "the exemption was another's: the sea chart guards again".to_owned();
-                self.bus.entry(Entity::Grounding, Level::Warning, text);
+        if self.reception.leased(&mut self.bus, lease) && self.supervise.commander_changed(self.bus.mono()) {
+            let text = "the exemption was another's: the sea chart guards again".to_owned();
+            self.bus.entry(Entity::Grounding, Level::Warning, text);
+        }
+    }
+
+    /// A packet as it came, under a lease (0 for none).
+    fn packet(&mut self, from: Peer, lease: u64, bytes: Vec<u8>) {
+        let Some(packet) = self.reception.receive(&mut self.bus, from, bytes) else { return };
+        let Some(message) = packet.message() else { return };
+        let header = packet.header;
+        if header.src.is_ccu() {
+            self.supervise.contact(self.bus.mono());
+        }
+        let asker = Asker { system: header.src, entity: header.src_ent };
+        if !self.reception.obeys(&mut self.bus, asker, header.dst, lease, message) {
+            return;
+        }
+        match message {
+            Message::RemoteActions(keys) => {
+                if header.dst == self.bus.address() {
+                    let text = keys.actions.to_str_lossy();
+                    let longest_age = self.settings.longest_key_age;
+                    let (bus, pilot) = (&mut self.bus, &mut self.pilot);
+                    self.reception.keys(bus, pilot, longest_age, from, &packet, &text);
+                }
+            }
+            Message::PlanControl(request) => self.plan_control(from, &packet, request),
+            _ => self.message(asker, header.dst, header.dst_ent, message),
+        }
+    }
+
+    /// A request of the plan engine, which may be an operator who steps in.
+    fn plan_control(&mut self, from: Peer, packet: &Packet, request: &PlanControl) {
+        let header = packet.header;
+        let to_us = header.dst == self.bus.address();
+        let may_stop = may_stop(&self.bus, header.dst);
+        let before = self.plans.plan_state().run;
+        // What an operator now decides settles a failure that nobody has looked at yet.
+        let earlier = self.plans.take_failed();
+        if to_us || (may_stop && request.op == PlanControlOp::Stop) {
+            let asker = Asker { system: header.src, entity: header.src_ent };
+            let name = self.name_of(header.src);
+            self.plans.control(&mut self.bus, &mut self.pilot, asker, &name, request);
+        }
+        let run = self.plans.plan_state().run;
+        let stops = request.op == PlanControlOp::Stop && request.r#type == PlanControlType::Request;
+        let steps_in = run != before || (stops && may_stop);
+        if steps_in {
+            self.supervise.stepped_in();
+        }
+        if run.is_some() && run != before {
+            self.reception.started(header.src, from);
+        }
+        if let Some(earlier) = earlier.filter(|_| !steps_in) {
+            self.plans.failed_before(earlier);
+        }
+    }
+
+    /// The name of a system: as announced, else as configured.
+    fn name_of(&self, system: Address) -> String {
+        let configured = || self.settings.names.get(&system.0).map(String::as_str);
+        self.bus.node.name_of(system).or_else(configured).unwrap_or_default().to_owned()
+    }
+
+    fn message(&mut self, asker: Asker, to: Address, to_entity: u8, message: &Message) {
+        let to_us = to == self.bus.address();
+        let may_stop = may_stop(&self.bus, to);
+        if !(to_us || to.is_everyone()) {
+            return;
+        }
+        match message {
+            Message::LoggingControl(request) if to_us => self.log.request(&mut self.bus, asker, request),
+            Message::PlanDB(request) if to_us || (may_stop && plans::reads(request.op)) => {
+                let name = self.name_of(asker.system);
+                self.plans.database(&mut self.bus, asker, &name, request);
+            }
+            Message::Abort(_) if may_stop => {
+                self.supervise.aborted();
+                let abort = mission::Input::Abort { by: asker.system.0 };
+                self.plans.tell(&mut self.bus, &mut self.pilot, abort);
+                self.conditions.hold(self.bus.mono());
+            }
+            Message::TeleoperationDone(_) if may_stop => {
+                let done = Event::TeleoperationDone { from: asker.system.0 };
+                self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Event(done));
+            }
+            Message::Reference(reference) if to_us => {
+                self.plans.reference(&mut self.bus, &mut self.pilot, asker, reference);
+            }
+            Message::Announce(announce) => {
+                self.plans.sighted(&mut self.bus, &mut self.pilot, asker, announce);
+            }
+            _ => {
+                discovery::answer(&mut self.bus, &self.settings, asker, to_entity, message);
+                let (parameters, mut live, _) = self.live();
+                parameters.on_message(&mut live, asker, to_us, message);
             }
         }
     }
 
-    fn log_opened(&mut self, outcome: Result<String, String>) {
-        match outcome {
-            Ok(name) => {
-                // A log explains itself: whose numbers are whose.
-                let own = Asker { system: self.bus.address(), entity: Entity::Logger.number() };
-                discovery::entity_list(&mut self.bus, own, &self.settings.labels);
-                for entity in Entity::ALL {
-                    discovery::entity_info(&mut self.bus, own, &self.settings.labels, entity);
-                }
-                self.states.set(&mut self.bus, Entity::Logger, Condition::Normal, name.clone());
-                self.log_name = name;
-            }
-            Err(reason) => {
-                let text = format!("no log is written: {reason}");
-                self.bus.console(Level::Error, text.clone());
-                self.states.set(&mut self.bus, Entity::Logger, Condition::Error, text);
-            }
-        }
+    /// What a change of parameters or chart reaches.
+    fn live(&mut self) -> (&mut ParameterService, Live<'_>, Option<&Estimate>) {
+        let live = Live {
+            bus: &mut self.bus,
+            settings: &mut self.settings,
+            pilot: &mut self.pilot,
+            navigation: &mut self.navigation,
+            supervise: &mut self.supervise,
+            plans: &mut self.plans,
+        };
+        (&mut self.parameters, live, self.estimate.as_ref())
     }
 
     /// Motors first, then the log.
@@ -271,7 +365,9 @@ impl Brain {
     fn tick(&mut self) {
         let now = self.bus.mono();
         if now >= self.next_step {
-            self.next_step = self.next_step.max(now.earlier(self.step)) + self.step;
+            // What was missed by more than a step is not made up for. A step is far shorter than 64 bits of microseconds.
+            let earlier = MonoTime::from_micros(now.micros().saturating_sub(self.step.as_micros() as u64));
+            self.next_step = self.next_step.max(earlier) + self.step;
             self.navigate();
         }
         if now >= self.next_watch {
@@ -283,14 +379,17 @@ impl Brain {
             if let Some(estimate) = &self.estimate {
                 self.bus.send(Entity::Navigation, &sensors::uncertainty(estimate));
             }
-            if let Some(packets) = self.intake.declare(now) {
+            if let Some(packets) = self.reception.left_out(now) {
                 let text = format!("too much comes from others: {packets} of their packets are not logged");
                 self.bus.entry(Entity::Logger, Level::Warning, text);
             }
         }
-        self.tell_conditions();
+        let (watched, labels) = (&self.settings.watch.monitored, &self.settings.labels);
+        if let Some(conditions) = self.conditions.due(now, watched, &self.states, labels) {
+            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Entities(conditions));
+        }
         self.plans.tick(&mut self.bus, &mut self.pilot);
-        self.with_desk(|supervise, desk, _| supervise.tick(desk));
+        self.with_supervisors(|supervise, context, _| supervise.tick(context));
         self.act_for_plan();
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
         self.keep_under_way();
@@ -299,32 +398,13 @@ impl Brain {
         self.states.tick(&mut self.bus, &self.settings.labels);
     }
 
-    /// What is under way is handed to the disk before its motors are.
+    /// What is under way is handed to the disk before the motors are commanded for it.
     fn keep_under_way(&mut self) {
-        let state = self.plans.plan_state();
-        if self.supervise.restart.is_open() && state.run.is_none() {
+        if self.supervise.restart.is_open() && self.plans.plan_state().run.is_none() {
             return;
         }
-        let under_way = self.supervise.restart.pending().cloned().or_else(|| {
-            let maneuver = state.maneuver.as_ref().map(|(id, _)| id.clone()).unwrap_or_default();
-            let of = |doing, plan| UnderWay { doing, plan_id: state.plan_id.clone(), maneuver, plan };
-            match (state.run, self.pilot.drive()) {
-                (Some(run), _) if self.supervise.remedy_run() == Some(run) => Some(of(Doing::Remedy, None)),
-                (Some(_), Drive::Remote(_)) => Some(of(Doing::Teleoperation, None)),
-                (Some(run), _) => Some(of(Doing::Plan, self.plans.plan_of(run).cloned())),
-                (None, _) if !self.supervise.is_under_way() => None,
-                (None, _) => {
-                    let holds = self.settings.mission.holds_after_failure;
-                    let waiting = self.supervise.waiting_plan(&self.plans, holds);
-                    Some(match waiting {
-                        Some(plan_id) => {
-                            UnderWay { doing: Doing::Remedy, plan_id, maneuver: String::new(), plan: None }
-                        }
-                        None => of(Doing::Drift, None),
-                    })
-                }
-            }
-        });
+        let holds = self.settings.mission.holds_after_failure;
+        let under_way = self.supervise.under_way(&self.plans, &self.pilot, holds);
         let timestamp_s = self.clock.satellite_seconds(&self.bus);
         self.keeper.keep(&mut self.bus, under_way, timestamp_s);
     }
@@ -354,7 +434,7 @@ impl Brain {
             self.pilot.wait(!known);
             self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Position { known });
         }
-        self.with_desk(|supervise, desk, _| supervise.see(desk));
+        self.with_supervisors(|supervise, context, _| supervise.see(context));
         self.pilot.steer(&mut self.bus, self.estimate.as_ref());
         self.plans.follow_up(&mut self.bus, &mut self.pilot);
     }
@@ -365,9 +445,12 @@ impl Brain {
             let Some(message) = self.plans.poll_action() else { break };
             let own = Asker { system: self.bus.address(), entity: Entity::PlanEngine.number() };
             match message {
-                Message::SetEntityParameters(set) => self.set_parameters(own, &set),
-                Message::PushEntityParameters(push) => self.push_parameters(&push.name.to_str_lossy()),
-                Message::PopEntityParameters(pop) => self.pop_parameters(own, &pop.name.to_str_lossy()),
+                Message::SetEntityParameters(_)
+                | Message::PushEntityParameters(_)
+                | Message::PopEntityParameters(_) => {
+                    let (parameters, mut live, _) = self.live();
+                    parameters.on_message(&mut live, own, true, &message);
+                }
                 // Plans with other actions are refused; anything else could turn a plan on itself.
                 other => {
                     let text = format!("an action of the plan is left out: {}", other.abbrev());
@@ -377,67 +460,26 @@ impl Brain {
         }
     }
 
-    /// After an abort the vessel stays in error until the engine hears of the watched parts again: in a second,
-    /// as with DUNE, and not whenever their next report happens to be due.
-    pub(crate) fn hold_conditions(&mut self) {
-        self.next_conditions = self.bus.mono() + SECOND;
-    }
-
-    /// Tells the engine how the watched parts are doing, when that changed.
-    fn tell_conditions(&mut self) {
-        let watched = &self.settings.watch.monitored;
-        let condition = |entity: &Entity| match self.states.condition(*entity) {
-            Condition::Boot => EntityCondition::Boot,
-            Condition::Normal => EntityCondition::Normal,
-            Condition::Fault | Condition::Error | Condition::Failure => EntityCondition::Error,
-        };
-        let conditions: BTreeMap<_, _> = watched
-            .iter()
-            .map(|entity| (self.settings.labels.of(*entity).to_owned(), condition(entity)))
-            .collect();
-        if conditions != self.conditions || self.bus.mono() >= self.next_conditions {
-            self.next_conditions = self.bus.mono() + SECOND;
-            self.conditions.clone_from(&conditions);
-            self.plans.tell(&mut self.bus, &mut self.pilot, mission::Input::Entities(conditions));
-        }
-    }
-
     fn watch(&mut self) {
         let watch = &self.settings.watch;
         self.sensors.watch(&mut self.bus, &mut self.states, &self.navigation, watch);
         self.clock.watch(&mut self.bus, &mut self.states, watch);
         self.host.watch(&mut self.bus, &mut self.states, watch);
-        let (condition, text) = match (self.pilot.fault(), self.pilot.strays_until()) {
-            (Some(fault), _) => (Condition::Error, fault.to_string()),
-            (None, Some(until)) => {
-                let left_s = until.since(self.bus.mono()).as_secs();
-                (Condition::Fault, format!("too far from the track; steers back, fails in {left_s} s"))
-            }
-            (None, None) => (Condition::Normal, "active".to_owned()),
-        };
-        self.states.set(&mut self.bus, Entity::Path, condition, text);
+        self.pilot.report(&mut self.bus, &mut self.states, self.settings.remote.connection_timeout_s);
         let (contacts, clients) = self.bus.node.counts(self.bus.mono());
-        let set = |states: &mut States, bus: &mut Bus, entity, text| {
-            states.set(bus, entity, Condition::Normal, text);
-        };
-        set(&mut self.states, &mut self.bus, Entity::Udp, format!("{contacts} in contact"));
-        set(&mut self.states, &mut self.bus, Entity::Tcp, format!("{clients} connected"));
-        let text = match (self.pilot.drive(), self.pilot.is_connected()) {
-            (Drive::Remote(_), true) => {
-                let silence_s = self.settings.remote.connection_timeout_s;
-                format!("an operator steers; motors stop {silence_s:.1} s after the last message")
-            }
-            (Drive::Remote(_), false) => "waiting for the operator; motors stopped".to_owned(),
-            (Drive::Off | Drive::Path, _) => "inactive".to_owned(),
-        };
-        set(&mut self.states, &mut self.bus, Entity::Remote, text);
-        self.look_at_waiting_chart();
-        self.with_desk(Supervise::watch);
+        let parts =
+            [(Entity::Udp, format!("{contacts} in contact")), (Entity::Tcp, format!("{clients} connected"))];
+        for (entity, text) in parts {
+            self.states.set(&mut self.bus, entity, Condition::Normal, text);
+        }
+        let (_, mut live, estimate) = self.live();
+        live.retry_waiting_chart(estimate);
+        self.with_supervisors(Supervise::watch);
     }
 
-    fn with_desk(&mut self, act: impl FnOnce(&mut Supervise, &mut Desk<'_>, &Sensors)) {
+    fn with_supervisors(&mut self, act: impl FnOnce(&mut Supervise, &mut Context<'_>, &Sensors)) {
         let mission = &self.settings.mission;
-        let mut desk = Desk {
+        let mut context = Context {
             bus: &mut self.bus,
             states: &mut self.states,
             plans: &mut self.plans,
@@ -453,18 +495,6 @@ impl Brain {
             area: self.settings.watch.limits.area.as_ref(),
             guard: self.settings.guard_limits(),
         };
-        act(&mut self.supervise, &mut desk, &self.sensors);
-    }
-}
-
-/// Steps back in time, stopping at zero.
-trait Earlier {
-    fn earlier(self, span: Duration) -> Self;
-}
-
-impl Earlier for MonoTime {
-    fn earlier(self, span: Duration) -> Self {
-        // A step is far shorter than 64 bits of microseconds.
-        Self::from_micros(self.micros().saturating_sub(span.as_micros() as u64))
+        act(&mut self.supervise, &mut context, &self.sensors);
     }
 }

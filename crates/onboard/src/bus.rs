@@ -2,14 +2,14 @@
 //! says.
 
 use crate::entity::Entity;
-use crate::input::{Now, Peer};
+use crate::input::Peer;
 use crate::node::Node;
 use crate::output::{Level, Output};
 use crate::settings::Settings;
 use imc::messages::{LogBookEntry, LogBookEntryType};
 use imc::{ANY_ENTITY, Address, Header, Payload};
 use std::collections::VecDeque;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Entries kept for consoles that ask for the log book.
 const ENTRIES_KEPT: usize = 500;

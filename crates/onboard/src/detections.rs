@@ -2,14 +2,14 @@
 //!
 //! The place is interpolated between the vessel's own places of the last seconds, at the time of the detection
 //! less the length of a tag's transmission. A receiver whose clock was never set counts seconds since
-//! power-up (facts/onboard.md 2.3): what it hears is kept as DevDataText, marked as without a time, so that nobody takes
+//! power-up: what it hears is kept as DevDataText, marked as without a time, so that nobody takes
 //! seconds since power-up for those since 1970. So is a coding that IMC has no number for: its name stays.
 
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::input::{TagReading, WaterReading};
 use crate::output::Level;
 use crate::states::{Condition, States};
+use devices::{TagReading, WaterReading};
 use imc::messages::{DevDataText, TBRFishTag, TBRFishTagTransProtocol, TBRSensor, Temperature};
 use std::collections::VecDeque;
 use units::{LatLon, UtcTime};

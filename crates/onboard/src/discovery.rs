@@ -6,12 +6,12 @@ use crate::entity::{Entity, Labels};
 use crate::input::Reachable;
 use crate::output::Output;
 use crate::settings::Settings;
-use imc::Address;
 use imc::messages::{
     Announce, EntityInfo, EntityList, EntityListOp, Heartbeat, LogBookControl, LogBookControlCommand,
-    LogBookEntry, LogBookEntryType, SystemType,
+    LogBookEntry, LogBookEntryType, Message, RemoteActionsRequest, RemoteActionsRequestOp, SystemType,
 };
 use imc::services::Service;
+use imc::{ANY_ENTITY, Address};
 use std::net::SocketAddrV4;
 use std::time::Duration;
 use units::{LatLon, MonoTime};
@@ -88,13 +88,43 @@ fn services(settings: &Settings, reachable: &Reachable) -> String {
 }
 
 /// The list of entities, to whoever asked.
+/// Answers questions about this system that need nothing but what is fixed.
+pub(crate) fn answer(bus: &mut Bus, settings: &Settings, asker: Asker, to_entity: u8, message: &Message) {
+    match message {
+        Message::EntityList(list) if list.op == EntityListOp::Query => {
+            entity_list(bus, asker, &settings.labels);
+        }
+        Message::QueryEntityInfo(_) => match Entity::from_number(to_entity) {
+            Some(entity) => entity_info(bus, asker, &settings.labels, entity),
+            None if to_entity == ANY_ENTITY => all_entities(bus, asker, &settings.labels),
+            None => {}
+        },
+        Message::LogBookControl(request) => log_book(bus, asker, request),
+        Message::RemoteActionsRequest(request) if request.op == RemoteActionsRequestOp::Query => {
+            let report = RemoteActionsRequest {
+                op: RemoteActionsRequestOp::Report,
+                actions: control::REMOTE_ACTIONS.into(),
+            };
+            bus.send(Entity::Remote, &report);
+        }
+        _ => {}
+    }
+}
+
+/// What each of the parts is.
+pub(crate) fn all_entities(bus: &mut Bus, to: Asker, labels: &Labels) {
+    for entity in Entity::ALL {
+        entity_info(bus, to, labels, entity);
+    }
+}
+
 pub(crate) fn entity_list(bus: &mut Bus, to: Asker, labels: &Labels) {
     let list = imc::entities::build(Entity::ALL.map(|entity| (labels.of(entity), entity.number())));
     bus.send_to(Entity::Daemon, to, &EntityList { op: EntityListOp::Report, list: list.into() });
 }
 
 /// What one entity is.
-pub(crate) fn entity_info(bus: &mut Bus, to: Asker, labels: &Labels, entity: Entity) {
+fn entity_info(bus: &mut Bus, to: Asker, labels: &Labels, entity: Entity) {
     let info = EntityInfo {
         id: entity.number(),
         label: labels.of(entity).into(),
@@ -106,7 +136,7 @@ pub(crate) fn entity_info(bus: &mut Bus, to: Asker, labels: &Labels, entity: Ent
 }
 
 /// The log book as asked for.
-pub(crate) fn log_book(bus: &mut Bus, to: Asker, request: &LogBookControl) {
+fn log_book(bus: &mut Bus, to: Asker, request: &LogBookControl) {
     let since = if request.htime.is_finite() { request.htime } else { 0.0 };
     let wanted = |entry: &&LogBookEntry| match request.command {
         LogBookControlCommand::Get => entry.htime >= since,

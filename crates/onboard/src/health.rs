@@ -5,10 +5,11 @@
 
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::input::{GnssReading, HostReading};
+use crate::input::HostReading;
 use crate::output::Level;
 use crate::settings::WatchSettings;
 use crate::states::{Condition, States};
+use devices::GnssReading;
 use imc::messages::{CpuUsage, StorageUsage, Temperature};
 use std::time::Duration;
 use units::{MonoTime, UtcTime};

@@ -9,33 +9,32 @@
 //! [`LeaseGate`] says whom it obeys. Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
 //! states, discovery, contacts, parameters, the log book.
 
-mod adjust;
 mod arbiter;
 mod authority;
 mod brain;
 mod bus;
+mod chart_change;
+mod conditions;
 mod detections;
 mod discovery;
 mod entity;
 mod gate;
 mod grounding;
 mod health;
-mod inbox;
 mod input;
 mod intake;
 mod lease;
+mod log;
 mod navigation;
 mod node;
 mod operator;
 mod output;
-mod parameter_stack;
 pub mod parameters;
 mod path_wire;
 mod pilot;
 mod plans;
-mod rechart;
+mod reception;
 pub mod record;
-mod saving;
 mod sensors;
 mod settings;
 mod sight;
@@ -49,10 +48,7 @@ pub use brain::Brain;
 pub use charts::depth_index::ChartTrust;
 pub use entity::{Entity, Labels};
 pub use grounding::{Chart, ChartFile, GroundingAction, GroundingSettings};
-pub use input::{
-    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, SERVERS,
-    Side, TagReading, WaterReading,
-};
+pub use input::{HostReading, Input, Peer, Reachable, SERVERS};
 pub use lease::{Lease, LeaseGate, NotObeyed, is_order};
 pub use navigation::{Estimate, Navigation, NavigationHealth, NavigationSettings, Rejection};
 pub use output::{Keep, Level, Output};

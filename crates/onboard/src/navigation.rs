@@ -9,12 +9,12 @@
 //!
 //! Heading (where the bow points, from the compass) and course (where the vessel goes, from the receiver's
 //! velocity) are never mixed: north and east velocities are kept, surge and sway follow from them and the
-//! heading, v = sog·sin(cog - ψ) (facts/onboard.md 3.1, where the original has the sign wrong).
+//! heading, v = sog·sin(cog - ψ).
 //!
 //! Units: radians, metres, seconds. x north, y east of a reference that stays until it is too far away.
 
-use crate::input::{GnssFix, GnssReading};
 use control::Motion;
+use devices::{GnssFix, GnssReading, GroundVelocity};
 use std::time::Duration;
 use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime, wrap_pi};
 
@@ -234,7 +234,7 @@ impl Navigation {
         if let Some(rate) = number(reading.yaw_rate_rad_s, FASTEST_TURN_RAD_S) {
             self.yaw_rate = Some((now, rate));
         }
-        if let Some((course_rad, speed_mps)) = reading.velocity
+        if let Some(GroundVelocity { course_rad, speed_mps }) = reading.velocity
             && course_rad.abs() <= 100.0
             && (0.0..=FASTEST_MPS).contains(&speed_mps)
         {

@@ -8,7 +8,12 @@
 //! What keeps the vessel safe (speed limit, battery levels, gates of the navigation) is
 //! [file-only](Access::FileOnly): anybody who can send a packet can change a parameter, nobody can send a file.
 
+mod saving;
+mod service;
+mod stack;
 mod voyage;
+
+pub(crate) use service::{Live, ParameterService};
 
 use crate::entity::Entity;
 use crate::settings::Settings;

@@ -5,6 +5,8 @@
 //! only grows. The loops run at the rate of the estimates; without an estimate, or when a controller cannot
 //! make sense of one, nothing is sent and the authority's half second stops the motors.
 
+mod report;
+
 use crate::authority::{Authority, Owner};
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -18,6 +20,7 @@ use control::{
     CourseSpeed, Fix, Guidance, MotorPair, PathCommand, PathError, PathFault, PathStatus, PathTracker,
     Remote, RemoteActions, RemoteCommand, RemoteReply, Setpoint, SpeedTarget, YawTarget,
 };
+use devices::{Pair, Side};
 use imc::messages::{
     CLoopsMask, ControlLoops, ControlLoopsEnable, DesiredHeading, DesiredZ, SetThrusterActuation, ZUnits,
 };
@@ -69,7 +72,7 @@ pub(crate) struct Pilot {
     following: Option<Following>,
     /// What a remote autopilot is to hold.
     held: Option<Setpoint>,
-    rpm: [Option<(MonoTime, f64)>; 2],
+    rpm: Pair<Option<(MonoTime, f64)>>,
     estimate: Option<Estimate>,
     events: VecDeque<PilotEvent>,
     fault: Option<PathFault>,
@@ -106,7 +109,7 @@ impl Pilot {
             speed: None,
             following: None,
             held: None,
-            rpm: [None; 2],
+            rpm: Pair::default(),
             estimate: None,
             events: VecDeque::new(),
             fault: None,
@@ -180,9 +183,9 @@ impl Pilot {
     }
 
     /// A motor's measured speed.
-    pub(crate) fn measured(&mut self, now: MonoTime, motor: usize, rpm: f64) {
-        if let Some(slot) = self.rpm.get_mut(motor).filter(|_| rpm.is_finite()) {
-            *slot = Some((now, rpm));
+    pub(crate) fn measured(&mut self, now: MonoTime, side: Side, rpm: f64) {
+        if rpm.is_finite() {
+            *self.rpm.of_mut(side) = Some((now, rpm));
         }
     }
 
@@ -400,7 +403,7 @@ impl Pilot {
         let fresh = |slot: Option<(MonoTime, f64)>| {
             slot.filter(|(at, _)| now.since(*at) < Duration::from_secs(2)).map(|(_, rpm)| rpm)
         };
-        let mean_rpm = match (fresh(self.rpm[0]), fresh(self.rpm[1])) {
+        let mean_rpm = match (fresh(self.rpm.port), fresh(self.rpm.starboard)) {
             (Some(port), Some(starboard)) => Some(f64::midpoint(port, starboard)),
             (one, other) => one.or(other),
         };

@@ -2,11 +2,11 @@
 
 use crate::bus::Bus;
 use crate::entity::Entity;
-use crate::input::{BatteryReading, GnssReading, MotorReading, Side};
 use crate::navigation::{Estimate, Navigation, NavigationHealth, Rejection};
 use crate::output::Level;
 use crate::settings::WatchSettings;
 use crate::states::{Condition, States};
+use devices::{BatteryReading, GnssReading, MotorReading, Quality, Side};
 use imc::messages::{
     AngularVelocity, Current, EstimatedState, EulerAngles, FuelLevel, GpsFix, GpsFixRejection,
     GpsFixRejectionReason, GpsFixType, GpsFixValidity, NavigationUncertainty, Rpm, Temperature, Voltage,
@@ -70,12 +70,12 @@ impl Sensors {
     }
 
     pub(crate) fn motor(&mut self, bus: &mut Bus, side: Side, reading: &MotorReading) {
-        if !reading.rpm.is_finite() {
+        if !reading.propeller_rpm.is_finite() {
             return;
         }
         let entity = motor_entity(side);
         self.motors[side as usize] = Some(bus.mono());
-        let value = reading.rpm.clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16;
+        let value = reading.propeller_rpm.clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16;
         bus.send(entity, &Rpm { value });
         if reading.temperature_c.is_finite() {
             bus.send(entity, &Temperature { value: reading.temperature_c as f32 });
@@ -182,7 +182,7 @@ impl Sensors {
             bus.entry(Entity::Navigation, Level::Error, text.clone());
         }
         states.set(bus, Entity::Navigation, condition, text);
-        for side in [Side::Port, Side::Starboard] {
+        for side in Side::BOTH {
             let entity = motor_entity(side);
             match self.motors[side as usize].map(|at| now.since(at)) {
                 None => states.set(bus, entity, Condition::Boot, "waiting for the motor's feedback"),
@@ -227,16 +227,19 @@ fn gps_fix(reading: &GnssReading) -> GpsFix {
     }
     if let Some(position) = reading.fix.filter(|fix| fix.lat_rad.is_finite() && fix.lon_rad.is_finite()) {
         validity |= GpsFixValidity::VALID_POS | GpsFixValidity::VALID_HDOP;
-        fix.r#type = if position.differential { GpsFixType::Differential } else { GpsFixType::Standalone };
+        fix.r#type = match position.quality {
+            Quality::Autonomous => GpsFixType::Standalone,
+            Quality::Differential => GpsFixType::Differential,
+        };
         fix.lat = position.lat_rad;
         fix.lon = position.lon_rad;
         fix.height = position.height_m as f32;
         fix.hdop = position.hdop as f32;
     }
-    if let Some((course_rad, speed_mps)) = reading.velocity.filter(|(c, s)| c.is_finite() && s.is_finite()) {
+    if let Some(velocity) = reading.velocity.filter(|v| v.course_rad.is_finite() && v.speed_mps.is_finite()) {
         validity |= GpsFixValidity::VALID_COG | GpsFixValidity::VALID_SOG;
-        fix.cog = course_rad as f32;
-        fix.sog = speed_mps as f32;
+        fix.cog = velocity.course_rad as f32;
+        fix.sog = velocity.speed_mps as f32;
     }
     fix.validity = validity;
     fix
@@ -271,9 +274,8 @@ pub(crate) fn uncertainty(estimate: &Estimate) -> NavigationUncertainty {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::Now;
     use crate::settings::Settings;
-    use units::UtcTime;
+    use units::{Now, UtcTime};
 
     #[test]
     fn the_emptiest_battery_counts_and_a_silent_one_does_not_refill_the_rest() {

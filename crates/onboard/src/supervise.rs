@@ -6,23 +6,24 @@
 //! what it will do next, and when.
 
 mod battery;
-mod desk;
+mod context;
 mod grounding;
 mod restart;
 
-pub(crate) use desk::Desk;
+pub(crate) use context::Context;
 
 use crate::arbiter::{Arbiter, Picture, Source, Standing};
 use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::grounding::{Exempted, Grounding};
 use crate::output::Level;
-use crate::pilot::Drive;
+use crate::pilot::{Drive, Pilot};
 use crate::plans::{Failed, Plans};
 use crate::sensors::Sensors;
 use crate::settings::{Settings, WatchSettings};
 use crate::states::Condition;
-use desk::Started;
+use crate::under_way::{Doing, UnderWay};
+use context::Started;
 use mission::{
     Activity, BatteryOutput, BatteryReserve, BatteryStage, LastOutcome, LimitsConfig, LimitsOutput,
     LostComms, LostCommsInput, LostCommsOutput, OperationalLimits, Outlook, Remedy, RunId, Violation,
@@ -119,16 +120,43 @@ impl Supervise {
     }
 
     /// Whether an operator has set the vessel in motion and nobody has aborted since.
-    pub(crate) fn is_under_way(&self) -> bool {
+    fn is_under_way(&self) -> bool {
         self.under_way
     }
 
     /// The plan of the remedy that waits for what it needs, such as a position: the vessel drifts, but not on purpose.
-    pub(crate) fn waiting_plan(&self, plans: &Plans, holds_after_failure: bool) -> Option<String> {
+    fn waiting_plan(&self, plans: &Plans, holds_after_failure: bool) -> Option<String> {
         let holds = || (holds_after_failure && plans.has_failed()).then_some(Remedy::Hold);
         match self.arbiter.wanted().or_else(holds)? {
             Remedy::Run { plan_id } => Some(plan_id),
-            Remedy::Hold | Remedy::Stop => Some(desk::HOLD_PLAN.to_owned()),
+            Remedy::Hold | Remedy::Stop => Some(context::HOLD_PLAN.to_owned()),
+        }
+    }
+
+    /// What is under way, as a restart would want to know it; nothing at rest.
+    pub(crate) fn under_way(
+        &self,
+        plans: &Plans,
+        pilot: &Pilot,
+        holds_after_failure: bool,
+    ) -> Option<UnderWay> {
+        if let Some(pending) = self.restart.pending() {
+            return Some(pending.clone());
+        }
+        let state = plans.plan_state();
+        let maneuver = state.maneuver.as_ref().map(|(id, _)| id.clone()).unwrap_or_default();
+        let of = |doing, plan| UnderWay { doing, plan_id: state.plan_id.clone(), maneuver, plan };
+        match (state.run, pilot.drive()) {
+            (Some(run), _) if self.remedy_run() == Some(run) => Some(of(Doing::Remedy, None)),
+            (Some(_), Drive::Remote(_)) => Some(of(Doing::Teleoperation, None)),
+            (Some(run), _) => Some(of(Doing::Plan, plans.plan_of(run).cloned())),
+            (None, _) if !self.is_under_way() => None,
+            (None, _) => Some(match self.waiting_plan(plans, holds_after_failure) {
+                Some(plan_id) => {
+                    UnderWay { doing: Doing::Remedy, plan_id, maneuver: String::new(), plan: None }
+                }
+                None => of(Doing::Drift, None),
+            }),
         }
     }
 
@@ -142,10 +170,10 @@ impl Supervise {
     }
 
     /// Looks at everything, and does what falls due.
-    pub(crate) fn watch(&mut self, desk: &mut Desk<'_>, sensors: &Sensors) {
-        let now = desk.bus.mono();
-        let activity = self.activity(desk);
-        self.blind = desk.estimate.is_none();
+    pub(crate) fn watch(&mut self, context: &mut Context<'_>, sensors: &Sensors) {
+        let now = context.bus.mono();
+        let activity = self.activity(context);
+        self.blind = context.estimate.is_none();
         self.lost_comms.handle_input(now, LostCommsInput::Activity(activity));
         if let Some(percent) = sensors.charge_percent() {
             self.battery.handle_charge(now, percent / 100.0);
@@ -153,32 +181,32 @@ impl Supervise {
         if let Some(voltage_v) = sensors.voltage_v() {
             self.battery.handle_voltage(now, voltage_v);
         }
-        if let Some(estimate) = desk.estimate {
+        if let Some(estimate) = context.estimate {
             self.limits.handle_fix(now, &estimate.fix());
         }
-        self.look_at_restart(desk);
-        self.look_at_failures(desk);
-        self.drain(desk);
-        self.carry_out(desk);
-        self.tell(desk);
-        self.tell_battery(desk, sensors);
+        self.look_at_restart(context);
+        self.look_at_failures(context);
+        self.drain(context);
+        self.carry_out(context);
+        self.tell(context);
+        self.tell_battery(context, sensors);
     }
 
     /// Only what is due by the clock.
-    pub(crate) fn tick(&mut self, desk: &mut Desk<'_>) {
-        let now = desk.bus.mono();
+    pub(crate) fn tick(&mut self, context: &mut Context<'_>) {
+        let now = context.bus.mono();
         if self.lost_comms.poll_timeout().is_some_and(|due| due <= now) {
-            let activity = self.activity(desk);
+            let activity = self.activity(context);
             self.lost_comms.handle_input(now, LostCommsInput::Activity(activity));
             self.lost_comms.handle_timeout(now);
-            self.drain(desk);
-            self.carry_out(desk);
+            self.drain(context);
+            self.carry_out(context);
         }
     }
 
-    fn activity(&mut self, desk: &Desk<'_>) -> Activity {
-        let run = desk.plans.plan_state().run;
-        let activity = match (run, desk.pilot.drive()) {
+    fn activity(&mut self, context: &Context<'_>) -> Activity {
+        let run = context.plans.plan_state().run;
+        let activity = match (run, context.pilot.drive()) {
             (None, _) => Activity::Idle,
             (Some(_), _) if run == self.arbiter.run() => Activity::Remedy,
             (Some(_), Drive::Remote(_)) => Activity::Teleoperation,
@@ -189,31 +217,31 @@ impl Supervise {
     }
 
     /// A plan that failed under way leaves no vessel adrift, unless that is what the files say.
-    fn look_at_failures(&mut self, desk: &mut Desk<'_>) {
-        let Some(Failed { plan_id, why }) = desk.plans.take_failed() else { return };
-        if self.under_way && desk.holds_after_failure {
+    fn look_at_failures(&mut self, context: &mut Context<'_>) {
+        let Some(Failed { plan_id, why }) = context.plans.take_failed() else { return };
+        if self.under_way && context.holds_after_failure {
             self.failure = Some(format!("'{plan_id}' failed: {why}"));
-            self.arbiter.ask(desk.bus.mono(), Source::Failure, Remedy::Hold);
+            self.arbiter.ask(context.bus.mono(), Source::Failure, Remedy::Hold);
         }
     }
 
-    fn drain(&mut self, desk: &mut Desk<'_>) {
-        let now = desk.bus.mono();
+    fn drain(&mut self, context: &mut Context<'_>) {
+        let now = context.bus.mono();
         let is_silent = self.lost_comms.is_silent(now);
         if is_silent && !self.silence_told && !self.lost_comms.is_lost() {
             let text = "no console is heard: carries on, as the files have it for what it does";
-            desk.bus.entry(Entity::LostComms, Level::Warning, text);
+            context.bus.entry(Entity::LostComms, Level::Warning, text);
         }
         self.silence_told = is_silent;
         while let Some(output) = self.lost_comms.poll_output() {
             match output {
                 LostCommsOutput::Regained => {
                     self.arbiter.withdraw(Source::LostComms);
-                    desk.bus.entry(Entity::LostComms, Level::Info, "a console is heard again");
+                    context.bus.entry(Entity::LostComms, Level::Info, "a console is heard again");
                 }
                 LostCommsOutput::Act(remedy) => {
                     let text = format!("no console is heard: {remedy}");
-                    desk.bus.entry(Entity::LostComms, Level::Warning, text);
+                    context.bus.entry(Entity::LostComms, Level::Warning, text);
                     self.arbiter.ask(now, Source::LostComms, remedy);
                 }
             }
@@ -225,7 +253,7 @@ impl Supervise {
                         self.arbiter.withdraw(Source::Battery);
                     }
                     let level = if stage == BatteryStage::Normal { Level::Info } else { Level::Warning };
-                    desk.bus.entry(Entity::Fuel, level, format!("battery: {}", stage_text(stage)));
+                    context.bus.entry(Entity::Fuel, level, format!("battery: {}", stage_text(stage)));
                 }
                 BatteryOutput::Act(remedy) => self.arbiter.ask(now, Source::Battery, remedy),
             }
@@ -237,12 +265,12 @@ impl Supervise {
                         self.arbiter.withdraw(Source::Limits);
                     }
                     let text = format!("{} again", kept_text(violation));
-                    desk.bus.entry(Entity::Limits, Level::Info, text);
+                    context.bus.entry(Entity::Limits, Level::Info, text);
                 }
                 LimitsOutput::Passed(violation, remedy) => {
                     let done = remedy.as_ref().map_or("only told".to_owned(), Remedy::to_string);
                     let text = format!("{}: {done}", passed_text(violation));
-                    desk.bus.entry(Entity::Limits, Level::Error, text);
+                    context.bus.entry(Entity::Limits, Level::Error, text);
                     if let Some(remedy) = remedy {
                         self.arbiter.ask(now, Source::Limits, remedy);
                     }
@@ -252,22 +280,22 @@ impl Supervise {
     }
 
     /// Does what the arbiter decides.
-    fn carry_out(&mut self, desk: &mut Desk<'_>) {
-        let state = desk.plans.plan_state();
+    fn carry_out(&mut self, context: &mut Context<'_>) {
+        let state = context.plans.plan_state();
         let ended_well = state.last_outcome == LastOutcome::Success;
         let picture = Picture { run: state.run, ended_well, under_way: self.under_way };
-        let Some((source, wanted)) = self.arbiter.decide(desk.bus.mono(), picture) else { return };
+        let Some((source, wanted)) = self.arbiter.decide(context.bus.mono(), picture) else { return };
         let mut obstacle = None;
         // The next weaker stands in for what is not possible, at last the stop.
         for remedy in stand_ins(&wanted) {
             if remedy != wanted && self.arbiter.carries(&remedy) {
                 break;
             }
-            match desk.start(&remedy, source != Source::Failure) {
+            match context.start(&remedy, source != Source::Failure) {
                 Ok(Started { run: Some(run), how }) => {
                     if let Some(how) = &how {
                         let level = if how.is_doubtful { Level::Error } else { Level::Warning };
-                        desk.bus.entry(entity_of(source), level, format!("{wanted}: {}", how.text));
+                        context.bus.entry(entity_of(source), level, format!("{wanted}: {}", how.text));
                     }
                     self.how = how.map(|how| (run, how.text));
                     self.arbiter.began(run, source, remedy);
@@ -283,18 +311,18 @@ impl Supervise {
             }
             break;
         }
-        let now = desk.bus.mono();
+        let now = context.bus.mono();
         if let Some(reason) = &obstacle
             && (self.obstacle.as_ref() != Some(reason) || now >= self.next_told)
         {
             self.next_told = now + OBSTACLE_TOLD;
-            let instead = match desk.plans.plan_state().run {
+            let instead = match context.plans.plan_state().run {
                 Some(_) => "another plan runs meanwhile",
                 None => "the vessel drifts with its motors stopped until then",
             };
             let text =
                 format!("'{wanted}' is not possible: {reason}; it is tried again and again; {instead}");
-            desk.bus.entry(entity_of(source), Level::Error, text);
+            context.bus.entry(entity_of(source), Level::Error, text);
         }
         self.obstacle = obstacle;
     }
@@ -332,15 +360,15 @@ impl Supervise {
     }
 
     /// What each does, will do next, and when.
-    fn tell(&self, desk: &mut Desk<'_>) {
-        let outlook = self.lost_comms.outlook().map(|outlook| outlook_text(desk.bus, &outlook));
+    fn tell(&self, context: &mut Context<'_>) {
+        let outlook = self.lost_comms.outlook().map(|outlook| outlook_text(context.bus, &outlook));
         let next = outlook.clone().unwrap_or_else(|| "carry on".to_owned());
         let (condition, text) = if self.lost_comms.is_lost() {
             let now =
-                self.standing(desk.bus, Source::LostComms).unwrap_or_else(|| "nothing asked".to_owned());
+                self.standing(context.bus, Source::LostComms).unwrap_or_else(|| "nothing asked".to_owned());
             let next = outlook.unwrap_or_else(|| "nothing further".to_owned());
             (Condition::Fault, format!("no console is heard; {now}; next: {next}"))
-        } else if let Some(silence) = self.lost_comms.silence(desk.bus.mono()) {
+        } else if let Some(silence) = self.lost_comms.silence(context.bus.mono()) {
             let heard = self.lost_comms.has_heard();
             let silent = || {
                 let span = span_text(silence);
@@ -350,7 +378,7 @@ impl Supervise {
                     format!("none was heard since the start {span} ago")
                 }
             };
-            if self.lost_comms.is_silent(desk.bus.mono()) {
+            if self.lost_comms.is_silent(context.bus.mono()) {
                 (Condition::Fault, format!("no console is heard, {}; next: {next}", silent()))
             } else if silence >= QUIET || !heard {
                 (Condition::Normal, format!("{}; without: {next}", silent()))
@@ -360,20 +388,20 @@ impl Supervise {
         } else {
             (Condition::Normal, "no console was ever heard; acts once one was".to_owned())
         };
-        desk.states.set(desk.bus, Entity::LostComms, condition, text);
-        let (condition, text) = match (&self.failure, self.standing(desk.bus, Source::Failure)) {
+        context.states.set(context.bus, Entity::LostComms, condition, text);
+        let (condition, text) = match (&self.failure, self.standing(context.bus, Source::Failure)) {
             (Some(failure), Some(standing)) => (Condition::Fault, format!("{failure}; {standing}")),
-            _ => match self.restart_text(desk.bus) {
+            _ => match self.restart_text(context.bus) {
                 Some(text) => (Condition::Fault, text),
                 None => (Condition::Normal, "active".to_owned()),
             },
         };
-        desk.states.set(desk.bus, Entity::PlanEngine, condition, text);
-        self.tell_limits(desk);
-        self.tell_grounding(desk);
+        context.states.set(context.bus, Entity::PlanEngine, condition, text);
+        self.tell_limits(context);
+        self.tell_grounding(context);
     }
 
-    fn tell_limits(&self, desk: &mut Desk<'_>) {
+    fn tell_limits(&self, context: &mut Context<'_>) {
         let LimitsConfig { area, area_remedy, max_speed_mps, speed_remedy, .. } = &self.config.limits;
         let what = |remedy: &Option<Remedy>| remedy.as_ref().map_or("tell".to_owned(), Remedy::to_string);
         let mut watched = Vec::new();
@@ -385,10 +413,10 @@ impl Supervise {
         }
         let passed: Vec<_> = self.limits.passed().map(passed_text).collect();
         let (condition, text) = if !passed.is_empty() {
-            let done = self.standing(desk.bus, Source::Limits).unwrap_or_else(|| "only told".to_owned());
+            let done = self.standing(context.bus, Source::Limits).unwrap_or_else(|| "only told".to_owned());
             (Condition::Error, format!("{}; {done}", passed.join(", ")))
         } else if let Some(next) = self.limits.outlook() {
-            (Condition::Fault, format!("a limit is passed; next: {}", outlook_text(desk.bus, &next)))
+            (Condition::Fault, format!("a limit is passed; next: {}", outlook_text(context.bus, &next)))
         } else if watched.is_empty() {
             (Condition::Normal, "no limits are set".to_owned())
         } else {
@@ -396,7 +424,7 @@ impl Supervise {
             let kept = depth.unwrap_or_else(|| "kept; ".to_owned());
             (Condition::Normal, format!("{kept}next: {}", watched.join(", ")))
         };
-        desk.states.set(desk.bus, Entity::Limits, condition, text);
+        context.states.set(context.bus, Entity::Limits, condition, text);
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Voltage: eight cells in series; open-circuit voltage per cell over charge as of a usual manganese-cobalt
 //! cell (4.2 V full, 3.0 V empty), fitted to the one public reading of such a battery, 32.66 V at 94 %
-//! (data/onboard/torqeedo_tqbus_frames.csv); internal resistance an assumption. Hotel load: 33.8 W, the sum of
+//! on the TQ bus; internal resistance an assumption. Hotel load: 33.8 W, the sum of
 //! computer, compass, radio, router, light and hydrophone in the power budget of the NTNU Otters.
 //!
 //! The batteries share the load in proportion to the energy they hold, so that all run empty together. Energy
@@ -10,6 +10,7 @@
 
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
+use devices::BatteryReading;
 
 const PACKS: usize = 4;
 const CELLS: f64 = 8.0;
@@ -36,19 +37,6 @@ impl Default for BatteryConfig {
     fn default() -> Self {
         Self { capacity_wh: 915.0, charge_percent: 100.0, hotel_w: 33.8 }
     }
-}
-
-/// What one battery reports.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PackReading {
-    /// Voltage under load (V).
-    pub voltage_v: f64,
-    /// Current drawn from it (A), never negative.
-    pub current_a: f64,
-    /// Charge (%).
-    pub charge_percent: f64,
-    /// Temperature (°C).
-    pub temperature_c: f64,
 }
 
 /// The four batteries.
@@ -134,8 +122,10 @@ impl BatteryBank {
     }
 
     /// What each battery reports.
-    pub fn readings(&self) -> [PackReading; PACKS] {
-        std::array::from_fn(|pack| PackReading {
+    pub fn readings(&self) -> [BatteryReading; PACKS] {
+        std::array::from_fn(|pack| BatteryReading {
+            // Four batteries.
+            number: pack as u8,
             voltage_v: self.voltage_v[pack],
             current_a: self.current_a[pack],
             charge_percent: 100.0 * self.stored_j[pack] / self.capacity_j,

@@ -1,16 +1,16 @@
 //! The interface card: what it makes of commands, and what it reports in which rhythm.
 //!
-//! The card stops a motor that is not commanded at least once a second (facts/onboard.md 2.2). Reports: each
+//! The card stops a motor that is not commanded at least once a second (DUNE task `Actuators.Torqeedo`). Reports: each
 //! motor five times, each battery and each rail once a second, one after the other; the rhythm is an
 //! assumption that stays below the 36 frames a second the DUNE task reads. Rails: 0 and 1 feed the motors
 //! and 2 auxiliaries at battery voltage, 3 is 12 V, 4 is 5 V. All outputs are on at power-up; only those of
 //! the motors (channel 0 of rails 0 and 1) have an effect here. Which of the two is port is unsettled on the
 //! boats; here rail 0 feeds motor 0, to port.
 
-use crate::battery::{BatteryBank, PackReading};
-use crate::motor::{Drive, GEAR, Motor, MotorReading, ThrottleMap};
-use crate::pair::{Pair, Side};
-use crate::torqeedo::{self, CanFrame, CardCommand, FULL_THROTTLE};
+use crate::battery::BatteryBank;
+use crate::motor::{Drive, Motor, ThrottleMap};
+use devices::torqeedo::{CardCommand, CardReport, FULL_THROTTLE};
+use devices::{MotorReading, Pair, Side};
 use std::time::Duration;
 use units::MonoTime;
 
@@ -32,48 +32,6 @@ impl Default for CardConfig {
     /// Throttle in proportion, commands last a second.
     fn default() -> Self {
         Self { throttle_map: ThrottleMap::Proportional, command_timeout: Duration::from_secs(1) }
-    }
-}
-
-/// One report of the card, before it becomes a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum CardReport {
-    /// A motor's speed, power and temperature.
-    Motor(Side, MotorReading),
-    /// A battery's state, by its number.
-    Battery(u8, PackReading),
-    /// A power rail.
-    Rail {
-        /// Number of the rail.
-        rail: u8,
-        /// Voltage (V).
-        voltage_v: f64,
-        /// Current (A).
-        current_a: f64,
-        /// Fuse (A).
-        fuse_a: f64,
-    },
-}
-
-impl CardReport {
-    /// The frame that carries this report.
-    pub fn frame(&self) -> CanFrame {
-        match *self {
-            Self::Motor(side, r) => {
-                torqeedo::motor_drive(side.index(), r.power_w, r.temperature_c, r.propeller_rpm * GEAR)
-            }
-            Self::Battery(number, r) => torqeedo::battery_status(
-                number,
-                r.temperature_c,
-                r.voltage_v,
-                r.current_a,
-                r.charge_percent,
-                0,
-            ),
-            Self::Rail { rail, voltage_v, current_a, fuse_a } => {
-                torqeedo::rail(rail, voltage_v, current_a, fuse_a, 0)
-            }
-        }
     }
 }
 
@@ -169,8 +127,8 @@ impl Card {
         match (slot / 10, slot % 10) {
             (_, 0) => Some(CardReport::Motor(Side::Port, self.motor(Side::Port))),
             (_, 2) => Some(CardReport::Motor(Side::Starboard, self.motor(Side::Starboard))),
-            // The casts keep numbers below five.
-            (pack @ 0..4, 5) => Some(CardReport::Battery(pack as u8, bank.readings()[pack as usize])),
+            (pack @ 0..4, 5) => Some(CardReport::Battery(bank.readings()[pack as usize])),
+            // The cast keeps a number below five.
             (rail, 7) => Some(self.rail(rail as u8, bank)),
             _ => None,
         }
@@ -230,7 +188,7 @@ mod tests {
         card().reports(at(9_999), &bank, &mut reports);
         let count = |wanted: fn(&CardReport) -> bool| reports.iter().filter(|(_, r)| wanted(r)).count();
         assert_eq!(count(|r| matches!(r, CardReport::Motor(..))), 100);
-        assert_eq!(count(|r| matches!(r, CardReport::Battery(3, _))), 10);
+        assert_eq!(count(|r| matches!(r, CardReport::Battery(r) if r.number == 3)), 10);
         assert_eq!(count(|r| matches!(r, CardReport::Rail { rail: 4, .. })), 10);
         assert!(reports.windows(2).all(|w| w[0].0 < w[1].0));
     }

@@ -1,6 +1,6 @@
 //! Faults that a test or an operator's exercise can switch on and off.
 
-use crate::pair::Pair;
+use devices::Pair;
 use units::LocalPoint;
 
 /// What is broken at the moment; by default nothing is.

@@ -2,17 +2,18 @@
 //!
 //! Swimming: a correlated random walk. Heading turns by a first-order rate of turn, speed and depth are
 //! first-order processes about their means; beyond the edge of its area the fish turns back to the middle.
-//! (The velocity of the tracks in data/acoustics decorrelates over about a minute; facts/acoustics.md 5.)
+//! (The velocity of recorded tracks of tagged fish decorrelates over about a minute.)
 //!
 //! A fish depends on its own seed and on UTC alone, never on a vessel: several vessels, even in several
 //! processes, that are given the same [`FishConfig`] hear the same fish.
 //!
 //! Tags transmit at random intervals, in whole seconds of the tag's own clock, which drifts (as recorded
-//! tags do; facts/acoustics.md 1.5). Depth is sent as counts of 0.2 m (facts 1.4).
+//! tags do). Depth is sent as counts of 0.2 m, the default of the Otters' tag simulator.
 
 use crate::process::GaussMarkov;
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
+use devices::tbr::TagProtocol;
 use std::f64::consts::TAU;
 use units::{LatLon, LocalFrame, LocalPoint, UtcTime, wrap_pi};
 
@@ -23,50 +24,6 @@ const TURN_RADPS: f64 = 0.05;
 const TURN_S: f64 = 30.0;
 /// Fastest turn back from the edge (rad/s).
 const RETURN_RADPS: f64 = 0.2;
-
-/// The coding of a tag's transmission.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "the names are the manufacturer's and all there is to say")]
-pub enum TagProtocol {
-    R256,
-    R04K,
-    S64K,
-    R64K,
-    R01M,
-    S256,
-    HS256,
-    DS256,
-    OPi,
-    OPs,
-}
-
-impl TagProtocol {
-    /// The name the receiver writes.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::R256 => "R256",
-            Self::R04K => "R04K",
-            Self::S64K => "S64K",
-            Self::R64K => "R64K",
-            Self::R01M => "R01M",
-            Self::S256 => "S256",
-            Self::HS256 => "HS256",
-            Self::DS256 => "DS256",
-            Self::OPi => "OPi",
-            Self::OPs => "OPs",
-        }
-    }
-
-    /// The largest value of the data field; `None` where only an id is sent.
-    pub const fn data_max(self) -> Option<u16> {
-        match self {
-            Self::R256 | Self::R04K | Self::R64K | Self::R01M | Self::OPi => None,
-            Self::S64K => Some(u16::MAX),
-            Self::S256 | Self::HS256 | Self::DS256 => Some(255),
-            Self::OPs => Some(4095),
-        }
-    }
-}
 
 /// A fish and its tag.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,18 +5,19 @@
 //! noise; heading with white and slow noise. Course and speed are those over ground, so that course differs
 //! from heading by the crab angle, and the course of a vessel at rest is arbitrary, as a real one's is.
 //! Outages come at random (exponential intervals and lengths). The sizes are assumptions to be replaced by
-//! recordings; the totals (1 m, about 1°) are what the acceptance of facts and issues speaks of.
+//! recordings; they add up to 1 m and about 1°.
 //!
 //! Epochs fall on whole multiples of the period in UTC. Sentences leave after a latency and need their time
 //! on the serial line; an epoch that finds the line still busy is left out.
 
 use crate::faults::Faults;
-use crate::nmea::Sentence;
 use crate::otter::OtterState;
 use crate::process::GaussMarkov;
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
-use units::{LatLon, LocalFrame, LocalPoint, UtcTime, wrap_pi, wrap_two_pi};
+use devices::nmea::{EarthModel, Sentence};
+use devices::{GnssFix, GnssReading, GroundVelocity, Quality};
+use units::{LocalFrame, LocalPoint, UtcTime, wrap_pi, wrap_two_pi};
 
 /// Bits on the line for one byte: start, eight data, stop.
 const BITS_PER_BYTE: u64 = 10;
@@ -120,74 +121,6 @@ impl GnssConfig {
     }
 }
 
-/// How good a position is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quality {
-    /// Satellites alone.
-    Autonomous,
-    /// With corrections.
-    Differential,
-}
-
-impl Quality {
-    pub(crate) const fn digit(self) -> u8 {
-        match self {
-            Self::Autonomous => 1,
-            Self::Differential => 2,
-        }
-    }
-
-    pub(crate) const fn mode(self) -> char {
-        match self {
-            Self::Autonomous => 'A',
-            Self::Differential => 'D',
-        }
-    }
-}
-
-/// A position as the receiver has it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GnssFix {
-    /// Where.
-    pub place: LatLon,
-    /// Height above the geoid (m).
-    pub height_m: f64,
-    /// Height of the geoid above the ellipsoid (m).
-    pub separation_m: f64,
-    /// How good.
-    pub quality: Quality,
-    /// Satellites used.
-    pub satellites: u8,
-    /// Horizontal dilution of precision.
-    pub hdop: f64,
-}
-
-/// Movement over ground as the receiver has it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GroundVelocity {
-    /// Course over ground in [0, 2π) (rad).
-    pub course_rad: f64,
-    /// Speed over ground (m/s).
-    pub speed_mps: f64,
-}
-
-/// All that the compass knows at one epoch; what it does not know is absent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GnssReading {
-    /// Time of the epoch.
-    pub utc: UtcTime,
-    /// Position.
-    pub fix: Option<GnssFix>,
-    /// Satellites in view, with or without a position.
-    pub satellites_seen: u8,
-    /// Movement.
-    pub velocity: Option<GroundVelocity>,
-    /// True heading in (-π, π] (rad); no number while that fault is injected.
-    pub heading_rad: Option<f64>,
-    /// Rate of turn, to starboard positive (rad/s).
-    pub rate_of_turn_radps: Option<f64>,
-}
-
 /// One epoch: the reading and, where bytes are wanted, each sentence with the time its last byte arrives.
 #[derive(Debug)]
 pub(crate) struct Epoch {
@@ -269,10 +202,12 @@ impl Gnss {
             return None;
         }
         self.line_free_us = send_us;
+        let GnssConfig { declination_rad, separation_m, .. } = self.config;
+        let earth = EarthModel { declination_rad, separation_m };
         let sentences: Vec<_> = Sentence::EPOCH
             .into_iter()
             .map(|sentence| {
-                let bytes = sentence.encode(&reading, self.config.declination_rad);
+                let bytes = sentence.encode(&reading, &earth);
                 let bits_e6 = bytes.len() as u64 * BITS_PER_BYTE * 1_000_000;
                 self.line_free_us += bits_e6.checked_div(u64::from(self.config.baud)).unwrap_or(0) as i64;
                 (UtcTime::from_micros(self.line_free_us), bytes)
@@ -308,12 +243,12 @@ impl Gnss {
         let visible = !(self.in_outage(now_us) || faults.gnss_no_fix);
         // The process stays within 9 ± 6 satellites.
         let satellites = (9.0 + sky).round().clamp(4.0, 15.0) as u8;
+        let place = frame.to_place(point);
         let fix = GnssFix {
-            place: frame.to_place(point),
-            height_m,
-            separation_m: c.separation_m,
+            lat_rad: place.lat_rad(),
+            lon_rad: place.lon_rad(),
+            height_m: height_m + c.separation_m,
             quality: if satellites >= 7 { Quality::Differential } else { Quality::Autonomous },
-            satellites,
             hdop: 7.2 / f64::from(satellites),
         };
         let velocity = GroundVelocity {
@@ -322,12 +257,12 @@ impl Gnss {
         };
         let heading_rad = if faults.heading_nan { f64::NAN } else { heading_rad };
         GnssReading {
-            utc: UtcTime::from_micros(now_us),
+            utc: Some(UtcTime::from_micros(now_us)),
             fix: visible.then_some(fix),
-            satellites_seen: if visible { satellites } else { satellites / 4 },
+            satellites: if visible { satellites } else { satellites / 4 },
             velocity: visible.then_some(velocity),
             heading_rad: visible.then_some(heading_rad),
-            rate_of_turn_radps: visible.then_some(rate_radps),
+            yaw_rate_rad_s: visible.then_some(rate_radps),
         }
     }
 
@@ -351,11 +286,16 @@ impl Gnss {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use units::LatLon;
 
     const START: UtcTime = UtcTime::from_micros(1_718_000_000_300_000);
 
     fn frame() -> LocalFrame {
         LocalFrame::new(LatLon::from_deg(63.44, 10.35).unwrap())
+    }
+
+    fn point(fix: GnssFix) -> LocalPoint {
+        frame().to_local(LatLon::from_rad(fix.lat_rad, fix.lon_rad).unwrap())
     }
 
     fn readings(config: &GnssConfig, state: &OtterState, faults: &Faults, count: usize) -> Vec<GnssReading> {
@@ -381,17 +321,15 @@ mod tests {
     fn epochs_fall_on_whole_periods_of_utc() {
         let config = GnssConfig { rate_hz: 5, ..GnssConfig::default() };
         let readings = readings(&config, &OtterState::default(), &Faults::default(), 10);
-        assert_eq!(readings[0].utc.micros(), 1_718_000_000_400_000);
-        assert!(readings.windows(2).all(|w| w[1].utc - w[0].utc == 200_000));
+        assert_eq!(readings[0].utc.unwrap().micros(), 1_718_000_000_400_000);
+        assert!(readings.windows(2).all(|w| w[1].utc.unwrap() - w[0].utc.unwrap() == 200_000));
     }
 
     #[test]
     fn position_error_has_its_size() {
         let readings = readings(&GnssConfig::default(), &OtterState::default(), &Faults::default(), 200_000);
-        let squares: f64 = readings
-            .iter()
-            .map(|r| frame().to_local(r.fix.unwrap().place).distance_m(LocalPoint::default()).powi(2))
-            .sum();
+        let squares: f64 =
+            readings.iter().map(|r| point(r.fix.unwrap()).distance_m(LocalPoint::default()).powi(2)).sum();
         // Both axes: sqrt(2 (0.2² + 0.67²)) = 0.99 m; some 700 time constants give it to about 4 %.
         let rms_m = (squares / 2e5).sqrt();
         assert!((rms_m - 0.99).abs() < 0.1, "{rms_m}");
@@ -407,7 +345,7 @@ mod tests {
         assert!(read(Faults { heading_nan: true, ..Faults::default() })[0].heading_rad.unwrap().is_nan());
         let jump = LocalPoint { north_m: 30.0, east_m: -40.0 };
         let jumped = read(Faults { position_jump: Some(jump), ..Faults::default() })[0].fix.unwrap();
-        assert!(frame().to_local(jumped.place).distance_m(jump) < 1e-6);
+        assert!(point(jumped).distance_m(jump) < 1e-6);
     }
 
     #[test]
@@ -441,7 +379,7 @@ mod tests {
         let epoch = gnss.epoch(&OtterState::default(), &frame(), &Faults::default(), true).unwrap();
         let bytes: usize = epoch.sentences.iter().map(|(_, bytes)| bytes.len()).sum();
         let line_us = bytes as i64 * 10_000_000 / 19_200;
-        assert!((epoch.complete_utc - epoch.reading.utc - 50_000 - line_us).abs() < 10);
+        assert!((epoch.complete_utc - epoch.reading.utc.unwrap() - 50_000 - line_us).abs() < 10);
         // 20 epochs a second do not fit through 19200 bit/s: most are left out, none is late.
         let config = GnssConfig { rate_hz: 20, ..GnssConfig::default() };
         let mut gnss = Gnss::new(&config, 1, START).unwrap();
@@ -449,7 +387,7 @@ mod tests {
             .filter_map(|_| gnss.epoch(&OtterState::default(), &frame(), &Faults::default(), true))
             .collect();
         assert!((40..=70).contains(&epochs.len()), "{}", epochs.len());
-        assert!(epochs.iter().all(|e| e.complete_utc - e.reading.utc < 250_000));
+        assert!(epochs.iter().all(|e| e.complete_utc - e.reading.utc.unwrap() < 250_000));
     }
 
     #[test]

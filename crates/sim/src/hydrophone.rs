@@ -2,10 +2,9 @@
 //!
 //! Time of arrival = time of transmission + distance / c + jitter, the distance to where the vessel is on
 //! arrival. SNR = 50 dB - 0.05 dB/m · distance - motor noise + scatter; below a limit, and by chance, a
-//! transmission is missed (facts/onboard.md 7.4, the fish-tag simulator of the Otters). Motor noise grows
+//! transmission is missed (as the fish-tag simulator of the Otters has it). Motor noise grows
 //! with the mean shaft speed; the default loses more than half of the range at full speed, as Dallolio et
-//! al., Front. Mar. Sci. 2022, 857623 report of a thruster. Trains of pulses that overlap destroy each other
-//! (facts/acoustics.md 1.1). A line leaves when the train has ended.
+//! al., Front. Mar. Sci. 2022, 857623 report of a thruster. Trains of pulses that overlap destroy each other. A line leaves when the train has ended.
 //!
 //! The receiver stamps by its own clock, which may be off, may drift, and counts from power-up until set.
 
@@ -13,8 +12,9 @@ use crate::fish::Ping;
 use crate::otter::{OtterState, shaft_max_radps};
 use crate::range::{OutOfRange, within};
 use crate::rng::{Rng, Stream};
-use crate::tbr::{HydrophoneLine, SensorLine, TagLine};
 use crate::tbr_clock::{ClockConfig, ReceiverClock};
+use devices::tbr::rounded_temperature_c;
+use devices::{Reading, TagReading, WaterReading};
 use units::{LocalFrame, UtcTime};
 
 /// Transmissions farther away than this (m) are not followed.
@@ -168,7 +168,7 @@ impl Hydrophone {
         now: UtcTime,
         state: &OtterState,
         frame: &LocalFrame,
-        out: &mut Vec<(UtcTime, HydrophoneLine)>,
+        out: &mut Vec<(UtcTime, Reading)>,
     ) {
         let mut i = 0;
         while i < self.under_way.len() {
@@ -183,7 +183,7 @@ impl Hydrophone {
             let at = UtcTime::from_micros(self.next_sensor_us);
             self.next_sensor_us += self.sensor_interval_us();
             let line = self.sensor_line(at, state);
-            out.push((at, HydrophoneLine::Sensor(line)));
+            out.push((at, Reading::Water(line)));
         }
     }
 
@@ -230,7 +230,7 @@ impl Hydrophone {
         self.heard.push(heard);
     }
 
-    fn report(&mut self, now: UtcTime, out: &mut Vec<(UtcTime, HydrophoneLine)>) {
+    fn report(&mut self, now: UtcTime, out: &mut Vec<(UtcTime, Reading)>) {
         let wait_us = ((self.config.train_s + DECODING_S) * 1e6) as i64;
         while let Some(index) = self.heard.iter().position(|h| h.arrival_us + wait_us <= now.micros()) {
             let Heard { arrival_us, ping, snr_db, garbled } = self.heard.remove(index);
@@ -238,30 +238,30 @@ impl Hydrophone {
                 continue;
             }
             let stamp_us = self.clock.reading_us(UtcTime::from_micros(arrival_us)).max(0);
-            let line = TagLine {
+            let line = TagReading {
                 serial: self.config.serial,
                 clock_s: u32::try_from(stamp_us / 1_000_000).unwrap_or(u32::MAX),
                 millis: (stamp_us / 1000 % 1000) as u16,
-                protocol: ping.protocol,
+                protocol: ping.protocol.name().to_owned(),
                 tag_id: ping.tag_id,
                 data: ping.data,
                 snr_db: snr_db.round().clamp(0.0, 255.0) as u8,
                 frequency_khz: ping.frequency_khz,
                 counter: self.count(),
             };
-            out.push((UtcTime::from_micros(arrival_us + wait_us), HydrophoneLine::Tag(line)));
+            out.push((UtcTime::from_micros(arrival_us + wait_us), Reading::Tag(line)));
         }
     }
 
-    fn sensor_line(&mut self, at: UtcTime, state: &OtterState) -> SensorLine {
+    fn sensor_line(&mut self, at: UtcTime, state: &OtterState) -> WaterReading {
         let noise_share =
             0.5 * (state.shaft_radps.port.abs() + state.shaft_radps.starboard.abs()) / shaft_max_radps();
         let average = 3.0 + self.config.motor_noise_db * noise_share + self.rng.uniform();
         let clock_s = self.clock.reading_us(at).max(0) / 1_000_000;
-        SensorLine {
+        WaterReading {
             serial: self.config.serial,
             clock_s: u32::try_from(clock_s).unwrap_or(u32::MAX),
-            temperature_raw: (self.water_c * 10.0 + 50.0).round().clamp(0.0, 999.0) as u16,
+            temperature_c: rounded_temperature_c(self.water_c),
             noise_average: average as u8,
             noise_peak: (average + self.rng.between(3.0, 15.0)) as u8,
             frequency_khz: self.config.frequency_khz,
@@ -278,8 +278,8 @@ impl Hydrophone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fish::TagProtocol;
-    use crate::pair::Pair;
+    use devices::Pair;
+    use devices::tbr::TagProtocol;
     use units::{LatLon, LocalPoint};
 
     const START: UtcTime = UtcTime::from_micros(1_718_000_000_000_000);
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    fn tags(config: &HydrophoneConfig, state: &OtterState, pings: &[Ping]) -> Vec<TagLine> {
+    fn tags(config: &HydrophoneConfig, state: &OtterState, pings: &[Ping]) -> Vec<TagReading> {
         let mut hydrophone = Hydrophone::new(config, 8.0, 1, START).unwrap();
         let mut lines = Vec::new();
         for step in 0..1_000 {
@@ -323,8 +323,8 @@ mod tests {
         lines
             .into_iter()
             .filter_map(|(_, line)| match line {
-                HydrophoneLine::Tag(tag) => Some(tag),
-                HydrophoneLine::Sensor(_) => None,
+                Reading::Tag(tag) => Some(tag),
+                _ => None,
             })
             .collect()
     }
@@ -383,13 +383,14 @@ mod tests {
         let counters: Vec<u16> = lines
             .iter()
             .map(|(_, line)| match line {
-                HydrophoneLine::Tag(tag) => tag.counter,
-                HydrophoneLine::Sensor(sensor) => sensor.counter,
+                Reading::Tag(tag) => tag.counter,
+                Reading::Water(water) => water.counter,
+                other => panic!("{other:?} is none of the hydrophone's"),
             })
             .collect();
         assert_eq!(counters, (1..=counters.len() as u16).collect::<Vec<_>>());
         assert!(
-            lines.iter().any(|(_, l)| matches!(l, HydrophoneLine::Sensor(s) if s.temperature_raw == 130))
+            lines.iter().any(|(_, l)| matches!(l, Reading::Water(w) if (w.temperature_c - 8.0).abs() < 1e-9))
         );
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Begin at [`Vessel`]: configure it, give it commands, step it, poll what its sensors send, as the bytes of
 //! the real devices or as values. [`Otter`] is the bare model for open-loop checks; [`Fish`] is a tagged fish
-//! that several vessels can hear.
+//! that several vessels can hear. What sensors send are the [`devices`]' readings and bytes.
 //!
 //! The crate has no clock, no threads and no input or output. Time is the sum of the steps; chance comes from
 //! seeds. Two runs with the same settings, seeds and commands give the same bytes. Units are SI and radians
@@ -18,37 +18,29 @@ mod fish;
 mod gnss;
 mod hydrophone;
 mod motor;
-mod nmea;
 mod otter;
-mod pair;
 mod process;
 mod range;
 mod rng;
-mod tbr;
 mod tbr_clock;
-mod torqeedo;
 mod vessel;
 mod waves;
 mod wind;
 
-pub use battery::{BatteryBank, BatteryConfig, PackReading};
-pub use card::{CardConfig, CardReport};
+pub use battery::{BatteryBank, BatteryConfig};
+pub use card::CardConfig;
 pub use current::CurrentConfig;
 pub use environment::{Environment, EnvironmentConfig};
 pub use faults::Faults;
-pub use fish::{Fish, FishConfig, Ping, TagProtocol};
-pub use gnss::{GnssConfig, GnssFix, GnssReading, GroundVelocity, Quality};
+pub use fish::{Fish, FishConfig, Ping};
+pub use gnss::GnssConfig;
 pub use hydrophone::HydrophoneConfig;
-pub use motor::{Drive, GEAR, Motor, MotorReading, ThrottleMap, radps, rpm};
-pub use nmea::Sentence;
+pub use motor::{Drive, Motor, ThrottleMap, radps, rpm};
 pub use otter::{
     BodyForce, Load, MAX_PAYLOAD_KG, Otter, OtterState, STEP_S, shaft_max_radps, shaft_min_radps, thrust_n,
 };
-pub use pair::{Pair, Side};
 pub use range::OutOfRange;
-pub use tbr::{HydrophoneLine, SensorLine, TagLine};
 pub use tbr_clock::ClockConfig;
-pub use torqeedo::{CanFrame, CardCommand, CardError, FULL_THROTTLE, battery_status, motor_drive, rail};
 pub use vessel::{Output, OutputForm, Port, Timed, Truth, Vessel, VesselConfig};
 pub use waves::WaveConfig;
 pub use wind::WindConfig;

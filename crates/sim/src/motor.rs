@@ -1,8 +1,7 @@
 //! The two propeller motors: from a throttle or a shaft speed asked for to speed, power and temperature.
 //!
 //! Throttle: the card takes -1 to 1. Either shaft speed is proportional to it up to the model's limits, or it
-//! follows the table measured on the boats (dune-otter-public, `basic.ini`, speed conversion RPM; facts/
-//! onboard.md 1.4), which saturates at 980 rpm.
+//! follows the table measured on the boats (dune-otter-public, `basic.ini`, speed conversion RPM), which saturates at 980 rpm.
 //!
 //! Power: a propeller's torque grows with n² and its power with n³ (affinity law). The electrical power at
 //! the shaft limit ahead is that of the Torqeedo Ultralight 403, 400 W (power budget of the NTNU Otters);
@@ -12,13 +11,12 @@
 //! at full power after some ten minutes.
 
 use crate::otter::{shaft_max_radps, shaft_min_radps};
+use devices::MotorReading;
 
 const RATED_W: f64 = 400.0;
 const STANDBY_W: f64 = 1.0;
 const HEATING_KPW: f64 = 30.0 / RATED_W;
 const HEATING_S: f64 = 300.0;
-/// Turns of the motor for one turn of the propeller.
-pub const GEAR: f64 = 7.0;
 
 const RPM_PER_RADPS: f64 = 30.0 / std::f64::consts::PI;
 
@@ -85,17 +83,6 @@ impl Drive {
     }
 }
 
-/// What a motor reports.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotorReading {
-    /// Speed of the propeller (rpm), positive ahead.
-    pub propeller_rpm: f64,
-    /// Electrical power drawn (W).
-    pub power_w: f64,
-    /// Temperature of the motor's electronics (°C).
-    pub temperature_c: f64,
-}
-
 /// One motor's power and temperature.
 #[derive(Debug, Clone)]
 pub struct Motor {
@@ -132,7 +119,7 @@ mod tests {
 
     #[test]
     fn throttle_reaches_the_limits_of_the_model() {
-        // (throttle, rad/s), facts/onboard.md 6.2.
+        // (throttle, rad/s) of the model's limits, 103.93 and -101.74 rad/s.
         for (throttle, expected) in [(0.0, 0.0), (1.0, 103.93), (-1.0, -101.74), (0.5, 51.965), (7.0, 103.93)]
         {
             let shaft = ThrottleMap::Proportional.shaft_radps(throttle);

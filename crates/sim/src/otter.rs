@@ -1,7 +1,7 @@
 //! Fossen's model of the Otter in three degrees of freedom: surge, sway and yaw.
 //!
 //! Source: MSS, `otter.m` (T. I. Fossen, github.com/cybergalactic/MSS, June 2026), reduced to the horizontal
-//! plane as facts/onboard.md section 6.2 lays down; the vectorial equation of motion is that of T. I.
+//! plane by leaving out heave, roll and pitch; the vectorial equation of motion is that of T. I.
 //! Fossen, "Handbook of Marine Craft Hydrodynamics and Motion Control", 2nd ed. 2021, chapter 6 and section
 //! 10.3 (current). The reduction stays within 0.05 % in u and r of the six-degree model.
 //!
@@ -12,8 +12,8 @@
 //! The published constants belong to a 55 kg hull and, as the demonstration load, 25 kg at (0.05, 0) m; the
 //! centre of gravity, inertia, draft and drag follow from the payload given.
 
-use crate::pair::Pair;
 use crate::range::{OutOfRange, within};
+use devices::Pair;
 use units::LocalPoint;
 
 const WATER_KGPM3: f64 = 1025.0;
@@ -248,7 +248,7 @@ impl Otter {
         }
     }
 
-    /// M dν/dt = τ - D ν_r - cross flow - C(ν_r) ν_r, in the terms of facts/onboard.md 6.2.
+    /// M dν/dt = τ - D ν_r - cross flow - C(ν_r) ν_r.
     fn derivative(&self, x: &Vector, force: &BodyForce, load: &Load) -> Vector {
         let [_, _, psi, u, v, r] = *x;
         let (sin, cos) = psi.sin_cos();
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn constants_with_the_demonstration_load_are_the_published_ones() {
-        // facts/onboard.md 6.2, to the digits given there.
+        // Those of `otter.m` with 25 kg at (0.05, 0) m.
         let otter = Otter::new(25.0).unwrap();
         close(otter.x_g_m, 0.153_125, 1e-9);
         close(otter.m11, 85.281_52, 1e-5);

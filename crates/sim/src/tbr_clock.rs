@@ -1,12 +1,10 @@
-//! The hydrophone's clock and the commands that set it.
+//! The hydrophone's clock, which commands set.
 //!
-//! Commands (facts/onboard.md 2.3): `(+)` alone rounds the clock to the nearest ten seconds and is answered
-//! with `ack01`; `(+)` with nine digits of Unix time and a Luhn digit sets it to that ten seconds, `ack02`;
-//! `UT=` with ten digits sets it to that second, `ack03`. `LIVECM` enters command mode, where every command
-//! is echoed as the receiver's setting, and `EX!` leaves it. The end of a command that has no line end is a
-//! pause. The receiver's 500 ms convention and its limit of one character a millisecond are left out.
+//! Its commands are those of [`devices::tbr_clock`]; a pause ends one. The receiver's 500 ms convention and its
+//! limit of one character a millisecond are left out.
 
 use crate::range::{OutOfRange, within};
+use devices::tbr_clock::ClockCommand;
 use units::UtcTime;
 
 const TEN_SECONDS_US: i64 = 10_000_000;
@@ -84,60 +82,28 @@ impl ReceiverClock {
         if self.text.is_empty() || now.micros() - self.last_byte_us < PAUSE_US {
             return None;
         }
-        let text = String::from_utf8_lossy(&std::mem::take(&mut self.text)).trim().to_owned();
-        self.obey(UtcTime::from_micros(self.last_byte_us), &text)
-            .map(|answer| format!("{answer}\r").into_bytes())
+        let text = std::mem::take(&mut self.text);
+        let command = ClockCommand::parse(String::from_utf8_lossy(&text).trim())?;
+        self.obey(UtcTime::from_micros(self.last_byte_us), &command).then(|| command.answer())
     }
 
-    fn obey(&mut self, at: UtcTime, command: &str) -> Option<String> {
-        if let Some(digits) = command.strip_prefix("(+)") {
-            if digits.is_empty() {
+    /// Carries a command out; answers whether it has effect.
+    fn obey(&mut self, at: UtcTime, command: &ClockCommand) -> bool {
+        match command {
+            ClockCommand::Round => {
                 let reading_us = self.reading_us(at);
                 let tens = (reading_us + TEN_SECONDS_US / 2).div_euclid(TEN_SECONDS_US);
                 self.set(at, tens * TEN_SECONDS_US);
-                return Some("ack01".to_owned());
             }
-            let tens = ten_digits(digits).filter(|_| luhn_holds(digits))? / 10;
-            self.set(at, tens * TEN_SECONDS_US);
-            return Some("ack02".to_owned());
-        }
-        if let Some(digits) = command.strip_prefix("UT=") {
-            let seconds = ten_digits(digits)?;
-            self.set(at, seconds * 1_000_000);
-            return Some("ack03".to_owned());
-        }
-        match command {
-            "LIVECM" => {
-                self.command_mode = true;
-                Some("LIVECM".to_owned())
+            ClockCommand::SetTens(seconds) | ClockCommand::SetSecond(seconds) => {
+                self.set(at, seconds * 1_000_000);
             }
-            "EX!" if self.command_mode => {
-                self.command_mode = false;
-                Some("EX!".to_owned())
-            }
-            "FV?" if self.command_mode => Some("FV=v1.0.6".to_owned()),
-            setting if self.command_mode && setting.contains('=') => Some(setting.to_owned()),
-            _ => None,
+            ClockCommand::EnterCommands => self.command_mode = true,
+            ClockCommand::LeaveCommands => return std::mem::replace(&mut self.command_mode, false),
+            ClockCommand::Version | ClockCommand::Setting(_) => return self.command_mode,
         }
+        true
     }
-}
-
-fn ten_digits(text: &str) -> Option<i64> {
-    (text.len() == 10 && text.bytes().all(|b| b.is_ascii_digit())).then(|| text.parse().ok()).flatten()
-}
-
-/// Whether the last of some digits is the Luhn digit of those before (ISO/IEC 7812-1, annex B).
-fn luhn_holds(digits: &str) -> bool {
-    let sum: u32 = digits
-        .bytes()
-        .rev()
-        .enumerate()
-        .map(|(place, byte)| {
-            let value = u32::from(byte - b'0') * if place % 2 == 1 { 2 } else { 1 };
-            if value > 9 { value - 9 } else { value }
-        })
-        .sum();
-    sum.is_multiple_of(10)
 }
 
 #[cfg(test)]

@@ -8,18 +8,17 @@
 //! Outputs that nobody polls are kept up to 100 000; beyond that the oldest is lost and counted.
 
 use crate::battery::{BatteryBank, BatteryConfig};
-use crate::card::{Card, CardConfig, CardReport};
+use crate::card::{Card, CardConfig};
 use crate::environment::{Environment, EnvironmentConfig};
 use crate::faults::Faults;
 use crate::fish::{Fish, FishConfig, Ping};
-use crate::gnss::{Gnss, GnssConfig, GnssReading};
+use crate::gnss::{Gnss, GnssConfig};
 use crate::hydrophone::{Hydrophone, HydrophoneConfig};
-use crate::motor::{Drive, MotorReading};
+use crate::motor::Drive;
 use crate::otter::{Otter, OtterState, STEP_S};
-use crate::pair::{Pair, Side};
 use crate::range::{OutOfRange, within};
-use crate::tbr::HydrophoneLine;
-use crate::torqeedo::{CanFrame, CardCommand, CardError};
+use devices::torqeedo::{CanFrame, CardCommand, CardError, CardReport};
+use devices::{MotorReading, Pair, Reading, Side};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::{LatLon, LocalFrame, MonoTime, UtcTime, wrap_pi, wrap_two_pi};
@@ -72,12 +71,8 @@ pub enum Output {
     Serial(Port, Vec<u8>),
     /// A frame on the CAN bus.
     Can(CanFrame),
-    /// An epoch of the compass.
-    Gnss(GnssReading),
-    /// A report of the interface card.
-    Card(CardReport),
-    /// A line of the hydrophone.
-    Hydrophone(HydrophoneLine),
+    /// What the bytes say.
+    Reading(Reading),
 }
 
 /// An output and when it is there.
@@ -192,7 +187,7 @@ pub struct Vessel {
     made: u64,
     lost: u64,
     reports: Vec<(MonoTime, CardReport)>,
-    lines: Vec<(UtcTime, HydrophoneLine)>,
+    heard: Vec<(UtcTime, Reading)>,
 }
 
 impl Vessel {
@@ -224,7 +219,7 @@ impl Vessel {
             made: 0,
             lost: 0,
             reports: Vec::new(),
-            lines: Vec::new(),
+            heard: Vec::new(),
         })
     }
 
@@ -405,7 +400,7 @@ impl Vessel {
                 self.put(self.mono_at(utc), Output::Serial(Port::Gnss, bytes));
             }
             if self.form.values() {
-                self.put(self.mono_at(epoch.complete_utc), Output::Gnss(epoch.reading));
+                self.put(self.mono_at(epoch.complete_utc), Output::Reading(Reading::Gnss(epoch.reading)));
             }
         }
     }
@@ -418,24 +413,29 @@ impl Vessel {
                 self.hydrophone.hear(ping);
             }
         }
-        let mut lines = std::mem::take(&mut self.lines);
-        self.hydrophone.step(now_utc, &self.state, &self.frame, &mut lines);
+        let mut heard = std::mem::take(&mut self.heard);
+        self.hydrophone.step(now_utc, &self.state, &self.frame, &mut heard);
         let answer = self.hydrophone.clock_mut().answer(now_utc);
         if self.faults.hydrophone_silent {
-            lines.clear();
+            heard.clear();
         } else if let Some(answer) = answer.filter(|_| self.form.bytes()) {
             self.put(now, Output::Serial(Port::Hydrophone, answer));
         }
-        for (utc, line) in lines.drain(..) {
+        for (utc, reading) in heard.drain(..) {
             let at = self.mono_at(utc);
             if self.form.bytes() {
-                self.put(at, Output::Serial(Port::Hydrophone, line.encode()));
+                let bytes = match &reading {
+                    Reading::Tag(tag) => tag.encode(),
+                    Reading::Water(water) => water.encode(),
+                    Reading::Gnss(_) | Reading::Motor(..) | Reading::Battery(_) => continue,
+                };
+                self.put(at, Output::Serial(Port::Hydrophone, bytes));
             }
             if self.form.values() {
-                self.put(at, Output::Hydrophone(line));
+                self.put(at, Output::Reading(reading));
             }
         }
-        self.lines = lines;
+        self.heard = heard;
     }
 
     fn report(&mut self) {
@@ -444,7 +444,7 @@ impl Vessel {
         for (at, report) in reports.drain(..) {
             let lost = match report {
                 CardReport::Motor(side, _) => *self.faults.motor_feedback_lost.of(side),
-                CardReport::Battery(..) | CardReport::Rail { .. } => false,
+                CardReport::Battery(_) | CardReport::Rail { .. } => false,
             };
             if lost || self.faults.card_silent {
                 continue;
@@ -452,8 +452,8 @@ impl Vessel {
             if self.form.bytes() {
                 self.put(at, Output::Can(report.frame()));
             }
-            if self.form.values() {
-                self.put(at, Output::Card(report));
+            if let Some(reading) = report.reading().filter(|_| self.form.values()) {
+                self.put(at, Output::Reading(reading));
             }
         }
         self.reports = reports;

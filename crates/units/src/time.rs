@@ -200,7 +200,7 @@ pub struct Civil {
 }
 
 /// The present by both clocks of a program: deadlines run on the one, records carry the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Now {
     /// The clock that never steps.
     pub mono: MonoTime,

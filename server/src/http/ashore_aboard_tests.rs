@@ -2,9 +2,12 @@
 //! a PlanSpecification to a brain that floats in a simulated hull there. The server knows of the vessel what the vessel
 //! told it.
 
-#[path = "../../../vehicle-agent/src/world.rs"]
+#[path = "../../../vehicle-agent/src/hull/mod.rs"]
 #[allow(dead_code, reason = "the agent uses more of it")]
-mod world;
+mod hull;
+#[path = "../../../vehicle-agent/src/vehicle.rs"]
+#[allow(dead_code, reason = "the agent uses more of it")]
+mod vehicle;
 
 use super::charts_tests::archipelago;
 use super::testing::Boats;
@@ -14,18 +17,19 @@ use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use bytes::Bytes;
 use charts::depth_index::ChartTrust;
+use hull::Simulated;
 use imc::messages::{
     Announce, EntityInfo, EntityList, EntityParameters, EstimatedState, Message, Payload as _, PlanControl,
     PlanControlOp, PlanControlType, QueryEntityParameters,
 };
 use imc::{Address, Header, Packet, PacketView};
-use onboard::{Brain, Chart, GroundingSettings, Input, Now, Output, Peer, Settings};
 use shore::{clock, plans};
+use onboard::{Brain, Chart, GroundingSettings, Input, Output, Peer, Settings};
 use sim::{GnssConfig, OutputForm, Vessel, VesselConfig};
 use std::time::Duration;
 use testkit::Numbers;
-use units::{LatLon, LocalFrame, LocalPoint};
-use world::{Happening, World};
+use units::{LatLon, LocalFrame, LocalPoint, Now};
+use vehicle::{BrainEvent, Vehicle};
 
 const OTTER: Address = Address(0x2810);
 const CONSOLE: Address = Address(0x4001);
@@ -35,7 +39,7 @@ const PLANS: u32 = 5_000;
 
 /// A vessel afloat in open water of the archipelago.
 struct Afloat {
-    world: World,
+    vehicle: Vehicle<Simulated>,
     said: Vec<Bytes>,
     request: u16,
 }
@@ -49,23 +53,24 @@ impl Afloat {
         let vessel = Vessel::new(&config).unwrap();
         let now = Now { mono: vessel.now(), utc: vessel.utc() };
         let brain = Brain::new(settings, now, mission::Kept::default()).unwrap();
-        let mut afloat = Self { world: World::new(vessel, brain), said: Vec::new(), request: 0 };
+        let mut afloat =
+            Self { vehicle: Vehicle::new(Simulated::new(vessel), brain, now), said: Vec::new(), request: 0 };
         afloat.tell(Input::Connected(PEER));
-        let ready = afloat.world.vessel.now() + Duration::from_secs(15);
-        while afloat.world.vessel.now() < ready {
+        let ready = afloat.vehicle.now.mono + Duration::from_secs(15);
+        while afloat.vehicle.now.mono < ready {
             let said = &mut afloat.said;
-            afloat.world.advance(ready, &mut |_, happening| note(said, happening));
+            afloat.vehicle.advance(ready, &mut |_, event| note(said, event));
         }
         afloat
     }
 
     fn tell(&mut self, input: Input) {
         let said = &mut self.said;
-        self.world.tell(input, &mut |_, happening| note(said, happening));
+        self.vehicle.tell(input, &mut |_, event| note(said, event));
     }
 
     fn send(&mut self, message: impl Into<Message>) {
-        let timestamp = self.world.now().utc.seconds();
+        let timestamp = self.vehicle.now.utc.seconds();
         let header = Header { timestamp, src: CONSOLE, dst: OTTER, ..Header::default() };
         self.tell(Input::Packet(PEER, Packet::new(header, message).encode().unwrap()));
     }
@@ -107,8 +112,8 @@ impl Afloat {
     }
 }
 
-fn note(said: &mut Vec<Bytes>, happening: Happening) {
-    if let Happening::Wanted(Output::Packet { bytes, .. }) = happening {
+fn note(said: &mut Vec<Bytes>, event: BrainEvent) {
+    if let BrainEvent::Output(Output::Packet { bytes, .. }) = event {
         said.push(bytes.into());
     }
 }

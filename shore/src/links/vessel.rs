@@ -24,7 +24,7 @@ use store::GapKind;
 use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
-use units::UtcTime;
+use units::{Now, UtcTime};
 
 /// Bytes that may wait for the session: commands are few.
 const OUTBOX_BYTES: usize = 256 * 1024;
@@ -171,9 +171,8 @@ impl Task {
         hub.leave().await;
     }
 
-    fn now(&self) -> link::Now {
-        let now = self.router.clock().now();
-        link::Now { mono: now.mono, utc: now.utc }
+    fn now(&self) -> Now {
+        self.router.clock().now()
     }
 
     pub(crate) fn handle(&mut self, input: ShoreInput) {

@@ -9,12 +9,12 @@ use anyhow::{Context as _, bail};
 use config::{Config, InMemory};
 use mission::{Change, Kept, Record};
 use onboard::record::{read_input, write_input, write_output};
-use onboard::{Brain, Input, Now, Output};
+use onboard::{Brain, Input, Output};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 const FORMAT: &str = concat!("lutra-recording 1 ", env!("CARGO_PKG_VERSION"));
 /// No record is longer (bytes): a chart.
@@ -63,14 +63,14 @@ impl Recorder {
     }
 
     /// Records what the brain was told.
-    pub(crate) fn told(&mut self, now: Now, input: &Input) -> io::Result<()> {
-        let (kind, bytes) = told(now, input);
+    pub(crate) fn input(&mut self, now: Now, input: &Input) -> io::Result<()> {
+        let (kind, bytes) = input_record(now, input);
         self.put(kind, &bytes)
     }
 
     /// Records what it wanted.
-    pub(crate) fn wanted(&mut self, output: &Output) -> io::Result<()> {
-        let (kind, bytes) = wanted(output);
+    pub(crate) fn output(&mut self, output: &Output) -> io::Result<()> {
+        let (kind, bytes) = output_record(output);
         self.put(kind, &bytes)
     }
 
@@ -87,14 +87,14 @@ impl Recorder {
 }
 
 /// The record of what the brain was told.
-pub(crate) fn told(now: Now, input: &Input) -> (u8, Vec<u8>) {
+pub(crate) fn input_record(now: Now, input: &Input) -> (u8, Vec<u8>) {
     let mut bytes = Vec::new();
     write_input(&mut bytes, now, input);
     (b'I', bytes)
 }
 
 /// The record of what it wanted.
-pub(crate) fn wanted(output: &Output) -> (u8, Vec<u8>) {
+pub(crate) fn output_record(output: &Output) -> (u8, Vec<u8>) {
     let mut bytes = Vec::new();
     write_output(&mut bytes, output);
     (b'O', bytes)

@@ -7,22 +7,25 @@ use clap::Parser as _;
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::*;
 use imc::{Address, Header, Packet};
-use std::cell::Cell;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Mutex;
 use units::UtcTime;
 
 const STEP: Duration = Duration::from_millis(50);
 const PEER: Peer = Peer::Tcp(1);
 
 struct Bench {
-    agent: Agent,
-    elapsed: Rc<Cell<Duration>>,
+    agent: Agent<Simulated>,
+    elapsed: Arc<Mutex<Duration>>,
     /// What the computer's clock is ahead of the true time (µs).
-    ahead_us: Rc<Cell<i64>>,
+    ahead_us: Arc<Mutex<i64>>,
     /// Whether the next look at the clock panics.
-    broken: Rc<Cell<bool>>,
+    broken: Arc<Mutex<bool>>,
     folder: tempfile::TempDir,
+}
+
+fn get<T: Copy>(value: &Mutex<T>) -> T {
+    *value.lock().unwrap()
 }
 
 impl Bench {
@@ -35,17 +38,18 @@ impl Bench {
         let Command::Run(arguments) = Arguments::parse_from(line.into_iter().chain(more)).command else {
             panic!()
         };
-        let (elapsed, ahead_us) = (Rc::new(Cell::new(Duration::ZERO)), Rc::new(Cell::new(0)));
-        let (of_elapsed, of_utc, of_ahead) = (Rc::clone(&elapsed), Rc::clone(&elapsed), Rc::clone(&ahead_us));
-        let broken = Rc::new(Cell::new(false));
-        let of_broken = Rc::clone(&broken);
+        let (elapsed, ahead_us) = (Arc::new(Mutex::new(Duration::ZERO)), Arc::new(Mutex::new(0)));
+        let (of_elapsed, of_utc, of_ahead) =
+            (Arc::clone(&elapsed), Arc::clone(&elapsed), Arc::clone(&ahead_us));
+        let broken = Arc::new(Mutex::new(false));
+        let of_broken = Arc::clone(&broken);
         let clock = Clock::of(
             move || {
-                assert!(!of_broken.get(), "a clock that breaks");
-                of_elapsed.get()
+                assert!(!get(&of_broken), "a clock that breaks");
+                get(&of_elapsed)
             },
             move || {
-                let since_us = of_utc.get().as_micros() as i64 + of_ahead.get();
+                let since_us = get(&of_utc).as_micros() as i64 + get(&of_ahead);
                 UtcTime::from_micros(1_790_000_000_000_000 + since_us)
             },
         );
@@ -57,9 +61,9 @@ impl Bench {
 
     /// Lets time pass, step by step.
     fn pass(&mut self, span: Duration) {
-        let until = self.elapsed.get() + span;
-        while self.elapsed.get() < until {
-            self.elapsed.set(self.elapsed.get() + STEP);
+        let until = get(&self.elapsed) + span;
+        while get(&self.elapsed) < until {
+            *self.elapsed.lock().unwrap() += STEP;
             self.agent.catch_up();
             self.agent.each_second();
             while let Some(event) = self.agent.net.inbox.take(Duration::ZERO) {
@@ -75,7 +79,7 @@ impl Bench {
     }
 
     fn shafts(&self) -> f64 {
-        let shafts = self.agent.world.vessel.truth().state.shaft_radps;
+        let shafts = self.agent.vehicle.hull.vessel.truth().state.shaft_radps;
         shafts.port.abs() + shafts.starboard.abs()
     }
 
@@ -139,7 +143,7 @@ fn start() -> PlanControl {
 fn a_clock_that_is_set_is_noticed_in_words_states_and_times() {
     let mut bench = Bench::new();
     bench.pass(Duration::from_secs(10));
-    bench.ahead_us.set(3_600_000_000);
+    *bench.ahead_us.lock().unwrap() = 3_600_000_000;
     bench.pass(Duration::from_secs(10));
     let packets = bench.end();
     let entries: Vec<String> = packets
@@ -167,14 +171,14 @@ fn a_clock_that_is_set_is_noticed_in_words_states_and_times() {
 fn a_vessel_whose_loop_hangs_loses_its_thrust_and_goes_on_afterwards() {
     let mut bench = Bench::new();
     // The watchdog goes by the computer's time, which may stand still for a test that waits for its turn.
-    bench.agent.world.motors = Motors::Direct;
+    bench.agent.vehicle.hull.obey_at_once();
     bench.pass(Duration::from_secs(5));
     bench.send(start());
     bench.pass(Duration::from_secs(10));
     let sailing = bench.shafts();
     assert!(sailing > 20.0, "{sailing}");
     // So long in one step: the plan would have gone on, but nobody steered.
-    bench.elapsed.set(bench.elapsed.get() + Duration::from_millis(1500));
+    *bench.elapsed.lock().unwrap() += Duration::from_millis(1500);
     bench.agent.catch_up();
     assert!(bench.shafts() < 0.1 * sailing, "{} of {sailing}", bench.shafts());
     bench.pass(Duration::from_secs(10));
@@ -212,7 +216,7 @@ fn a_panic_of_the_loop_stops_the_motors_closes_the_log_and_is_told() {
         bench.shafts() > 20.0
     });
     assert!(running);
-    bench.broken.set(true);
+    *bench.broken.lock().unwrap() = true;
     let Bench { agent, folder, .. } = bench;
     let edge = Arc::clone(&agent.edge);
     let usual = std::panic::take_hook();

@@ -91,7 +91,7 @@ fn a_saved_value_of_an_older_version_does_not_keep_the_vessel_ashore() {
     assert!((settings.control.yaw.pid.kp - 2.0).abs() < f64::EPSILON);
     assert_eq!(settings.control.output.ramp_per_s, None);
     assert_eq!(doubts.len(), 1, "{doubts:?}");
-    let now = onboard::Now { mono: units::MonoTime::default(), utc: UtcTime::default() };
+    let now = units::Now { mono: units::MonoTime::default(), utc: UtcTime::default() };
     onboard::Brain::new(settings, now, mission::Kept::default()).unwrap();
 }
 

@@ -35,7 +35,7 @@ fn square(more: &str, side_m: f64, speed_mps: f32, arguments: &[&str]) -> Sailed
     let config = Config::load(&files, "otter.ini".as_ref(), &["Simulation"]);
     assert!(!config.report().has_errors(), "{}", config.report());
     let mut run = Run::begin(&arguments, &config, arguments.start).unwrap();
-    let frame = *run.world.vessel.frame();
+    let frame = *run.vehicle.hull.vessel.frame();
     let corners = [(side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)];
     let legs = corners
         .map(|(north_m, east_m)| goto(frame.to_place(LocalPoint { north_m, east_m }), speed_mps).into());

@@ -4,13 +4,13 @@ use super::*;
 use crate::uplink::filter::Filter;
 use crate::uplink::settings::Server;
 use crate::uplink::spool::Bounds;
-use link::{ConnectionId, Now, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
+use link::{ConnectionId, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::TcpListener;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use tungstenite::{Message, WebSocket};
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 const DEADLINE: Duration = Duration::from_mins(1);
 

@@ -11,16 +11,14 @@ use super::sync::Syncer;
 use super::{Deliver, FromShore};
 use crate::clock::Clock;
 use bytes::Bytes;
-use link::{
-    Answer, ChartAboard, ConnectionId, Failure, Now, Vessel, VesselInput, VesselOutput, VesselSettings,
-};
+use link::{Answer, ChartAboard, ConnectionId, Failure, Vessel, VesselInput, VesselOutput, VesselSettings};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 /// Messages taken from the socket before packets are looked at again.

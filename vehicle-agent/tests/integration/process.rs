@@ -255,7 +255,7 @@ fn the_bare_hull_answers_as_the_reference() {
         program().args(["simulate", "--open-loop", "60,60", "--until", "30", "--csv", "-"]).output().unwrap();
     let text = String::from_utf8(out.stdout).unwrap();
     let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
-    // facts/onboard.md 6.2: 1.0287 m/s at 60/60 rad/s.
+    // The model's surge at 60/60 rad/s is 1.0287 m/s.
     assert!((last[1] - 1.0287).abs() < 0.002, "{last:?}");
     assert_eq!(text.lines().count(), 32);
 }

@@ -7,7 +7,7 @@ use imc::messages::{
     Abort, LoggingControl, Message, PlanControl, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
 };
 use imc::{Header, Packet, PacketView, Payload as _};
-use link::{ConnectionId, Gap, GapReason, Now, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
+use link::{ConnectionId, Gap, GapReason, Outcome, Shore, ShoreInput, ShoreOutput, ShoreSettings};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{TcpListener, TcpStream};
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tempfile::TempDir;
 use tungstenite::{Message as Frame, WebSocket};
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// What was received is durable after this.
 const COMMIT: Duration = Duration::from_millis(50);

@@ -3,10 +3,9 @@
 use super::{PeerBacklog, ShoreOutput};
 use crate::clocks::Clocks;
 use crate::frame::{Ack, Capabilities, Frame, Gap, Heartbeat};
-use crate::now::Now;
 use crate::{ConnectionId, HEARTBEAT, Latency, Record};
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// Latencies beyond this are backlog, not transit, and would drown it in the mean.
 const LONGEST_TRANSIT: Duration = Duration::from_mins(1);

@@ -8,12 +8,11 @@ use crate::frame::{
     Bye, ByeCode, Capabilities, ChartAsk, ChartOffer, ChartPart, Command, Frame, Hello, Lease,
     MAX_PART_BYTES, OLDEST_VERSION, Receipt, VERSION, Verdict, Welcome, decode, message,
 };
-use crate::now::Now;
 use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency, unpack};
 use bytes::Bytes;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// Connections that may greet at once; the oldest is closed for one more.
 const MOST_GREETING: usize = 4;

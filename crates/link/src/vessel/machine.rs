@@ -12,13 +12,12 @@ use crate::frame::{
     decode, message,
 };
 use crate::live::LiveSet;
-use crate::now::Now;
 use crate::pace::Pace;
 use crate::{ConnectionId, DEAD_AFTER, GREETING_WITHIN, Latency};
 use bytes::Bytes;
 use std::collections::VecDeque;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// Time for a connection to be made. A link that has just come back is found by the next attempt, so they are
 /// short; every fifth is patient, for links on which a handshake takes seconds.

@@ -1,10 +1,9 @@
 //! The record lane's place in the stream, and whether it lags.
 
-use crate::now::Now;
 use crate::vessel::SpoolState;
 use std::collections::VecDeque;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// A record that is not sent after this time makes the lane lag.
 pub(crate) const LAGS_AFTER: Duration = Duration::from_secs(1);

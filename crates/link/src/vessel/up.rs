@@ -5,12 +5,11 @@ use super::{Entry, SpoolState};
 use crate::clocks::Clocks;
 use crate::frame::{Ack, Capabilities, Frame, Gap, GapReason, Heartbeat, Welcome, message};
 use crate::live::LiveSet;
-use crate::now::Now;
 use crate::pace::Pace;
 use crate::{HEARTBEAT, Latency, MAX_BATCH_RAW_BYTES, Packer, Record};
 use bytes::Bytes;
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// So many records are sent without waiting for more.
 const ENOUGH_RECORDS: u64 = 64;

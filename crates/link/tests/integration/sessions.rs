@@ -3,11 +3,11 @@
 use bytes::Bytes;
 use link::frame::{self, Frame};
 use link::{
-    Answer, ByeCode, ConnectionId, Entry, Failure, Gap, GapReason, Now, Outcome, Record, Shore, ShoreInput,
+    Answer, ByeCode, ConnectionId, Entry, Failure, Gap, GapReason, Outcome, Record, Shore, ShoreInput,
     ShoreOutput, ShoreSettings, SpoolState, Vessel, VesselInput, VesselOutput, VesselSettings,
 };
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 fn at(ms: u64) -> Now {
     Now {

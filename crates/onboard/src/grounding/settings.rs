@@ -173,7 +173,7 @@ impl ChartFile {
 
 impl fmt::Display for ChartFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Where it lies aboard is nobody's business ashore.
+        // The shore does not need to know where the file lies aboard.
         let name = self.name.rsplit('/').next().unwrap_or(&self.name);
         match self.index.sources() {
             [one] => write!(f, "{} (edition {}, update {})", one.name, one.edition, one.update),

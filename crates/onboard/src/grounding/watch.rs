@@ -1,4 +1,4 @@
-//! The supervisor's machine: from a look at the water to what is to be done.
+//! The supervisor's machine: from a survey of the water ahead to what is to be done.
 
 use super::exemption::{Answer, Exemption};
 use super::settings::{Chart, ChartFile, GroundingAction, GroundingSettings};
@@ -165,8 +165,8 @@ impl Grounding {
     /// Where to turn back to from here.
     pub(crate) fn refuge(settings: &GroundingSettings, estimate: &Estimate, radius_m: f64) -> Option<Refuge> {
         let index = settings.chart.index()?;
-        let look = water_around(index, settings, estimate, settings.limits.navigable_m);
-        look.refuge(&settings.limits, radius_m)
+        let survey = water_around(index, settings, estimate, settings.limits.navigable_m);
+        survey.refuge(&settings.limits, radius_m)
     }
 
     /// Looks at the water with a new estimate; `motors` is what they are commanded.
@@ -203,22 +203,22 @@ impl Grounding {
             Doing::Remedy if self.remedy_was_deep == Some(true) => alone_m,
             Doing::Rest | Doing::Operator | Doing::Remedy | Doing::Own => steered_m,
         };
-        let look = water_around(index, settings, estimate, least_m);
+        let survey = water_around(index, settings, estimate, least_m);
         let motion = &estimate.motion;
         let course_rad = motion.east_mps.atan2(motion.north_mps);
         self.speed_mps = motion.speed_over_ground_mps();
-        let stage = self.judge(&look, settings, course_rad);
+        let stage = self.judge(&survey, settings, course_rad);
         let exempt = exempt && doing == Doing::Operator;
         if exempt || doing != Doing::Operator {
             self.steering = Steering::default();
         }
         let lies = matches!(doing, Doing::Rest | Doing::Operator) && !exempt;
-        self.creeps = lies && self.creeps_in(&look, settings);
+        self.creeps = lies && self.creeps_in(&survey, settings);
         if !lies {
             self.lay_m = None;
         }
         self.gate = if doing == Doing::Operator && !exempt {
-            gate(&look, settings, estimate)
+            gate(&survey, settings, estimate)
         } else {
             Gate::default()
         };
@@ -226,7 +226,7 @@ impl Grounding {
             && matches!(doing, Doing::Plan | Doing::Remedy)
             && settings.action >= GroundingAction::Slow;
         if !exempt {
-            self.act(now, settings, &look, index, (doing, stage), course_rad, motors, &mut advice);
+            self.act(now, settings, &survey, index, (doing, stage), course_rad, motors, &mut advice);
         }
         let running = motors != MotorPair::STOPPED;
         self.abort(now, settings, stage, running && !exempt, &mut advice);
@@ -239,14 +239,14 @@ impl Grounding {
         advice
     }
 
-    fn judge(&mut self, look: &WaterAround<'_>, settings: &GroundingSettings, course_rad: f64) -> Stage {
+    fn judge(&mut self, survey: &WaterAround<'_>, settings: &GroundingSettings, course_rad: f64) -> Stage {
         let stopping_m = settings.stopping_m(self.speed_mps);
         let slowing_m = stopping_m + SLOW_S * self.speed_mps;
         let warning_m = (settings.warning_time_s * self.speed_mps).max(settings.warning_distance_m);
         let moves = self.speed_mps > LEAST_MPS;
         let length_m = warning_m.max(slowing_m).max(1.0);
-        self.ahead = moves.then(|| look.ahead(course_rad, length_m)).flatten();
-        if !look.is_clear() {
+        self.ahead = moves.then(|| survey.ahead(course_rad, length_m)).flatten();
+        if !survey.is_clear() {
             return Stage::Within;
         }
         match &self.ahead {
@@ -257,12 +257,12 @@ impl Grounding {
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one look at the vessel, told apart")]
+    #[expect(clippy::too_many_arguments, reason = "one survey at the vessel, told apart")]
     fn act(
         &mut self,
         now: MonoTime,
         settings: &GroundingSettings,
-        look: &WaterAround<'_>,
+        survey: &WaterAround<'_>,
         index: &DepthIndex,
         (doing, stage): (Doing, Stage),
         course_rad: f64,
@@ -273,15 +273,15 @@ impl Grounding {
             Doing::Own => false,
             Doing::Plan | Doing::Remedy => stage >= Stage::Close,
             Doing::Operator => {
-                self.operator_needs_help(now, look, settings, course_rad, motors) || self.creeps
+                self.operator_needs_help(now, survey, settings, course_rad, motors) || self.creeps
             }
             Doing::Rest => {
                 let was_deep = *self.rest_was_deep.get_or_insert_with(|| {
                     let alone_m = settings.limits.autonomous_m;
-                    WaterAround::new(index, &settings.limits, (look.place(), 0.0), alone_m).is_clear()
+                    WaterAround::new(index, &settings.limits, (survey.place(), 0.0), alone_m).is_clear()
                 });
                 was_deep
-                    && (stage == Stage::Within || self.creeps || self.drifts_in(look, settings, course_rad))
+                    && (stage == Stage::Within || self.creeps || self.drifts_in(survey, settings, course_rad))
             }
         };
         if !wanted || self.asked {
@@ -301,18 +301,18 @@ impl Grounding {
     }
 
     /// Danger comes within what turning back takes, by the way the vessel drifts.
-    fn drifts_in(&self, look: &WaterAround<'_>, settings: &GroundingSettings, course_rad: f64) -> bool {
+    fn drifts_in(&self, survey: &WaterAround<'_>, settings: &GroundingSettings, course_rad: f64) -> bool {
         let way_m = TURN_S * self.speed_mps + settings.reserve_m / 2.0;
-        self.speed_mps > LEAST_MPS / 2.0 && look.ahead(course_rad, way_m).is_some()
+        self.speed_mps > LEAST_MPS / 2.0 && survey.ahead(course_rad, way_m).is_some()
     }
 
     /// It lies close to danger and comes closer, however slowly: what began clear ends before the uncertainty of the
     /// position is used up.
-    fn creeps_in(&mut self, look: &WaterAround<'_>, settings: &GroundingSettings) -> bool {
-        let own_m = look.reach_m();
+    fn creeps_in(&mut self, survey: &WaterAround<'_>, settings: &GroundingSettings) -> bool {
+        let own_m = survey.reach_m();
         let close_m = settings.reserve_m / 2.0;
         let lies = self.speed_mps < LYING_MPS;
-        let room_m = lies.then(|| look.clear_radius_m(look.place(), own_m + close_m) - own_m);
+        let room_m = lies.then(|| survey.clear_radius_m(survey.place(), own_m + close_m) - own_m);
         let Some(room_m) = room_m.filter(|room_m| *room_m < close_m) else {
             self.lay_m = None;
             return false;
@@ -328,16 +328,16 @@ impl Grounding {
     fn operator_needs_help(
         &mut self,
         now: MonoTime,
-        look: &WaterAround<'_>,
+        survey: &WaterAround<'_>,
         settings: &GroundingSettings,
         course_rad: f64,
         motors: MotorPair,
     ) -> bool {
-        self.steering.was_clear |= look.is_clear();
+        self.steering.was_clear |= survey.is_clear();
         let surge_mps = self.gate.surge_mps;
         let drives = f64::midpoint(motors.port, motors.starboard) * surge_mps > 0.0;
         let under_way = drives && surge_mps.abs() > UNDER_WAY * self.speed_mps && !self.is_blocking();
-        if !self.steering.was_clear || under_way || !self.drifts_in(look, settings, course_rad) {
+        if !self.steering.was_clear || under_way || !self.drifts_in(survey, settings, course_rad) {
             self.steering.carried_since = None;
             return false;
         }
@@ -427,13 +427,13 @@ fn water_around<'a>(
 }
 
 /// In which directions an operator's thrust is blocked.
-fn gate(look: &WaterAround<'_>, settings: &GroundingSettings, estimate: &Estimate) -> Gate {
+fn gate(survey: &WaterAround<'_>, settings: &GroundingSettings, estimate: &Estimate) -> Gate {
     let motion = &estimate.motion;
     let (sin, cos) = motion.heading_rad.sin_cos();
     let surge_mps = motion.north_mps * cos + motion.east_mps * sin;
     let blocked = |direction_rad: f64, mps: f64| {
         let length_m = settings.stopping_m(mps.max(0.0)) + settings.reserve_m;
-        look.ahead(direction_rad, length_m).is_some()
+        survey.ahead(direction_rad, length_m).is_some()
     };
     // Already within the reserve on both sides, the roomier one stays open: there must be a way out.
     let mut gate = Gate {
@@ -443,13 +443,13 @@ fn gate(look: &WaterAround<'_>, settings: &GroundingSettings, estimate: &Estimat
     };
     if gate.ahead && gate.astern {
         let room_m = |direction_rad: f64| {
-            let frame = units::LocalFrame::new(look.place());
+            let frame = units::LocalFrame::new(survey.place());
             let there = units::LocalPoint::default().displaced(direction_rad, settings.limits.hull_m + 2.0);
-            look.clear_radius_m(frame.to_place(there), 100.0)
+            survey.clear_radius_m(frame.to_place(there), 100.0)
         };
         let ahead_m = room_m(motion.heading_rad);
         let astern_m = room_m(motion.heading_rad + std::f64::consts::PI);
-        let here_m = look.clear_radius_m(look.place(), 100.0);
+        let here_m = survey.clear_radius_m(survey.place(), 100.0);
         gate.ahead = ahead_m <= here_m;
         gate.astern = astern_m <= here_m;
     }

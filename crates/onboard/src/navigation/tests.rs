@@ -1,6 +1,7 @@
 //! Tests of the navigator.
 
 use super::*;
+use devices::Quality;
 
 fn at(seconds: f64) -> MonoTime {
     MonoTime::from_micros((seconds * 1e6) as u64)
@@ -15,11 +16,11 @@ fn reading(seconds: f64, north_m: f64) -> GnssReading {
             lat_rad: place.lat_rad(),
             lon_rad: place.lon_rad(),
             height_m: 40.0,
-            differential: false,
+            quality: Quality::Autonomous,
             hdop: 0.9,
         }),
         satellites: 9,
-        velocity: Some((0.0, 2.0)),
+        velocity: Some(GroundVelocity { course_rad: 0.0, speed_mps: 2.0 }),
         heading_rad: Some(-0.3),
         yaw_rate_rad_s: Some(0.1),
     }
@@ -64,7 +65,7 @@ fn refuses_what_is_no_number_or_too_poor() {
     let mut nan = reading(10.0, 20.0);
     nan.heading_rad = Some(f64::NAN);
     nan.yaw_rate_rad_s = Some(f64::INFINITY);
-    nan.velocity = Some((f64::NAN, 2.0));
+    nan.velocity = Some(GroundVelocity { course_rad: f64::NAN, speed_mps: 2.0 });
     nan.fix = nan.fix.map(|fix| GnssFix { lat_rad: f64::NAN, ..fix });
     assert_eq!(navigation.read(at(10.0), &nan), Err(Rejection::Invalid));
     assert_eq!(navigation.estimate(at(10.0)), Some(before));

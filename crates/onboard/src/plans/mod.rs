@@ -1,8 +1,8 @@
 //! Plans on their way between consoles, the mission's engine and the pilot.
 //!
 //! Requests (PlanControl, PlanDB) become questions to the engine and the database; what the engine wants
-//! becomes commands to the pilot and the exchange of messages that DUNE's consoles know (facts/imc.md 10,
-//! facts/dune_behaviour.md 6). Judge the running state by PlanControlState; replies are events.
+//! becomes commands to the pilot and the exchange of messages that DUNE's consoles know from DUNE's tasks
+//! `Plan.Engine` and `Plan.DB`. Judge the running state by PlanControlState; replies are events.
 
 mod chart;
 mod database;
@@ -31,6 +31,7 @@ use mission::{
     PathProgress, PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success,
     Ticket, Turn,
 };
+pub(crate) use requests::reads;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use units::{LatLon, MonoTime};

@@ -8,10 +8,10 @@ use crate::output::Level;
 use crate::pilot::Pilot;
 use guard::GuardLimits;
 use imc::messages::{
-    Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
-    PlanSpecification, Reference,
+    Announce, Message, PlanControl, PlanControlFlags, PlanControlOp, PlanControlType, PlanDB, PlanDBOp,
+    PlanDBType, PlanSpecification, Reference,
 };
-use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, RunId, StartOptions};
+use mission::{Ask, Event, NoPlan, Origin, Plan, PlanPhase, Request, RunId, Sighting, StartOptions};
 use units::LatLon;
 
 /// Where a plan would begin.
@@ -24,6 +24,14 @@ enum Way {
 }
 
 impl Plans {
+    /// Another system says where it is.
+    pub(crate) fn sighted(&mut self, bus: &mut Bus, pilot: &mut Pilot, asker: Asker, announce: &Announce) {
+        let Ok(place) = LatLon::from_rad(announce.lat, announce.lon) else { return };
+        let afloat = !asker.system.is_ccu();
+        let sighting = Sighting { system: asker.system.0, place, afloat };
+        self.tell(bus, pilot, mission::Input::Event(Event::Sighting(sighting)));
+    }
+
     /// A request to the plan database.
     pub(crate) fn database(&mut self, bus: &mut Bus, asker: Asker, name: &str, request: &PlanDB) {
         let specification = request.arg.of::<PlanSpecification>();
@@ -228,4 +236,9 @@ impl Plans {
         self.starting = Some(specification);
         Ok(Box::new(plan))
     }
+}
+
+/// Whether an operation on the plan database changes nothing.
+pub(crate) fn reads(op: PlanDBOp) -> bool {
+    matches!(op, PlanDBOp::Get | PlanDBOp::GetInfo | PlanDBOp::GetState | PlanDBOp::GetDstate)
 }

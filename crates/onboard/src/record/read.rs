@@ -1,16 +1,17 @@
 //! Reading.
 
 use crate::grounding::ChartFile;
-use crate::input::{
-    BatteryReading, GnssFix, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side,
-    TagReading, WaterReading,
-};
+use crate::input::{HostReading, Input, Peer, Reachable};
 use crate::lease::Lease;
 use charts::depth_index::DepthIndex;
+use devices::{
+    BatteryReading, GnssFix, GnssReading, GroundVelocity, MotorReading, Quality, Reading, Side, TagReading,
+    WaterReading,
+};
 use mission::Ticket;
 use std::net::SocketAddrV4;
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Bytes that are no record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -110,39 +111,7 @@ pub fn read_input(bytes: &[u8]) -> Result<(Now, Input), Garbled> {
 fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
     Ok(match take.u8()? {
         0 => Input::Timer,
-        1 => Input::Gnss(gnss(take)?),
-        2 => {
-            let side = if take.flag()? { Side::Starboard } else { Side::Port };
-            let reading = MotorReading { rpm: take.f64()?, power_w: take.f64()?, temperature_c: take.f64()? };
-            Input::Motor(side, reading)
-        }
-        3 => Input::Battery(BatteryReading {
-            number: take.u8()?,
-            voltage_v: take.f64()?,
-            current_a: take.f64()?,
-            charge_percent: take.f64()?,
-            temperature_c: take.f64()?,
-        }),
-        4 => Input::Tag(TagReading {
-            serial: take.u32()?,
-            clock_s: take.u32()?,
-            millis: take.u16()?,
-            protocol: take.text()?,
-            tag_id: take.u32()?,
-            data: take.option(Take::u16)?,
-            snr_db: take.u8()?,
-            frequency_khz: take.u8()?,
-            counter: take.u16()?,
-        }),
-        5 => Input::Water(WaterReading {
-            serial: take.u32()?,
-            clock_s: take.u32()?,
-            temperature_c: take.f64()?,
-            noise_average: take.u8()?,
-            noise_peak: take.u8()?,
-            frequency_khz: take.u8()?,
-            counter: take.u16()?,
-        }),
+        kind @ 1..=5 => Input::Reading(reading(take, kind)?),
         6 => Input::Host(HostReading {
             cpu_percent: take.f64()?,
             disk_free_mib: take.f64()?,
@@ -183,16 +152,58 @@ fn input(take: &mut Take<'_>) -> Result<Input, Garbled> {
     })
 }
 
+/// A reading, by the kinds 1 to 5 of inputs.
+fn reading(take: &mut Take<'_>, kind: u8) -> Result<Reading, Garbled> {
+    Ok(match kind {
+        1 => Reading::Gnss(gnss(take)?),
+        2 => {
+            let side = if take.flag()? { Side::Starboard } else { Side::Port };
+            let reading =
+                MotorReading { propeller_rpm: take.f64()?, power_w: take.f64()?, temperature_c: take.f64()? };
+            Reading::Motor(side, reading)
+        }
+        3 => Reading::Battery(BatteryReading {
+            number: take.u8()?,
+            voltage_v: take.f64()?,
+            current_a: take.f64()?,
+            charge_percent: take.f64()?,
+            temperature_c: take.f64()?,
+        }),
+        4 => Reading::Tag(TagReading {
+            serial: take.u32()?,
+            clock_s: take.u32()?,
+            millis: take.u16()?,
+            protocol: take.text()?,
+            tag_id: take.u32()?,
+            data: take.option(Take::u16)?,
+            snr_db: take.u8()?,
+            frequency_khz: take.u8()?,
+            counter: take.u16()?,
+        }),
+        _ => Reading::Water(WaterReading {
+            serial: take.u32()?,
+            clock_s: take.u32()?,
+            temperature_c: take.f64()?,
+            noise_average: take.u8()?,
+            noise_peak: take.u8()?,
+            frequency_khz: take.u8()?,
+            counter: take.u16()?,
+        }),
+    })
+}
+
 fn gnss(take: &mut Take<'_>) -> Result<GnssReading, Garbled> {
     Ok(GnssReading {
         utc: take.option(Take::utc)?,
         fix: take.option(|take| {
             let (lat_rad, lon_rad) = (take.f64()?, take.f64()?);
             let (height_m, hdop) = (take.f64()?, take.f64()?);
-            Ok(GnssFix { lat_rad, lon_rad, height_m, hdop, differential: take.flag()? })
+            let quality = if take.flag()? { Quality::Differential } else { Quality::Autonomous };
+            Ok(GnssFix { lat_rad, lon_rad, height_m, hdop, quality })
         })?,
         satellites: take.u8()?,
-        velocity: take.option(|take| Ok((take.f64()?, take.f64()?)))?,
+        velocity: take
+            .option(|take| Ok(GroundVelocity { course_rad: take.f64()?, speed_mps: take.f64()? }))?,
         heading_rad: take.option(Take::f64)?,
         yaw_rate_rad_s: take.option(Take::f64)?,
     })
@@ -206,21 +217,33 @@ mod tests {
 
     fn examples() -> Vec<Input> {
         let socket = SocketAddrV4::new([10, 0, 2, 7].into(), 6002);
-        let fix = GnssFix { lat_rad: 1.1, lon_rad: 0.2, height_m: 40.0, differential: true, hdop: 0.9 };
+        let fix =
+            GnssFix { lat_rad: 1.1, lon_rad: 0.2, height_m: 40.0, quality: Quality::Differential, hdop: 0.9 };
         vec![
             Input::Timer,
-            Input::Gnss(GnssReading {
+            Input::Reading(Reading::Gnss(GnssReading {
                 utc: Some(UtcTime::from_micros(5)),
                 fix: Some(fix),
                 satellites: 8,
-                velocity: Some((0.1, 1.5)),
+                velocity: Some(GroundVelocity { course_rad: 0.1, speed_mps: 1.5 }),
                 heading_rad: None,
                 yaw_rate_rad_s: Some(-0.1),
-            }),
-            Input::Motor(Side::Starboard, MotorReading { rpm: 500.0, power_w: 90.0, temperature_c: 30.0 }),
-            Input::Battery(BatteryReading { number: 3, voltage_v: 29.0, ..BatteryReading::default() }),
-            Input::Tag(TagReading { protocol: "S64K".into(), data: Some(7), ..TagReading::default() }),
-            Input::Water(WaterReading { temperature_c: 8.0, ..WaterReading::default() }),
+            })),
+            Input::Reading(Reading::Motor(
+                Side::Starboard,
+                MotorReading { propeller_rpm: 500.0, power_w: 90.0, temperature_c: 30.0 },
+            )),
+            Input::Reading(Reading::Battery(BatteryReading {
+                number: 3,
+                voltage_v: 29.0,
+                ..BatteryReading::default()
+            })),
+            Input::Reading(Reading::Tag(TagReading {
+                protocol: "S64K".into(),
+                data: Some(7),
+                ..TagReading::default()
+            })),
+            Input::Reading(Reading::Water(WaterReading { temperature_c: 8.0, ..WaterReading::default() })),
             Input::Host(HostReading { temperature_c: Some(50.0), ..HostReading::default() }),
             Input::Packet(Peer::Udp(socket), vec![1, 2, 3]),
             Input::Connected(Peer::Tcp(3)),
@@ -258,7 +281,7 @@ mod tests {
         let reading = GnssReading { heading_rad: Some(f64::NAN), ..GnssReading::default() };
         let now = Now { mono: MonoTime::default(), utc: UtcTime::default() };
         let (mut bytes, mut again) = (Vec::new(), Vec::new());
-        write_input(&mut bytes, now, &Input::Gnss(reading));
+        write_input(&mut bytes, now, &Input::Reading(Reading::Gnss(reading)));
         let (now, input) = read_input(&bytes).unwrap();
         write_input(&mut again, now, &input);
         assert_eq!(bytes, again);

@@ -1,15 +1,13 @@
 //! Writing.
 
 use crate::grounding::ChartFile;
-use crate::input::{
-    BatteryReading, GnssReading, HostReading, Input, MotorReading, Now, Peer, Reachable, Side, TagReading,
-    WaterReading,
-};
+use crate::input::{HostReading, Input, Peer, Reachable};
 use crate::lease::Lease;
 use crate::output::{Keep, Level, Output};
+use devices::{BatteryReading, GnssReading, MotorReading, Quality, Reading, Side, TagReading, WaterReading};
 use mission::{Change, Effect};
 use std::net::SocketAddrV4;
-use units::UtcTime;
+use units::{Now, UtcTime};
 
 struct Put<'a>(&'a mut Vec<u8>);
 
@@ -88,33 +86,7 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
     put.utc(now.utc);
     match input {
         Input::Timer => put.u8(0),
-        Input::Gnss(reading) => {
-            put.u8(1);
-            gnss(&mut put, reading);
-        }
-        Input::Motor(side, reading) => {
-            put.u8(2);
-            put.u8(match side {
-                Side::Port => 0,
-                Side::Starboard => 1,
-            });
-            let MotorReading { rpm, power_w, temperature_c } = *reading;
-            put.numbers(&[rpm, power_w, temperature_c]);
-        }
-        Input::Battery(reading) => {
-            put.u8(3);
-            let BatteryReading { number, voltage_v, current_a, charge_percent, temperature_c } = *reading;
-            put.u8(number);
-            put.numbers(&[voltage_v, current_a, charge_percent, temperature_c]);
-        }
-        Input::Tag(reading) => {
-            put.u8(4);
-            tag(&mut put, reading);
-        }
-        Input::Water(reading) => {
-            put.u8(5);
-            water(&mut put, reading);
-        }
+        Input::Reading(one) => reading(&mut put, one),
         Input::Host(reading) => {
             put.u8(6);
             let HostReading { cpu_percent, disk_free_mib, disk_free_percent, memory_mib, temperature_c } =
@@ -185,6 +157,38 @@ pub fn write_input(out: &mut Vec<u8>, now: Now, input: &Input) {
     }
 }
 
+fn reading(put: &mut Put<'_>, reading: &Reading) {
+    match reading {
+        Reading::Gnss(reading) => {
+            put.u8(1);
+            gnss(put, reading);
+        }
+        Reading::Motor(side, reading) => {
+            put.u8(2);
+            put.u8(match side {
+                Side::Port => 0,
+                Side::Starboard => 1,
+            });
+            let MotorReading { propeller_rpm, power_w, temperature_c } = *reading;
+            put.numbers(&[propeller_rpm, power_w, temperature_c]);
+        }
+        Reading::Battery(reading) => {
+            put.u8(3);
+            let BatteryReading { number, voltage_v, current_a, charge_percent, temperature_c } = *reading;
+            put.u8(number);
+            put.numbers(&[voltage_v, current_a, charge_percent, temperature_c]);
+        }
+        Reading::Tag(reading) => {
+            put.u8(4);
+            tag(put, reading);
+        }
+        Reading::Water(reading) => {
+            put.u8(5);
+            water(put, reading);
+        }
+    }
+}
+
 fn chart(put: &mut Put<'_>, file: &ChartFile) {
     put.bytes(file.name().as_bytes());
     put.0.extend(file.digest());
@@ -195,12 +199,11 @@ fn gnss(put: &mut Put<'_>, reading: &GnssReading) {
     put.option(reading.utc, Put::utc);
     put.option(reading.fix, |put, fix| {
         put.numbers(&[fix.lat_rad, fix.lon_rad, fix.height_m, fix.hdop]);
-        put.u8(u8::from(fix.differential));
+        put.u8(u8::from(fix.quality == Quality::Differential));
     });
     put.u8(reading.satellites);
-    put.option(reading.velocity, |put, (course_rad, speed_mps)| {
-        put.f64(course_rad);
-        put.f64(speed_mps);
+    put.option(reading.velocity, |put, velocity| {
+        put.numbers(&[velocity.course_rad, velocity.speed_mps]);
     });
     put.option(reading.heading_rad, Put::f64);
     put.option(reading.yaw_rate_rad_s, Put::f64);

@@ -1,6 +1,6 @@
 //! The grounding supervisor among the others: what it is told, what becomes of what it wants.
 
-use super::{Desk, Supervise};
+use super::{Context, Supervise};
 use crate::arbiter::Source;
 use crate::entity::Entity;
 use crate::grounding::{Advice, Chart, DEEP_WATER, Doing, Grounding, Stage};
@@ -10,87 +10,93 @@ use mission::{Activity, Remedy};
 
 impl Supervise {
     /// Looks at the water with a new estimate, or without one.
-    pub(crate) fn see(&mut self, desk: &mut Desk<'_>) {
-        let Some(estimate) = desk.estimate else {
+    pub(crate) fn see(&mut self, context: &mut Context<'_>) {
+        let Some(estimate) = context.estimate else {
             // Nobody knows where danger is; what needs a position stops by itself.
-            desk.pilot.guard(crate::pilot::Gate::default(), None);
+            context.pilot.guard(crate::pilot::Gate::default(), None);
             return;
         };
-        if *desk.chart() == Chart::Off {
+        if *context.chart() == Chart::Off {
             return;
         }
-        let now = desk.bus.mono();
-        let doing = match self.activity(desk) {
+        let now = context.bus.mono();
+        let doing = match self.activity(context) {
             Activity::Idle => Doing::Rest,
             Activity::Plan => Doing::Plan,
             Activity::Teleoperation => Doing::Operator,
             Activity::Remedy if self.arbiter.source() == Some(Source::Grounding) => Doing::Own,
             Activity::Remedy => Doing::Remedy,
         };
-        let advice = self.grounding.see(now, desk.grounding, estimate, doing, desk.pilot.motors());
-        desk.pilot.guard(self.grounding.gate(), self.grounding.speed_limit_mps());
+        let advice = self.grounding.see(now, context.grounding, estimate, doing, context.pilot.motors());
+        context.pilot.guard(self.grounding.gate(), self.grounding.speed_limit_mps());
         for one in advice {
-            self.take(desk, one);
+            self.take(context, one);
         }
     }
 
-    fn take(&mut self, desk: &mut Desk<'_>, advice: Advice) {
-        let now = desk.bus.mono();
-        let text = self.grounding.text(desk.grounding);
-        let entry = |desk: &mut Desk<'_>, level, text: String| desk.bus.entry(Entity::Grounding, level, text);
+    fn take(&mut self, context: &mut Context<'_>, advice: Advice) {
+        let now = context.bus.mono();
+        let text = self.grounding.text(context.grounding);
+        let entry = |context: &mut Context<'_>, level, text: String| {
+            context.bus.entry(Entity::Grounding, level, text);
+        };
         let remedy = match advice {
             Advice::Tell(Stage::Clear) => {
-                entry(desk, Level::Info, text);
+                entry(context, Level::Info, text);
                 return;
             }
             Advice::Tell(stage) => {
                 let level = if stage >= Stage::Close { Level::Error } else { Level::Warning };
-                entry(desk, level, text);
+                entry(context, level, text);
                 return;
             }
             Advice::ExemptionOver => {
-                entry(desk, Level::Warning, "the exemption is over: the sea chart guards again".to_owned());
+                entry(
+                    context,
+                    Level::Warning,
+                    "the exemption is over: the sea chart guards again".to_owned(),
+                );
                 return;
             }
             Advice::Abort => {
                 let text = format!("{text}: in danger with the motors running for too long: abort");
-                entry(desk, Level::Error, text);
+                entry(context, Level::Error, text);
                 self.aborted();
-                let by = desk.bus.address().0;
-                desk.plans.tell(desk.bus, desk.pilot, mission::Input::Abort { by });
+                let by = context.bus.address().0;
+                context.plans.tell(context.bus, context.pilot, mission::Input::Abort { by });
                 return;
             }
             Advice::DeepWater => Remedy::Run { plan_id: DEEP_WATER.to_owned() },
             Advice::Stop => Remedy::Stop,
         };
         let done = if remedy == Remedy::Stop { "stop" } else { "back to deep water" };
-        entry(desk, Level::Error, format!("{text}: {done}"));
+        entry(context, Level::Error, format!("{text}: {done}"));
         self.arbiter.ask(now, Source::Grounding, remedy);
-        self.carry_out(desk);
+        self.carry_out(context);
     }
 
     /// What it does and why.
-    pub(super) fn tell_grounding(&self, desk: &mut Desk<'_>) {
+    pub(super) fn tell_grounding(&self, context: &mut Context<'_>) {
         let grounding = &self.grounding;
-        let (condition, text) = match Grounding::chart_text(desk.chart()) {
+        let (condition, text) = match Grounding::chart_text(context.chart()) {
             Err(text) => {
-                let plans = if desk.grounding.refuses_without {
+                let plans = if context.grounding.refuses_without {
                     "plans are refused"
                 } else {
                     "plans are not checked"
                 };
                 (Condition::Error, format!("{text}; {plans} and the water ahead is not watched"))
             }
-            Ok(text) if *desk.chart() == Chart::Off => {
+            Ok(text) if *context.chart() == Chart::Off => {
                 let waits = grounding.waiting_text().map(|waits| format!("; {waits}"));
                 (Condition::Normal, text + &waits.unwrap_or_default())
             }
-            Ok(_) if desk.estimate.is_none() => {
+            Ok(_) if context.estimate.is_none() => {
                 (Condition::Fault, "where the vessel is is not known: the water is not watched".to_owned())
             }
             Ok(chart) => {
-                let mut parts = vec![grounding.text(desk.grounding)];
-                if let Some(left_s) = grounding.exemption.left_s(desk.bus.mono()) {
+                let mut parts = vec![grounding.text(context.grounding)];
+                if let Some(left_s) = grounding.exemption.left_s(context.bus.mono()) {
                     parts.push(format!("an operator may steer unguarded for {left_s:.0} s"));
                 }
                 if grounding.is_blocking() {
@@ -100,9 +106,9 @@ impl Supervise {
                     parts.push("slowed down".to_owned());
                 }
                 if grounding.has_asked() {
-                    parts.extend(self.standing(desk.bus, Source::Grounding));
+                    parts.extend(self.standing(context.bus, Source::Grounding));
                 }
-                let refused = grounding.refused(desk.plans.plan_state().run);
+                let refused = grounding.refused(context.plans.plan_state().run);
                 parts.extend(refused.map(str::to_owned));
                 parts.push(chart);
                 parts.extend(grounding.waiting_text());
@@ -114,11 +120,11 @@ impl Supervise {
                 (condition, parts.join("; "))
             }
         };
-        desk.states.set(desk.bus, Entity::Grounding, condition, text);
+        context.states.set(context.bus, Entity::Grounding, condition, text);
     }
 }
 
-impl Desk<'_> {
+impl Context<'_> {
     fn chart(&self) -> &Chart {
         &self.grounding.chart
     }

@@ -1,7 +1,7 @@
 //! The program ended under way and is started again, for example by the computer's watchdog. It tells what was under
 //! way, and the vessel does not drift unasked.
 
-use super::{Desk, Supervise, clock_text};
+use super::{Context, Supervise, clock_text};
 use crate::arbiter::Source;
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -53,63 +53,63 @@ impl Restart {
 
 impl Supervise {
     /// Decides what to do as soon as the satellites have told the time, and resumes what is due.
-    pub(super) fn look_at_restart(&mut self, desk: &mut Desk<'_>) {
-        if let Some(utc) = desk.satellite_utc
+    pub(super) fn look_at_restart(&mut self, context: &mut Context<'_>) {
+        if let Some(utc) = context.satellite_utc
             && let Some((at, under_way)) = self.restart.found.take()
         {
-            self.restarted(desk, utc, at, under_way);
+            self.restarted(context, utc, at, under_way);
         }
         if let Some((_, under_way)) = self.restart.found.as_ref().filter(|_| self.restart.text.is_none()) {
             let what = under_way.text();
             let text = format!(
                 "{what} when the program ended: it waits for the time of the satellites to know how long ago"
             );
-            desk.bus.entry(Entity::PlanEngine, Level::Warning, text.clone());
+            context.bus.entry(Entity::PlanEngine, Level::Warning, text.clone());
             self.restart.text = Some(text);
         }
-        let now = desk.bus.mono();
+        let now = context.bus.mono();
         if let Some((_, remedy)) = self.restart.begins.take_if(|(at, _)| *at <= now) {
             self.arbiter.ask(now, Source::Restart, remedy);
         }
         if self.arbiter.asks_besides(Source::Restart) {
             // It would replace the plan at once, or already leads the vessel.
-            self.end_resumption(desk, "another supervisor asks for something");
+            self.end_resumption(context, "another supervisor asks for something");
         }
         let Some((under_way, due)) = &mut self.restart.resume else { return };
         if self.arbiter.source() != Some(Source::Restart) {
             // Not before the vessel holds.
             if due.is_some() {
-                self.end_resumption(desk, "the vessel does not hold any more");
+                self.end_resumption(context, "the vessel does not hold any more");
             }
             return;
         }
         let Some(due) = *due else {
-            let at = now + desk.restart.countdown;
+            let at = now + context.restart.countdown;
             let text = format!(
                 "'{}' resumes at {}, unless it is stopped or another plan is started",
                 under_way.plan_id,
-                clock_text(desk.bus, at)
+                clock_text(context.bus, at)
             );
             *due = Some(at);
-            desk.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            context.bus.entry(Entity::PlanEngine, Level::Warning, text);
             return;
         };
         if now >= due
             && let Some(plan) = under_way.rest_of_plan()
         {
-            self.resume(desk, plan);
+            self.resume(context, plan);
         }
     }
 
-    fn restarted(&mut self, desk: &mut Desk<'_>, utc: UtcTime, at: UtcTime, under_way: UnderWay) {
+    fn restarted(&mut self, context: &mut Context<'_>, utc: UtcTime, at: UtcTime, under_way: UnderWay) {
         self.restart.text = None;
         let away_s = (utc - at) as f64 / 1e6;
         let what = under_way.text();
-        let memory_s = desk.restart.memory.as_secs_f64();
+        let memory_s = context.restart.memory.as_secs_f64();
         if away_s.abs() > memory_s {
             let text =
                 format!("{what} when the program ended, too long ago to act upon: the vessel is at rest");
-            desk.bus.entry(Entity::PlanEngine, Level::Warning, text);
+            context.bus.entry(Entity::PlanEngine, Level::Warning, text);
             return;
         }
         self.under_way = true;
@@ -117,45 +117,45 @@ impl Supervise {
             // One that was stopped may lie on its trailer by now, with nobody to be heard.
             self.lost_comms.arm();
         }
-        let remedy = match &desk.restart.action {
+        let remedy = match &context.restart.action {
             _ if under_way.doing == Doing::Drift => None,
             AfterRestart::Drift => None,
             AfterRestart::Hold | AfterRestart::Resume => Some(Remedy::Hold),
             AfterRestart::Return(plan_id) => Some(Remedy::Run { plan_id: plan_id.clone() }),
         };
-        let at = desk.bus.mono() + WARNING;
+        let at = context.bus.mono() + WARNING;
         let then = remedy.as_ref().map_or_else(
             || "drift".to_owned(),
-            |remedy| format!("{remedy} from {} on, unless it is stopped", clock_text(desk.bus, at)),
+            |remedy| format!("{remedy} from {} on, unless it is stopped", clock_text(context.bus, at)),
         );
         let text = format!("{what} when the program ended {:.0} s ago: {then}", away_s.max(0.0));
-        desk.bus.entry(Entity::PlanEngine, Level::Warning, text);
+        context.bus.entry(Entity::PlanEngine, Level::Warning, text);
         let Some(remedy) = remedy else { return };
         self.restart.text = Some(format!("{what} when the program ended"));
         self.restart.begins = Some((at, remedy));
-        if desk.restart.action == AfterRestart::Resume && under_way.doing == Doing::Plan {
+        if context.restart.action == AfterRestart::Resume && under_way.doing == Doing::Plan {
             let whole = under_way.plan.is_some();
             self.restart.resume = Some((under_way, None));
             if !whole {
-                self.end_resumption(desk, "it is too large to be kept with what is under way");
+                self.end_resumption(context, "it is too large to be kept with what is under way");
             }
         }
     }
 
-    fn resume(&mut self, desk: &mut Desk<'_>, plan: PlanSpecification) {
-        match desk.plans.resume(desk.bus, desk.pilot, plan) {
+    fn resume(&mut self, context: &mut Context<'_>, plan: PlanSpecification) {
+        match context.plans.resume(context.bus, context.pilot, plan) {
             Ok(_) => {
                 self.arbiter.withdraw(Source::Restart);
                 self.restart.forget();
             }
-            Err(why) => self.end_resumption(desk, &why),
+            Err(why) => self.end_resumption(context, &why),
         }
     }
 
-    fn end_resumption(&mut self, desk: &mut Desk<'_>, why: &str) {
+    fn end_resumption(&mut self, context: &mut Context<'_>, why: &str) {
         if let Some((under_way, _)) = self.restart.resume.take() {
             let text = format!("'{}' is not resumed: {why}", under_way.plan_id);
-            desk.bus.entry(Entity::PlanEngine, Level::Error, text);
+            context.bus.entry(Entity::PlanEngine, Level::Error, text);
         }
     }
 

@@ -34,7 +34,7 @@ fn sail(sea: &mut Sea, corners: &[(f64, f64)], limit_s: f64) -> Vec<Moment> {
             assert_eq!(state.last_outcome, PlanControlStateLastOutcome::Success);
             return track;
         }
-        let belief = frame().to_local(sea.world.brain.estimate().unwrap().place);
+        let belief = frame().to_local(sea.vehicle.brain.estimate().unwrap().place);
         track.push(Moment { corner: state.man_id.to_string(), truth: sea.position(), belief });
         sea.forget();
     }

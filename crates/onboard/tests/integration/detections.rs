@@ -1,8 +1,9 @@
 //! What a receiver hears before its clock is set, and in codings that nobody has a number for, is kept and marked.
 
 use crate::common::*;
+use devices::{Reading, TagReading, WaterReading};
 use imc::messages::*;
-use onboard::{Input, TagReading, WaterReading};
+use onboard::Input;
 use std::collections::BTreeMap;
 
 fn tag(clock_s: u32, protocol: &str, counter: u16) -> TagReading {
@@ -32,14 +33,14 @@ fn texts(sea: &Sea) -> Vec<BTreeMap<String, String>> {
 fn a_detection_before_the_clock_is_set_is_kept_and_never_has_an_absolute_time() {
     let mut sea = Sea::new().ready();
     sea.forget();
-    sea.tell(Input::Tag(tag(600, "R64K", 1)));
-    sea.tell(Input::Tag(tag(612, "R64K", 2)));
-    sea.tell(Input::Water(WaterReading {
+    sea.tell(Input::Reading(Reading::Tag(tag(600, "R64K", 1))));
+    sea.tell(Input::Reading(Reading::Tag(tag(612, "R64K", 2))));
+    sea.tell(Input::Reading(Reading::Water(WaterReading {
         clock_s: 620,
         temperature_c: 8.5,
         counter: 3,
         ..WaterReading::default()
-    }));
+    })));
     assert!(sea.all::<TBRFishTag>().is_empty() && sea.all::<TBRSensor>().is_empty());
     let kept = texts(&sea);
     assert_eq!(kept.len(), 3);
@@ -64,8 +65,8 @@ fn a_detection_before_the_clock_is_set_is_kept_and_never_has_an_absolute_time() 
         1
     );
     // Once it is set they are detections like all others.
-    let now_s = sea.world.now().utc.seconds() as u32;
-    sea.tell(Input::Tag(tag(now_s, "R64K", 4)));
+    let now_s = sea.vehicle.now.utc.seconds() as u32;
+    sea.tell(Input::Reading(Reading::Tag(tag(now_s, "R64K", 4))));
     assert_eq!(sea.all::<TBRFishTag>().len(), 1);
     assert_eq!(texts(&sea).len(), 3);
 }
@@ -74,8 +75,8 @@ fn a_detection_before_the_clock_is_set_is_kept_and_never_has_an_absolute_time() 
 fn an_unknown_coding_keeps_its_name() {
     let mut sea = Sea::new().ready();
     sea.forget();
-    let now_s = sea.world.now().utc.seconds() as u32;
-    sea.tell(Input::Tag(tag(now_s, "OPi;x=1", 1)));
+    let now_s = sea.vehicle.now.utc.seconds() as u32;
+    sea.tell(Input::Reading(Reading::Tag(tag(now_s, "OPi;x=1", 1))));
     assert!(sea.all::<TBRFishTag>().is_empty(), "no number stands for it");
     let kept = texts(&sea);
     assert_eq!((kept[0]["protocol"].as_str(), kept[0].contains_key("clock")), ("OPi_x_1", false));

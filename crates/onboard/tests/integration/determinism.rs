@@ -2,10 +2,10 @@
 
 use crate::common::*;
 use imc::messages::*;
+use onboard::Brain;
 use onboard::record::{read_input, write_input, write_output};
-use onboard::{Brain, Now};
-use units::MonoTime;
-use world::Happening;
+use units::{MonoTime, Now};
+use vehicle::BrainEvent;
 
 type Recorded = Vec<(bool, Vec<u8>)>;
 
@@ -16,14 +16,14 @@ fn hour() -> (Recorded, Now) {
     });
     let begun = Now { mono: MonoTime::default(), utc: start() };
     let mut all = Vec::new();
-    let mut sink = |now: Now, happening: Happening| {
+    let mut sink = |now: Now, event: BrainEvent| {
         let mut bytes = Vec::new();
-        match &happening {
-            Happening::Told(input) => {
+        match &event {
+            BrainEvent::Input(input) => {
                 write_input(&mut bytes, now, input);
                 all.push((true, bytes));
             }
-            Happening::Wanted(output) => {
+            BrainEvent::Output(output) => {
                 write_output(&mut bytes, output);
                 all.push((false, bytes));
             }
@@ -42,9 +42,12 @@ fn hour() -> (Recorded, Now) {
         onboard::Input::Packet(PEER, imc::Packet::new(header, request).encode().unwrap())
     };
     for seconds in (10..=3600).step_by(10) {
-        sea.world.run(MonoTime::from_micros(seconds * 1_000_000), &mut sink);
+        let until = MonoTime::from_micros(seconds * 1_000_000);
+        while sea.vehicle.now.mono < until {
+            sea.vehicle.advance(until, &mut sink);
+        }
         if seconds % 300 == 20 {
-            sea.world.tell(start_plan(seconds), &mut sink);
+            sea.vehicle.tell(start_plan(seconds), &mut sink);
         }
     }
     (all, begun)

@@ -2,8 +2,9 @@
 
 use crate::common::*;
 use control::MotorPair;
+use devices::{GnssReading, GroundVelocity, Reading};
 use imc::messages::*;
-use onboard::{GnssReading, Input};
+use onboard::Input;
 
 fn under_way() -> Sea {
     let mut sea = Sea::new().ready();
@@ -26,17 +27,17 @@ fn errors(sea: &Sea) -> String {
 #[test]
 fn a_silent_compass_is_bridged_for_seconds_and_then_lets_the_plan_wait() {
     let mut sea = under_way();
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     sea.run(2.0);
     assert!(!stopped(&sea), "short gaps are reckoned over");
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     sea.run(5.0);
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(6.5, stopped), "nobody steers without a position");
     assert!(sea.run_until(3.0, |sea| errors(sea).contains("Navigation")), "{}", errors(&sea));
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(10.0, |sea| !stopped(sea)), "it goes on by itself");
     assert_eq!(sea.plan_state().plan_id, "far");
 }
@@ -44,14 +45,15 @@ fn a_silent_compass_is_bridged_for_seconds_and_then_lets_the_plan_wait() {
 #[test]
 fn a_jump_is_refused_while_it_is_short_and_believed_when_it_stays() {
     let mut sea = under_way();
-    let place = sea.world.brain.estimate().unwrap().place;
-    sea.world.vessel.faults_mut().position_jump = Some(units::LocalPoint { north_m: 0.0, east_m: 400.0 });
+    let place = sea.vehicle.brain.estimate().unwrap().place;
+    sea.vehicle.hull.vessel.faults_mut().position_jump =
+        Some(units::LocalPoint { north_m: 0.0, east_m: 400.0 });
     sea.run(0.3);
-    let after = sea.world.brain.estimate().unwrap().place;
+    let after = sea.vehicle.brain.estimate().unwrap().place;
     let frame = units::LocalFrame::new(place);
     assert!(frame.to_local(after).east_m.abs() < 10.0);
     sea.run(5.0);
-    let after = sea.world.brain.estimate().unwrap().place;
+    let after = sea.vehicle.brain.estimate().unwrap().place;
     assert!((frame.to_local(after).east_m - 400.0).abs() < 20.0, "{:?}", frame.to_local(after));
     assert!(
         sea.all::<GpsFixRejection>().iter().any(|(_, r)| r.reason == GpsFixRejectionReason::AboveThreshold)
@@ -61,20 +63,23 @@ fn a_jump_is_refused_while_it_is_short_and_believed_when_it_stays() {
 #[test]
 fn what_is_no_number_never_reaches_a_motor() {
     let mut sea = under_way();
-    sea.world.vessel.faults_mut().heading_nan = true;
+    sea.vehicle.hull.vessel.faults_mut().heading_nan = true;
     sea.run(20.0);
     assert!(sea.motors.iter().all(|(_, m)| m.port.abs() <= 1.0 && m.starboard.abs() <= 1.0));
     assert!(stopped(&sea), "without a heading nobody steers");
     assert!(sea.all::<EstimatedState>().iter().all(|(_, state)| state.psi.is_finite()));
     assert!(errors(&sea).contains("Navigation"), "{}", errors(&sea));
-    let nonsense = GnssReading { velocity: Some((f64::NAN, f64::INFINITY)), ..GnssReading::default() };
-    sea.tell(Input::Gnss(nonsense));
+    let nonsense = GnssReading {
+        velocity: Some(GroundVelocity { course_rad: f64::NAN, speed_mps: f64::INFINITY }),
+        ..GnssReading::default()
+    };
+    sea.tell(Input::Reading(Reading::Gnss(nonsense)));
 }
 
 #[test]
 fn a_lost_motor_feedback_ends_the_plan() {
     let mut sea = under_way();
-    sea.world.vessel.faults_mut().motor_feedback_lost.port = true;
+    sea.vehicle.hull.vessel.faults_mut().motor_feedback_lost.port = true;
     assert!(sea.run_until(5.0, |sea| sea.mode() == VehicleStateOpMode::Error));
     assert!(stopped(&sea));
     let state = sea.last::<VehicleState>().unwrap();
@@ -87,7 +92,7 @@ fn a_clock_stepped_by_an_hour_changes_records_only() {
     sea.forget();
     sea.run(10.0);
     let before = sea.said.len();
-    sea.world.clock_error_us = 3_600_000_000;
+    sea.set_clock_ahead(3_600_000_000);
     sea.forget();
     sea.run(10.0);
     assert!((before as f64 * 0.9..before as f64 * 1.1).contains(&(sea.said.len() as f64)));
@@ -98,7 +103,7 @@ fn a_clock_stepped_by_an_hour_changes_records_only() {
         .into_iter()
         .any(|(_, entry)| entry.text.to_str_lossy().contains("+3600.0 s"));
     assert!(told);
-    sea.world.clock_error_us = -3_600_000_000;
+    sea.set_clock_ahead(-3_600_000_000);
     sea.run(10.0);
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
 }
@@ -137,7 +142,7 @@ fn a_flood_of_packets_does_not_fill_the_log_and_commands_in_it_still_act() {
 fn after_a_hang_the_motors_stop_and_then_the_vessel_holds_its_station() {
     let mut sea = under_way();
     // The computer hangs for three seconds, longer than motors and compass may be silent.
-    sea.world.vessel.step(std::time::Duration::from_secs(3));
+    sea.hang(3.0);
     sea.forget();
     sea.tell(Input::Timer);
     assert_eq!(sea.motors.first().unwrap().1, MotorPair::STOPPED);
@@ -186,9 +191,10 @@ fn never_moved(sea: &Sea) -> bool {
 #[test]
 fn a_vessel_that_listens_starts_no_motor_for_a_position_that_jumps_and_returns() {
     let mut sea = on_station();
-    sea.world.vessel.faults_mut().position_jump = Some(units::LocalPoint { north_m: 0.0, east_m: 300.0 });
+    sea.vehicle.hull.vessel.faults_mut().position_jump =
+        Some(units::LocalPoint { north_m: 0.0, east_m: 300.0 });
     sea.run(0.3);
-    sea.world.vessel.faults_mut().position_jump = None;
+    sea.vehicle.hull.vessel.faults_mut().position_jump = None;
     sea.run(30.0);
     assert!(never_moved(&sea));
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
@@ -201,7 +207,7 @@ fn a_vessel_that_listens_starts_no_motor_for_a_position_that_jumps_and_returns()
 fn a_vessel_that_listens_goes_on_drifting_when_its_positions_end() {
     for fault in ["silent", "no fix", "no heading"] {
         let mut sea = on_station();
-        let faults = sea.world.vessel.faults_mut();
+        let faults = sea.vehicle.hull.vessel.faults_mut();
         match fault {
             "silent" => faults.gnss_silent = true,
             "no fix" => faults.gnss_no_fix = true,
@@ -217,7 +223,7 @@ fn a_vessel_that_listens_goes_on_drifting_when_its_positions_end() {
 #[test]
 fn positions_without_a_fix_stop_a_vessel_under_way() {
     let mut sea = under_way();
-    sea.world.vessel.faults_mut().gnss_no_fix = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_no_fix = true;
     assert!(sea.run_until(8.0, stopped));
     assert!(sea.run_until(3.0, |sea| errors(sea).contains("Navigation")), "{}", errors(&sea));
     assert!(sea.all::<GpsFixRejection>().iter().any(|(_, r)| r.reason == GpsFixRejectionReason::Invalid));
@@ -230,12 +236,12 @@ fn velocities_and_rates_that_are_no_numbers_leave_the_vessel_on_its_way() {
     for _ in 0..100 {
         sea.run(0.1);
         let nonsense = GnssReading {
-            velocity: Some((f64::NAN, f64::NEG_INFINITY)),
+            velocity: Some(GroundVelocity { course_rad: f64::NAN, speed_mps: f64::NEG_INFINITY }),
             heading_rad: Some(f64::INFINITY),
             yaw_rate_rad_s: Some(f64::NAN),
             ..GnssReading::default()
         };
-        sea.tell(Input::Gnss(nonsense));
+        sea.tell(Input::Reading(Reading::Gnss(nonsense)));
     }
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing);
     let east_m = sea.position().east_m;
@@ -249,7 +255,7 @@ fn velocities_and_rates_that_are_no_numbers_leave_the_vessel_on_its_way() {
 #[test]
 fn a_silent_motor_card_ends_the_plan_and_names_both_motors() {
     let mut sea = under_way();
-    sea.world.vessel.faults_mut().card_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().card_silent = true;
     assert!(sea.run_until(6.0, |sea| sea.mode() == VehicleStateOpMode::Error));
     assert!(stopped(&sea));
     let state = sea.last::<VehicleState>().unwrap();
@@ -282,13 +288,13 @@ fn a_clock_stepped_by_an_hour_makes_an_appointment_late_and_nothing_else() {
             lat: target.lat_rad(),
             lon: target.lon_rad(),
             z_units: ZUnits::Depth,
-            arrival_time: sea.world.now().utc.seconds() + 600.0,
+            arrival_time: sea.vehicle.now.utc.seconds() + 600.0,
             delayed: ScheduledGotoDelayed::Fail,
             ..ScheduledGoto::default()
         };
         sea.ask(PlanControlOp::Start, "appointment", Some(appointment.into()));
         sea.run(5.0);
-        sea.world.clock_error_us = step_us;
+        sea.set_clock_ahead(step_us);
         sea.run(10.0);
         assert_eq!(sea.plan_state().last_outcome, outcome);
         assert_eq!(sea.plan_state().plan_id == "appointment", step_us == 0);

@@ -50,7 +50,7 @@ fn text(sea: &Sea, entity: Entity) -> String {
 #[test]
 fn a_silent_compass_is_bridged_as_long_as_is_promised() {
     let mut sea = under_way(|_| {}, 0.0);
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     let reckoning_s = settings().navigation.reckoning_s;
     sea.run(reckoning_s - 0.4);
     assert!(!stopped(&sea), "{}", text(&sea, Entity::Navigation));
@@ -67,7 +67,7 @@ fn a_silent_compass_is_bridged_as_long_as_is_promised() {
 fn a_plan_waits_for_positions_and_goes_on_with_them() {
     for no_fix in [false, true] {
         let mut sea = under_way(|_| {}, 0.3);
-        let faults = sea.world.vessel.faults_mut();
+        let faults = sea.vehicle.hull.vessel.faults_mut();
         (faults.gnss_silent, faults.gnss_no_fix) = (!no_fix, no_fix);
         sea.run(40.0);
         assert!(runs(&sea, "far") && stopped(&sea), "{:?}", sea.plan_state());
@@ -78,7 +78,7 @@ fn a_plan_waits_for_positions_and_goes_on_with_them() {
             text(&sea, Entity::Navigation)
         );
         let north_m = sea.position().north_m;
-        *sea.world.vessel.faults_mut() = sim::Faults::default();
+        *sea.vehicle.hull.vessel.faults_mut() = sim::Faults::default();
         sea.run(1.5);
         assert!(stopped(&sea), "not before they have been good for a while");
         sea.run(60.0);
@@ -94,11 +94,11 @@ fn without_positions_it_slows_down_and_its_uncertainty_grows_honestly() {
     let sailed_mps = 1.4;
     assert!(sea.last::<EstimatedState>().unwrap().u > sailed_mps);
     sea.forget();
-    sea.world.vessel.faults_mut().gnss_no_fix = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_no_fix = true;
     sea.run(8.0);
     assert!(runs(&sea, "far"));
-    let truth = sea.world.vessel.truth().state.position;
-    let estimate = *sea.world.brain.estimate().unwrap();
+    let truth = sea.vehicle.hull.vessel.truth().state.position;
+    let estimate = *sea.vehicle.brain.estimate().unwrap();
     let error_m = frame().to_local(estimate.place).distance_m(truth);
     assert!(error_m < 2.45 * estimate.sigma_m, "{error_m} m, sigma {} m", estimate.sigma_m);
     let told_m = sea.last::<NavigationUncertainty>().unwrap().x.sqrt();
@@ -113,12 +113,12 @@ fn without_positions_it_slows_down_and_its_uncertainty_grows_honestly() {
 fn after_too_long_a_gap_the_plan_fails_and_the_vessel_holds_once_it_can() {
     let mut sea =
         under_way(|settings| settings.mission.engine.position_patience = Duration::from_secs(30), 0.2);
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(45.0, |sea| sea.plan_state().state != PlanControlStateState::Executing));
     assert_eq!(sea.plan_state().last_outcome, PlanControlStateLastOutcome::Failure);
     sea.run(5.0);
     assert!(stopped(&sea) && told(&sea, "'hold station' is not possible"));
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(10.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
     let begun = sea.position();
     sea.run(300.0);
@@ -134,9 +134,9 @@ fn by_parameter_a_failed_plan_drifts_as_before() {
         },
         0.0,
     );
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(8.0, |sea| sea.plan_state().state != PlanControlStateState::Executing));
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     sea.run(20.0);
     assert!(stopped(&sea) && sea.plan_state().state == PlanControlStateState::Ready);
 }
@@ -151,7 +151,7 @@ fn a_vessel_that_is_found_off_its_track_comes_back_to_it() {
         },
         0.0,
     );
-    sea.world.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
+    sea.vehicle.hull.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
     sea.run(12.0);
     assert!(runs(&sea, "far"), "{:?}", sea.plan_state());
     assert!(told(&sea, "too far from the track; it steers back"));
@@ -172,13 +172,13 @@ fn what_a_vessel_waits_for_a_position_is_no_part_of_its_way_back() {
         },
         0.0,
     );
-    sea.world.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
+    sea.vehicle.hull.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
     sea.run(12.0);
     assert!(told(&sea, "too far from the track; it steers back"));
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     sea.run(80.0);
     assert!(runs(&sea, "far") && stopped(&sea), "{:?}", sea.plan_state());
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(60.0, |sea| told(sea, "back on the track")), "{:?}", sea.position());
     assert!(runs(&sea, "far"));
 }

@@ -320,7 +320,7 @@ fn a_plan_under_way_is_held_against_a_chart_that_comes_and_the_vessel_acts_by_it
 
     sea.tell(came(&islet()));
     sea.run(1.0);
-    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
+    assert_eq!(sea.vehicle.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
     assert!(says(&sea, Entity::Grounding, "'through' would be refused"));
     let told = state(&sea, Entity::Grounding);
     assert_eq!(told.state, EntityStateState::Fault, "{}", told.description);
@@ -345,24 +345,24 @@ fn a_chart_of_somewhere_else_waits_until_the_vessel_rests() {
     let far = LatLon::from_deg(59.0, 5.0).unwrap();
     let elsewhere = Chartmaker::new(far, 500.0, 20.0);
     let mut sea = afloat(&chartmaker());
-    let before = sea.world.brain.chart().clone();
+    let before = sea.vehicle.brain.chart().clone();
     sea.ask(PlanControlOp::Start, "through", Some(through().into()));
     sea.run(10.0);
     sea.tell(came(&elsewhere));
     sea.run(30.0);
-    assert_eq!(sea.world.brain.chart(), &before);
-    assert!(sea.world.brain.chart_waits().is_some_and(|why| why.contains("no data where the vessel is")));
+    assert_eq!(sea.vehicle.brain.chart(), &before);
+    assert!(sea.vehicle.brain.chart_waits().is_some_and(|why| why.contains("no data where the vessel is")));
     assert!(says(&sea, Entity::Grounding, "came and waits"));
     assert_eq!(sea.mode(), VehicleStateOpMode::Maneuver);
     sea.ask(PlanControlOp::Stop, "", None);
     sea.run(2.0);
-    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", elsewhere.index()));
-    assert_eq!(sea.world.brain.chart_waits(), None);
+    assert_eq!(sea.vehicle.brain.chart(), &Chart::of("chart.lutra-index", elsewhere.index()));
+    assert_eq!(sea.vehicle.brain.chart_waits(), None);
     // The same again changes nothing; another is in force at once, as the vessel rests.
     sea.tell(came(&elsewhere));
     sea.tell(came(&islet()));
     sea.run(0.5);
-    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
+    assert_eq!(sea.vehicle.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
 }
 
 #[test]
@@ -370,10 +370,10 @@ fn a_vessel_without_a_chart_is_guarded_by_one_that_comes_where_it_has_data() {
     let elsewhere = Chartmaker::new(LatLon::from_deg(59.0, 5.0).unwrap(), 500.0, 20.0);
     let mut sea = Sea::new();
     sea.tell(came(&elsewhere));
-    assert!(sea.world.brain.chart_waits().is_some_and(|why| why.contains("is not known yet")));
+    assert!(sea.vehicle.brain.chart_waits().is_some_and(|why| why.contains("is not known yet")));
     let mut sea = sea.ready();
     sea.run(11.0);
-    assert_eq!(sea.world.brain.chart(), &Chart::Off);
+    assert_eq!(sea.vehicle.brain.chart(), &Chart::Off);
     let told = state(&sea, Entity::Grounding);
     assert_eq!(told.state, EntityStateState::Normal);
     assert!(
@@ -382,6 +382,6 @@ fn a_vessel_without_a_chart_is_guarded_by_one_that_comes_where_it_has_data() {
         told.description
     );
     sea.tell(came(&islet()));
-    assert_eq!(sea.world.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
-    assert_eq!(sea.world.brain.chart_waits(), None);
+    assert_eq!(sea.vehicle.brain.chart(), &Chart::of("chart.lutra-index", islet().index()));
+    assert_eq!(sea.vehicle.brain.chart_waits(), None);
 }

@@ -18,7 +18,7 @@ fn lease(sea: &mut Sea, epoch: u64, seconds: u64) {
 
 /// An order over the link under a lease.
 fn order(sea: &mut Sea, epoch: u64, message: impl Into<Message>) {
-    let timestamp = sea.world.now().utc.seconds();
+    let timestamp = sea.vehicle.now.utc.seconds();
     let header = Header { timestamp, src: SHORE_ADDRESS, dst: OTTER, ..Header::default() };
     sea.tell(Input::Order(SHORE, epoch, Packet::new(header, message).encode().unwrap()));
 }

@@ -80,9 +80,9 @@ fn follow_trajectory_keeps_its_times() {
         points,
         ..FollowTrajectory::default()
     });
-    let begun = sea.world.vessel.now();
+    let begun = sea.vehicle.now.mono;
     assert!(completes(&mut sea, 200.0));
-    let took_s = sea.world.vessel.now().since(begun).as_secs_f64();
+    let took_s = sea.vehicle.now.mono.since(begun).as_secs_f64();
     assert!((70.0..110.0).contains(&took_s), "{took_s}");
 }
 
@@ -148,7 +148,7 @@ fn scheduled_goto_is_there_in_time() {
     let mut sea =
         start(ScheduledGoto { arrival_time, lat, lon, z_units: ZUnits::Depth, ..ScheduledGoto::default() });
     assert!(completes(&mut sea, 180.0));
-    let late_s = sea.world.now().utc.seconds() - arrival_time;
+    let late_s = sea.vehicle.now.utc.seconds() - arrival_time;
     assert!((-1.0..10.0).contains(&late_s), "{late_s}");
     assert!(sea.position().distance_m(LocalPoint { north_m: 100.0, east_m: 0.0 }) < 15.0);
 }
@@ -188,13 +188,13 @@ fn an_operator_gives_heading_and_speed_to_the_autopilot_and_takes_the_motors_bac
         control::Mixing::Autopilot { max_speed_mps: 2.0, max_turn_rad: std::f64::consts::PI };
     let mut sea = Sea::with(settings, |_| {}).ready();
     sea.ask(PlanControlOp::Start, "by-hand", Some(Teleoperation { custom: "src=16385".into() }.into()));
-    let heading_rad = |sea: &Sea| sea.world.brain.estimate().unwrap().motion.heading_rad;
+    let heading_rad = |sea: &Sea| sea.vehicle.brain.estimate().unwrap().motion.heading_rad;
     let before_rad = heading_rad(&sea);
     // Half the axis is 90° to starboard of the heading at the first key.
     keys(&mut sea, "Throttle=64;Heading=64", 40);
     let turned_rad = units::wrap_pi(heading_rad(&sea) - before_rad);
     assert!((turned_rad.to_degrees() - 90.7).abs() < 3.0, "{turned_rad}");
-    let speed_mps = sea.world.brain.estimate().unwrap().motion.surge_mps();
+    let speed_mps = sea.vehicle.brain.estimate().unwrap().motion.surge_mps();
     assert!((speed_mps - 1.0).abs() < 0.1, "{speed_mps}");
     let loops = CLoopsMask::TELEOPERATION | CLoopsMask::YAW | CLoopsMask::SPEED;
     assert_eq!(sea.last::<VehicleState>().unwrap().control_loops, loops);

@@ -38,9 +38,9 @@ fn an_operator_steers_and_the_motors_stop_two_seconds_after_the_last_key() {
     drive(&mut sea, CONSOLE, "Accelerate=1", 12);
     let motors = sea.motors.last().unwrap().1;
     assert!((motors.port - 0.6).abs() < 0.06, "{motors:?}");
-    let last_key = sea.world.vessel.now();
+    let last_key = sea.vehicle.now.mono;
     assert!(sea.run_until(3.0, |sea| sea.motors.last().unwrap().1 == MotorPair::STOPPED));
-    let silence_s = sea.world.vessel.now().since(last_key).as_secs_f64();
+    let silence_s = sea.vehicle.now.mono.since(last_key).as_secs_f64();
     assert!((1.8..=2.1).contains(&silence_s), "{silence_s}");
     assert_eq!(sea.plan_state().state, PlanControlStateState::Executing, "the plan goes on");
     drive(&mut sea, CONSOLE, "Port Motor=127;Starboard Motor=64", 2);
@@ -58,9 +58,9 @@ fn keys_that_say_how_long_they_are_good_for_stop_the_motors_then() {
     drive(&mut sea, CONSOLE, "Port Motor=127;Starboard Motor=127;Life=450", 12);
     assert!(sea.motors.last().unwrap().1.port > 0.9);
     // The last key is 0.1 s old here.
-    let since = sea.world.vessel.now();
+    let since = sea.vehicle.now.mono;
     assert!(sea.run_until(3.0, |sea| sea.motors.last().unwrap().1 == MotorPair::STOPPED));
-    let silence_s = 0.1 + sea.world.vessel.now().since(since).as_secs_f64();
+    let silence_s = 0.1 + sea.vehicle.now.mono.since(since).as_secs_f64();
     assert!((0.4..=0.5).contains(&silence_s), "{silence_s}");
     // A life that is over when it comes moves nothing.
     drive(&mut sea, CONSOLE, "Port Motor=127;Life=0", 3);
@@ -103,9 +103,9 @@ fn follows_references_until_their_source_falls_silent() {
     }
     assert_eq!(sea.last::<FollowRefState>().unwrap().state, FollowRefStateState::Goto);
     assert!(sea.position().north_m > 15.0);
-    let last = sea.world.vessel.now();
+    let last = sea.vehicle.now.mono;
     assert!(sea.run_until(15.0, |sea| sea.plan_state().state == PlanControlStateState::Ready));
-    let silence_s = sea.world.vessel.now().since(last).as_secs_f64();
+    let silence_s = sea.vehicle.now.mono.since(last).as_secs_f64();
     assert!((8.5..=11.5).contains(&silence_s), "{silence_s}");
     let reply = sea.replies(request).pop().unwrap();
     assert_eq!(reply.r#type, PlanControlType::Failure);
@@ -170,7 +170,7 @@ fn parameters_are_told_changed_refused_and_saved() {
 fn a_developer_is_told_what_the_next_start_will_have() {
     const LOOKAHEAD: &str = "ILOS Lookahead Distance";
     let mut sea = Sea::new().ready();
-    sea.world.virtual_disk = false;
+    sea.vehicle.virtual_disk = false;
     let told = |sea: &mut Sea| {
         sea.send(QueryEntityParameters {
             name: "Path Control".into(),
@@ -267,7 +267,7 @@ fn an_empty_battery_makes_the_vessel_hold() {
     let far = plan("far", vec![("a".into(), goto(2000.0, 0.0, 1.5).into())]);
     sea.ask(PlanControlOp::Start, "far", Some(far.into()));
     sea.run(10.0);
-    sea.world.vessel.drain_to(8.0);
+    sea.vehicle.hull.vessel.drain_to(8.0);
     assert!(sea.run_until(30.0, |sea| sea.plan_state().plan_id == "hold"), "{:?}", sea.plan_state());
 }
 

@@ -1,5 +1,5 @@
-//! Plans from a console to their end, in simulation, with the exchange that consoles know
-//! (shared/facts/dune_behaviour.md, section 6).
+//! Plans from a console to their end, in simulation, with the exchange that consoles know from DUNE's tasks
+//! `Plan.Engine` and `Plan.DB`.
 
 use crate::common::*;
 use imc::messages::*;

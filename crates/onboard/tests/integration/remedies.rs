@@ -58,19 +58,19 @@ fn a_remedy_that_a_gap_in_the_positions_prevents_is_carried_out_after_it() {
     let mut sea = under_way(|settings| settings.watch.lost_comms = lost(Remedy::Hold));
     sea.heartbeats = false;
     sea.run(15.0);
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     sea.run(15.0);
     assert!(!runs(&sea, "far") && !runs(&sea, "hold"), "{:?}", sea.plan_state());
     let text = state(&sea, Entity::LostComms).1;
     assert!(text.contains("hold station: not possible (the position is not known); adrift with the motors stopped meanwhile; next try at "), "{text}");
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(10.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
     sea.run(2.0);
     assert!(says(&sea, Entity::LostComms, "hold station: in force"), "{:?}", state(&sea, Entity::LostComms));
     // Without positions the hold fails after a time. It starts again when there are positions.
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(150.0, |sea| !runs(sea, "hold")));
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(15.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
 }
 
@@ -81,7 +81,7 @@ fn a_weaker_remedy_does_not_replace_a_stronger_one() {
         settings.watch.lost_comms = lost(Remedy::Hold);
         settings.watch.battery = battery;
     });
-    sea.world.vessel.drain_to(18.0);
+    sea.vehicle.hull.vessel.drain_to(18.0);
     assert!(sea.run_until(20.0, |sea| runs(sea, "home")), "{:?}", sea.plan_state());
     sea.heartbeats = false;
     sea.run(60.0);
@@ -109,7 +109,7 @@ fn a_missing_plan_is_stood_in_for_and_runs_once_it_is_there() {
 fn an_operator_who_steps_in_is_not_overruled() {
     let battery = BatteryConfig { reserve_remedy: Some(home()), ..BatteryConfig::default() };
     let mut sea = under_way(|settings| settings.watch.battery = battery);
-    sea.world.vessel.drain_to(18.0);
+    sea.vehicle.hull.vessel.drain_to(18.0);
     assert!(sea.run_until(20.0, |sea| runs(sea, "home")));
     sea.ask(PlanControlOp::Stop, "", None);
     sea.run(20.0);
@@ -119,7 +119,7 @@ fn an_operator_who_steps_in_is_not_overruled() {
     sea.ask(PlanControlOp::Start, "other", Some(other.into()));
     sea.run(20.0);
     assert!(runs(&sea, "other"));
-    sea.world.vessel.drain_to(8.0);
+    sea.vehicle.hull.vessel.drain_to(8.0);
     assert!(sea.run_until(20.0, |sea| runs(sea, "hold")), "a worse stage counts anew");
 }
 
@@ -150,7 +150,7 @@ fn every_supervisor_tells_what_it_will_do_before_anything_happens() {
     assert!(says(&sea, Entity::LostComms, "in contact; without: run plan home at "));
     assert!(says(&sea, Entity::Limits, "kept; next: above 2.5 m/s: hold station"));
     assert!(says(&sea, Entity::Fuel, "next: run plan return"), "{:?}", state(&sea, Entity::Fuel));
-    sea.world.vessel.drain_to(15.0);
+    sea.vehicle.hull.vessel.drain_to(15.0);
     sea.run(15.0);
     assert!(says(&sea, Entity::Fuel, "run plan return: not before an operator has set the vessel in motion"));
 }
@@ -165,7 +165,7 @@ fn a_battery_that_is_only_watched_says_when_it_will_warn() {
     let mut sea = Sea::with(settings, |_| {}).ready();
     sea.run(3.0);
     assert!(says(&sea, Entity::Fuel, &low), "{:?}", state(&sea, Entity::Fuel));
-    sea.world.vessel.drain_to(25.0);
+    sea.vehicle.hull.vessel.drain_to(25.0);
     sea.run(60.0);
     assert!(says(&sea, Entity::Fuel, &reserve), "{:?}", state(&sea, Entity::Fuel));
 }

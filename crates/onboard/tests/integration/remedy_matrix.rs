@@ -182,7 +182,7 @@ fn check(remedy: &Remedy, trouble: Trouble, what: Doing, killed: bool) {
     }
     let mut sea = doing(&settings, what);
     sea.run(5.0);
-    sea.world.vessel.faults_mut().gnss_silent = trouble.no_position;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = trouble.no_position;
     if killed {
         if trouble.no_chart {
             unreadable(&mut settings);
@@ -207,7 +207,7 @@ fn check(remedy: &Remedy, trouble: Trouble, what: Doing, killed: bool) {
         assert_eq!(end_of(&sea, &case), wanted, "{case}: {:?}", state(&sea, Entity::LostComms));
     }
     // With positions again it does what was asked.
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     sea.run(20.0);
     let known = Trouble { no_position: false, ..trouble };
     let mut wanted = expected(remedy, known, what, killed);

@@ -185,7 +185,7 @@ fn what_is_under_way_is_on_its_way_to_the_disk_before_the_motors_run() {
 /// The failed plan's hold waits for a position.
 fn hold_waits(settings: &Settings) -> Sea {
     let mut sea = under_way(settings);
-    sea.world.vessel.faults_mut().gnss_silent = true;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = true;
     assert!(sea.run_until(60.0, |sea| told(sea, "'hold station' is not possible")));
     sea
 }
@@ -196,7 +196,7 @@ fn a_hold_that_waits_for_a_position_is_not_taken_for_drifting_on_purpose() {
     settings.mission.engine.position_patience = Duration::from_secs(10);
     let mut sea = hold_waits(&settings);
     sea.kill(settings, 5.0);
-    sea.world.vessel.faults_mut().gnss_silent = false;
+    sea.vehicle.hull.vessel.faults_mut().gnss_silent = false;
     assert!(sea.run_until(30.0, |sea| runs(sea, "hold")), "{:?}", sea.plan_state());
     assert!(told(&sea, "the vessel's own 'hold' was under way") && !told(&sea, "adrift on purpose"));
 }
@@ -223,7 +223,7 @@ fn an_operator_who_steps_in_right_after_a_failure_is_not_overruled() {
         let limit = CrossTrackConfig { limit_m: 25.0, uncertainty_factor: None, time_limit_s: 3.0 };
         settings.path.cross_track = Some(limit);
         let mut sea = under_way(&settings);
-        sea.world.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
+        sea.vehicle.hull.vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 0.0, east_m: 60.0 });
         assert!(sea.run_until(60.0, |sea| !runs(sea, "far")), "{:?}", sea.plan_state());
         assert!(!told(&sea, "hold station"), "the failure was looked at already");
         if stops {
@@ -251,7 +251,7 @@ fn a_clock_that_is_an_hour_off_does_not_change_how_long_ago_it_was() {
     let settings = with(AfterRestart::Hold);
     for hours in [-1, 1] {
         let mut sea = under_way(&settings);
-        sea.world.clock_error_us = hours * 3_600_000_000;
+        sea.set_clock_ahead(hours * 3_600_000_000);
         sea.run(40.0);
         sea.kill(settings.clone(), 20.0);
         assert!(sea.run_until(30.0, |sea| runs(sea, "hold")), "{hours} h: {:?}", sea.plan_state());

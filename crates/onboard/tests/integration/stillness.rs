@@ -1,18 +1,17 @@
 //! When the motors must stay still: nobody has started the vessel, somebody aborted, or a command was not for it.
 
 use crate::common::{frame, settings};
+use devices::{BatteryReading, GnssFix, GnssReading, GroundVelocity, MotorReading, Quality, Reading, Side};
 use imc::messages::{
     Abort, Goto, Heartbeat, PlanControl, PlanControlOp, PlanControlType, PlanDB, PlanDBOp, PlanDBType,
     PlanManeuver, PlanSpecification, RemoteActions, SpeedUnits, Teleoperation, ZUnits,
 };
 use imc::{Address, Header, Message, Packet};
 use mission::{BatteryConfig, LimitsConfig, LostCommsConfig, Remedy, Step};
-use onboard::{
-    BatteryReading, Brain, GnssFix, GnssReading, Input, Keep, MotorReading, Now, Output, Peer, Settings, Side,
-};
+use onboard::{Brain, Input, Keep, Output, Peer, Settings};
 use std::ops::Range;
 use std::time::Duration;
-use units::{LocalPoint, MonoTime, UtcTime};
+use units::{LocalPoint, MonoTime, Now, UtcTime};
 
 const OTTER: u16 = 0x2810;
 const CONSOLE: u16 = 0x4001;
@@ -35,20 +34,20 @@ fn from_console_at(second: u64, dst: u16, message: impl Into<Message>) -> Input 
 fn fix(us: u64, speed_mps: f64) -> Input {
     let north_m = speed_mps * us as f64 / 1e6;
     let place = frame().to_place(LocalPoint { north_m, east_m: 0.0 });
-    Input::Gnss(GnssReading {
+    Input::Reading(Reading::Gnss(GnssReading {
         utc: Some(at(us).utc),
         fix: Some(GnssFix {
             lat_rad: place.lat_rad(),
             lon_rad: place.lon_rad(),
             height_m: 0.0,
-            differential: false,
+            quality: Quality::Autonomous,
             hdop: 0.9,
         }),
         satellites: 9,
-        velocity: Some((0.0, speed_mps)),
+        velocity: Some(GroundVelocity { course_rad: 0.0, speed_mps }),
         heading_rad: Some(0.0),
         yaw_rate_rad_s: Some(0.0),
-    })
+    }))
 }
 
 /// Runs a brain whose vessel is carried north at a speed, with more input each second; the greatest thrust in
@@ -68,9 +67,8 @@ fn greatest_thrust(
             inputs.push(fix(us, speed_mps));
         }
         if step % 10 == 0 {
-            inputs.extend(
-                [Side::Port, Side::Starboard].map(|side| Input::Motor(side, MotorReading::default())),
-            );
+            inputs
+                .extend(Side::BOTH.map(|side| Input::Reading(Reading::Motor(side, MotorReading::default()))));
         }
         if step % 20 == 0 {
             inputs.extend(more(step / 20));
@@ -149,13 +147,13 @@ fn a_low_battery_at_the_quay_starts_nothing() {
     let remedy = Remedy::Run { plan_id: "home".into() };
     settings.watch.battery = BatteryConfig { reserve_remedy: Some(remedy), ..BatteryConfig::default() };
     let low = || {
-        Input::Battery(BatteryReading {
+        Input::Reading(Reading::Battery(BatteryReading {
             number: 0,
             voltage_v: 28.0,
             current_a: 1.0,
             charge_percent: 15.0,
             temperature_c: 20.0,
-        })
+        }))
     };
     let thrust = greatest_thrust(settings, 0..60, 0.0, |second| match second {
         2 => vec![low(), from_console(OTTER, home())],

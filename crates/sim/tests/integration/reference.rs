@@ -1,6 +1,7 @@
 //! The model of the Otter against the published response table and trajectories (data/README.md).
 
-use sim::{Load, Otter, OtterState, Pair, STEP_S};
+use devices::Pair;
+use sim::{Load, Otter, OtterState, STEP_S};
 use std::collections::BTreeMap;
 
 /// Worst relative deviation allowed, and the absolute floor below which values count as equal.

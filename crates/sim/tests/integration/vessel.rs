@@ -1,10 +1,11 @@
 //! The whole vessel: repeatability, faults and what must hold whatever is asked of it.
 
+use devices::torqeedo::{CanFrame, CardCommand};
+use devices::{Pair, Reading, Side};
 use proptest::prelude::*;
 use sim::{
-    BatteryConfig, CanFrame, CardCommand, CardReport, CurrentConfig, EnvironmentConfig, FishConfig,
-    GnssConfig, HydrophoneLine, Output, OutputForm, Pair, Port, Side, Timed, Vessel, VesselConfig,
-    WaveConfig, WindConfig,
+    BatteryConfig, CurrentConfig, EnvironmentConfig, FishConfig, GnssConfig, Output, OutputForm, Port, Timed,
+    Vessel, VesselConfig, WaveConfig, WindConfig,
 };
 use std::time::Duration;
 use units::{LatLon, LocalPoint, MonoTime, UtcTime};
@@ -190,12 +191,13 @@ fn a_position_jump_moves_the_fix_but_not_the_vessel() {
     .unwrap();
     vessel.faults_mut().position_jump = Some(LocalPoint { north_m: 100.0, east_m: 0.0 });
     let outputs = sail(&mut vessel, 3, 0.0, 0.0);
-    let Some(Output::Gnss(reading)) =
-        outputs.iter().map(|t| &t.output).find(|o| matches!(o, Output::Gnss(_)))
+    let Some(Output::Reading(Reading::Gnss(reading))) =
+        outputs.iter().map(|t| &t.output).find(|o| matches!(o, Output::Reading(Reading::Gnss(_))))
     else {
         panic!("no epoch came");
     };
-    let found = vessel.frame().to_local(reading.fix.unwrap().place);
+    let fix = reading.fix.unwrap();
+    let found = vessel.frame().to_local(LatLon::from_rad(fix.lat_rad, fix.lon_rad).unwrap());
     assert!((found.north_m - 100.0).abs() < 1e-6);
     assert!(vessel.truth().state.position.north_m.abs() < 1e-9);
 }
@@ -207,7 +209,7 @@ fn an_empty_battery_stops_the_vessel() {
     vessel.drain_to(15.0);
     let outputs = sail(&mut vessel, 2, 0.8, 0.8);
     assert!(outputs.iter().any(
-        |t| matches!(t.output, Output::Card(CardReport::Battery(_, r)) if (14.0..16.0).contains(&r.charge_percent))
+        |t| matches!(t.output, Output::Reading(Reading::Battery(r)) if (14.0..16.0).contains(&r.charge_percent))
     ));
     vessel.drain_to(0.0);
     sail(&mut vessel, 20, 0.8, 0.8);
@@ -231,7 +233,7 @@ fn three_vessels_hear_the_same_fish_at_ranges_that_fit() {
         sail(&mut vessel, 600, 0.0, 0.0)
             .into_iter()
             .filter_map(|t| match t.output {
-                Output::Hydrophone(HydrophoneLine::Tag(tag)) => {
+                Output::Reading(Reading::Tag(tag)) => {
                     Some(f64::from(tag.clock_s) + f64::from(tag.millis) / 1e3)
                 }
                 _ => None,

@@ -12,12 +12,12 @@ use bytes::Bytes;
 use chance::Chance;
 use imc::messages::EstimatedState;
 use imc::{Address, Header, Packet};
-use link::{ConnectionId, Now};
+use link::ConnectionId;
 use network::{Direction, Network};
 use shore::ShoreNode;
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 use vessel::VesselNode;
 
 pub(crate) const SECOND: u64 = 1_000_000;

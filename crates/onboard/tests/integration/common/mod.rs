@@ -1,17 +1,21 @@
 //! A console beside a simulated vessel, under a virtual clock.
 
 #[allow(dead_code, reason = "the program uses all of it")]
-#[path = "../../../../../vehicle-agent/src/world.rs"]
-pub(crate) mod world;
+#[path = "../../../../../vehicle-agent/src/hull/mod.rs"]
+pub(crate) mod hull;
+#[allow(dead_code, reason = "the program uses all of it")]
+#[path = "../../../../../vehicle-agent/src/vehicle.rs"]
+pub(crate) mod vehicle;
 
+use hull::Simulated;
 use imc::messages::*;
 use imc::{Address, Header, Packet, Payload};
 use mission::{Effect, Kept};
-use onboard::{Brain, Input, Keep, Now, Output, Peer, Settings};
+use onboard::{Brain, Input, Keep, Output, Peer, Settings};
 use sim::{GnssConfig, OutputForm, Vessel, VesselConfig};
 use std::time::Duration;
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime};
-use world::{Happening, World};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now, UtcTime};
+use vehicle::{BrainEvent, Vehicle};
 
 pub(crate) const OTTER: Address = Address(0x2810);
 pub(crate) const CONSOLE: Address = Address(0x4001);
@@ -27,7 +31,7 @@ pub(crate) fn frame() -> LocalFrame {
 
 /// Vessel, console, and everything that was said.
 pub(crate) struct Sea {
-    pub(crate) world: World,
+    pub(crate) vehicle: Vehicle<Simulated>,
     pub(crate) said: Vec<(Now, Packet)>,
     pub(crate) outputs: Vec<(Now, Output)>,
     pub(crate) motors: Vec<(Now, control::MotorPair)>,
@@ -58,7 +62,7 @@ impl Sea {
         let now = Now { mono: vessel.now(), utc: vessel.utc() };
         let brain = Brain::new(settings, now, mission::Kept::default()).unwrap();
         let mut sea = Self {
-            world: World::new(vessel, brain),
+            vehicle: Vehicle::new(Simulated::new(vessel), brain, now),
             said: Vec::new(),
             outputs: Vec::new(),
             motors: Vec::new(),
@@ -73,18 +77,32 @@ impl Sea {
 
     pub(crate) fn tell(&mut self, input: Input) {
         let mut notes = Notes::of(&mut self.said, &mut self.outputs, &mut self.motors, &mut self.disk);
-        self.world.tell(input, &mut |now, happening| notes.take(now, happening));
+        self.vehicle.tell(input, &mut |now, event| notes.take(now, event));
     }
 
     /// The program is killed; so much later another begins with what the disk holds. The motors stop meanwhile.
     pub(crate) fn kill(&mut self, settings: Settings, away_s: f64) {
-        self.world.vessel.command(0.0, 0.0).unwrap();
-        self.world.vessel.step(Duration::from_secs_f64(away_s));
-        while self.world.vessel.poll_output().is_some() {}
-        let now = self.world.now();
-        self.world.brain = Brain::new(settings, now, self.disk.clone()).unwrap();
+        self.vehicle.hull.vessel.command(0.0, 0.0).unwrap();
+        self.hang(away_s);
+        while self.vehicle.hull.vessel.poll_output().is_some() {}
+        let now = self.vehicle.now;
+        self.vehicle.brain = Brain::new(settings, now, self.disk.clone()).unwrap();
         self.forget();
         self.tell(Input::Connected(PEER));
+    }
+
+    /// Time passes for the hull while nobody polls it or steers.
+    pub(crate) fn hang(&mut self, seconds: f64) {
+        let span = Duration::from_secs_f64(seconds);
+        self.vehicle.hull.vessel.step(span);
+        let Now { mono, utc } = self.vehicle.now;
+        let utc = UtcTime::from_micros(utc.micros() + span.as_micros() as i64);
+        self.vehicle.now = Now { mono: mono + span, utc };
+    }
+
+    /// Sets the computer's clock so much ahead of the true time (µs).
+    pub(crate) fn set_clock_ahead(&mut self, ahead_us: i64) {
+        self.vehicle.now.utc = UtcTime::from_micros(self.vehicle.hull.vessel.utc().micros() + ahead_us);
     }
 
     /// Sends a message as the console.
@@ -93,23 +111,23 @@ impl Sea {
     }
 
     pub(crate) fn send_as(&mut self, src: Address, dst: Address, message: impl Into<Message>) {
-        let header = Header { timestamp: self.world.now().utc.seconds(), src, dst, ..Header::default() };
+        let header = Header { timestamp: self.vehicle.now.utc.seconds(), src, dst, ..Header::default() };
         let bytes = Packet::new(header, message).encode().unwrap();
         self.tell(Input::Packet(PEER, bytes));
     }
 
     /// Lets `seconds` pass.
     pub(crate) fn run(&mut self, seconds: f64) {
-        let until = self.world.vessel.now() + Duration::from_secs_f64(seconds);
-        while self.world.vessel.now() < until {
+        let until = self.vehicle.now.mono + Duration::from_secs_f64(seconds);
+        while self.vehicle.now.mono < until {
             self.advance(until);
         }
     }
 
     /// Lets time pass until a condition holds; answers whether it did within `seconds`.
     pub(crate) fn run_until(&mut self, seconds: f64, mut done: impl FnMut(&Self) -> bool) -> bool {
-        let until = self.world.vessel.now() + Duration::from_secs_f64(seconds);
-        while self.world.vessel.now() < until {
+        let until = self.vehicle.now.mono + Duration::from_secs_f64(seconds);
+        while self.vehicle.now.mono < until {
             if done(self) {
                 return true;
             }
@@ -119,12 +137,12 @@ impl Sea {
     }
 
     fn advance(&mut self, until: MonoTime) {
-        if self.heartbeats && self.world.vessel.now() >= self.next_heartbeat {
-            self.next_heartbeat = self.world.vessel.now() + Duration::from_secs(1);
+        if self.heartbeats && self.vehicle.now.mono >= self.next_heartbeat {
+            self.next_heartbeat = self.vehicle.now.mono + Duration::from_secs(1);
             self.send(Heartbeat);
         }
         let mut notes = Notes::of(&mut self.said, &mut self.outputs, &mut self.motors, &mut self.disk);
-        self.world.advance(until, &mut |now, happening| notes.take(now, happening));
+        self.vehicle.advance(until, &mut |now, event| notes.take(now, event));
     }
 
     /// All messages of a type that the vessel sent.
@@ -198,7 +216,7 @@ impl Sea {
     }
 
     pub(crate) fn position(&self) -> LocalPoint {
-        self.world.vessel.truth().state.position
+        self.vehicle.hull.vessel.truth().state.position
     }
 }
 
@@ -220,8 +238,8 @@ impl<'a> Notes<'a> {
         Self { said, outputs, motors, disk }
     }
 
-    fn take(&mut self, now: Now, happening: Happening) {
-        let Happening::Wanted(output) = happening else { return };
+    fn take(&mut self, now: Now, event: BrainEvent) {
+        let BrainEvent::Output(output) = event else { return };
         match &output {
             Output::Packet { bytes, .. } => self.said.push((now, Packet::decode(bytes).unwrap())),
             Output::Motors(pair) => self.motors.push((now, *pair)),

@@ -167,7 +167,7 @@ fn sail(
         match drive.kind {
             Kind::Operator if there => return,
             Kind::Operator => {
-                let heading_rad = sea.world.vessel.truth().state.psi_rad;
+                let heading_rad = sea.vehicle.hull.vessel.truth().state.psi_rad;
                 let error_rad = wrap_pi(at.bearing_rad(goal) - heading_rad);
                 let (turn, thrust) =
                     ((80.0 * error_rad).clamp(-60.0, 60.0), if error_rad.abs() < 0.6 { 100 } else { 20 });

@@ -9,25 +9,16 @@
 //! of the grounding supervisor until the plan ends. The supervisor watches the water ahead by the new chart and acts
 //! before danger as it always does. Plans that are stored are held against the chart when they start.
 
-use crate::brain::Brain;
 use crate::entity::Entity;
 use crate::grounding::{Chart, ChartFile, GroundingAction};
+use crate::navigation::Estimate;
 use crate::output::Level;
+use crate::parameters::Live;
 use charts::depth_index::Water;
 
-impl Brain {
-    /// The chart in force.
-    pub fn chart(&self) -> &Chart {
-        &self.settings.grounding.chart
-    }
-
-    /// Why a chart that came is not in force yet.
-    pub fn chart_waits(&self) -> Option<&str> {
-        self.supervise.grounding.waiting_chart.as_ref().map(|(_, why)| &why[..])
-    }
-
+impl Live<'_> {
     /// Another chart came.
-    pub(crate) fn charted(&mut self, chart: ChartFile) {
+    pub(crate) fn chart_came(&mut self, chart: ChartFile, estimate: Option<&Estimate>) {
         let waiting = self.supervise.grounding.waiting_chart.as_ref();
         if waiting.is_some_and(|(waiting, _)| waiting.digest() == chart.digest()) {
             return;
@@ -36,7 +27,7 @@ impl Brain {
             self.supervise.grounding.waiting_chart = None;
             return;
         }
-        match self.reason_to_wait(&chart) {
+        match self.reason_to_wait(&chart, estimate) {
             None => self.put_in_force(chart),
             Some(why) => {
                 let text = format!("the chart {} came and waits: {why}", chart.edition());
@@ -47,20 +38,20 @@ impl Brain {
     }
 
     /// Looks again at a chart that waits.
-    pub(crate) fn look_at_waiting_chart(&mut self) {
+    pub(crate) fn retry_waiting_chart(&mut self, estimate: Option<&Estimate>) {
         let Some((chart, _)) = self.supervise.grounding.waiting_chart.clone() else { return };
-        match self.reason_to_wait(&chart) {
+        match self.reason_to_wait(&chart, estimate) {
             None => self.put_in_force(chart),
             Some(why) => self.supervise.grounding.waiting_chart = Some((chart, why.to_owned())),
         }
     }
 
-    fn reason_to_wait(&self, chart: &ChartFile) -> Option<&'static str> {
+    fn reason_to_wait(&self, chart: &ChartFile, estimate: Option<&Estimate>) -> Option<&'static str> {
         let unguarded = self.settings.grounding.chart == Chart::Off;
         if !unguarded && self.plans.plan_state().run.is_none() {
             return None;
         }
-        let Some(estimate) = self.estimate() else {
+        let Some(estimate) = estimate else {
             return unguarded.then_some("where the vessel is is not known yet");
         };
         let limits = &self.settings.grounding.limits;
@@ -75,11 +66,11 @@ impl Brain {
     fn put_in_force(&mut self, chart: ChartFile) {
         let text = format!("the sea chart is {} from here on", chart.edition());
         self.settings.grounding.chart = Chart::Loaded(chart);
-        self.plans.reconfigure(&self.settings);
+        self.plans.reconfigure(self.settings);
         self.bus.entry(Entity::Grounding, Level::Info, text);
         let own = self.supervise.remedy_run();
         let place = self.pilot.place();
-        let refused = self.plans.refused_under_way(&mut self.bus, place);
+        let refused = self.plans.refused_under_way(self.bus, place);
         let refused = refused.filter(|refused| Some(refused.run) != own);
         let refused = refused.map(|refused| {
             let then = match self.settings.grounding.action {

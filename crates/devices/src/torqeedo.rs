@@ -1,10 +1,11 @@
 //! Frames of the interface card between the boat's CAN bus and its Torqeedo motors and batteries.
 //!
-//! Layout: facts/onboard.md section 2.2, from the DUNE task `Actuators.Torqeedo`. Identifiers have 29 bits:
+//! Layout: from the DUNE task `Actuators.Torqeedo`. Identifiers have 29 bits:
 //! message 28..20, source 15..8, destination 7..0; numbers are little endian. The card is 0xAB, the vessel's
 //! computer 0xFE, and the card's own messages go to all, 0xFF.
 
-use crate::pair::Pair;
+use crate::pair::{Pair, Side};
+use crate::reading::{BatteryReading, MotorReading, Reading};
 use thiserror::Error;
 
 const CARD: u32 = 0xAB;
@@ -17,6 +18,8 @@ const MOTOR_DRIVE: u32 = 12;
 const MOTOR_SET: u32 = 13;
 const BATTERY_STATUS: u32 = 14;
 
+/// Turns of the motor for one turn of the propeller.
+pub const GEAR: f64 = 7.0;
 /// The largest throttle a [`CardCommand::MotorSet`] carries: full speed in per mille.
 pub const FULL_THROTTLE: i16 = 1000;
 
@@ -136,8 +139,54 @@ impl CardCommand {
     }
 }
 
+/// One report of the card.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CardReport {
+    /// A motor's speed, power and temperature.
+    Motor(Side, MotorReading),
+    /// A battery's state.
+    Battery(BatteryReading),
+    /// A power rail.
+    Rail {
+        /// Number of the rail.
+        rail: u8,
+        /// Voltage (V).
+        voltage_v: f64,
+        /// Current (A).
+        current_a: f64,
+        /// Fuse (A).
+        fuse_a: f64,
+    },
+}
+
+impl CardReport {
+    /// The frame that carries this report.
+    pub fn frame(&self) -> CanFrame {
+        match *self {
+            Self::Motor(side, r) => {
+                motor_drive(side.index(), r.power_w, r.temperature_c, r.propeller_rpm * GEAR)
+            }
+            Self::Battery(r) => {
+                battery_status(r.number, r.temperature_c, r.voltage_v, r.current_a, r.charge_percent, 0)
+            }
+            Self::Rail { rail: number, voltage_v, current_a, fuse_a } => {
+                rail(number, voltage_v, current_a, fuse_a, 0)
+            }
+        }
+    }
+
+    /// What the brain is given of it: nothing of the rails.
+    pub fn reading(&self) -> Option<Reading> {
+        match *self {
+            Self::Motor(side, reading) => Some(Reading::Motor(side, reading)),
+            Self::Battery(reading) => Some(Reading::Battery(reading)),
+            Self::Rail { .. } => None,
+        }
+    }
+}
+
 /// TQ_MOTOR_DRIVE: power (W), temperature of the board (°C) and speed of the motor (rpm, before the gear).
-pub fn motor_drive(motor: u8, power_w: f64, temperature_c: f64, motor_rpm: f64) -> CanFrame {
+fn motor_drive(motor: u8, power_w: f64, temperature_c: f64, motor_rpm: f64) -> CanFrame {
     // `as` from a float holds the value within the integer's range.
     let [w0, w1] = (power_w.round() as u16).to_le_bytes();
     let [t0, t1] = ((temperature_c * 10.0).round() as i16).to_le_bytes();
@@ -146,7 +195,7 @@ pub fn motor_drive(motor: u8, power_w: f64, temperature_c: f64, motor_rpm: f64) 
 }
 
 /// TQ_BAT_STATUS: temperature (°C), voltage (V), current (A), charge (%) and error number of one battery.
-pub fn battery_status(
+fn battery_status(
     battery: u8,
     temperature_c: f64,
     voltage_v: f64,
@@ -162,7 +211,7 @@ pub fn battery_status(
 }
 
 /// RAIL: voltage (V), current (A, may be negative), fuse (A) and flags of one power rail.
-pub fn rail(rail: u8, voltage_v: f64, current_a: f64, fuse_a: f64, flags: u8) -> CanFrame {
+fn rail(rail: u8, voltage_v: f64, current_a: f64, fuse_a: f64, flags: u8) -> CanFrame {
     let [v0, v1] = ((voltage_v * 1e3).round() as u16).to_le_bytes();
     let milliamperes = (current_a * 1e3).round().clamp(-8_388_608.0, 8_388_607.0) as i32;
     let [a0, a1, a2, _] = milliamperes.to_le_bytes();

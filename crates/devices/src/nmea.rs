@@ -1,16 +1,25 @@
 //! The sentences of the Hemisphere V104s GNSS compass, byte for byte.
 //!
-//! Fields: NMEA 0183 (IEC 61162-1) and the table of facts/onboard.md section 2.1; widths and decimals as in
-//! data/onboard/v104s_made.nmea. Values that the receiver does not have are empty fields. Sentences end in
-//! CR LF; the checksum is the exclusive or of the bytes between `$` and `*`.
+//! Fields: NMEA 0183 (IEC 61162-1), as the DUNE task `Sensors.GPS` reads them from the Otters' V104s. Values
+//! that the receiver does not have are empty fields. Sentences end in CR LF; the checksum is the exclusive or of
+//! the bytes between `$` and `*`.
 
-use crate::gnss::{GnssFix, GnssReading};
-use units::{Civil, wrap_two_pi};
+use crate::reading::{GnssFix, GnssReading, Quality};
+use units::{Civil, UtcTime, wrap_two_pi};
 
 const KNOTS_PER_MPS: f64 = 3600.0 / 1852.0;
 const KMPH_PER_MPS: f64 = 3.6;
 
-/// The sentences the simulated compass sends.
+/// What the receiver takes from its models of the earth for where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EarthModel {
+    /// Magnetic declination, east positive: leads from magnetic to true directions (rad).
+    pub declination_rad: f64,
+    /// Height of the geoid above the ellipsoid (m).
+    pub separation_m: f64,
+}
+
+/// The sentences the compass sends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sentence {
     /// True heading.
@@ -31,17 +40,17 @@ impl Sentence {
     /// The order in which the boats have them sent within one epoch.
     pub const EPOCH: [Self; 6] = [Self::Hdt, Self::Rot, Self::Hdm, Self::Gga, Self::Vtg, Self::Zda];
 
-    /// The whole sentence for a reading, from `$` to CR LF; `declination_rad` (east positive) leads from true
-    /// to magnetic directions.
-    pub fn encode(self, reading: &GnssReading, declination_rad: f64) -> Vec<u8> {
+    /// The whole sentence for a reading, from `$` to CR LF.
+    pub fn encode(self, reading: &GnssReading, earth: &EarthModel) -> Vec<u8> {
+        let EarthModel { declination_rad, separation_m } = *earth;
         let mut text = String::with_capacity(96);
         match self {
             Self::Hdt => heading(&mut text, "$GPHDT,", ",T", reading.heading_rad),
-            Self::Rot => rate_of_turn(&mut text, reading.rate_of_turn_radps),
+            Self::Rot => rate_of_turn(&mut text, reading.yaw_rate_rad_s),
             Self::Hdm => {
                 heading(&mut text, "$GPHDM,", ",M", reading.heading_rad.map(|h| h - declination_rad));
             }
-            Self::Gga => position(&mut text, reading),
+            Self::Gga => position(&mut text, reading, separation_m),
             Self::Vtg => course(&mut text, reading, declination_rad),
             Self::Zda => date(&mut text, reading),
         }
@@ -127,7 +136,9 @@ fn angle(text: &mut String, angle_deg: f64, width: usize, letters: [&str; 2]) {
     text.push_str(letters[usize::from(angle_deg < 0.0)]);
 }
 
-fn clock(text: &mut String, civil: &Civil) {
+/// The time of day; empty where the receiver has none.
+fn clock(text: &mut String, civil: Option<&Civil>) {
+    let Some(civil) = civil else { return };
     for part in [civil.hour, civil.minute, civil.second] {
         digits(text, u64::from(part), 2);
     }
@@ -135,28 +146,36 @@ fn clock(text: &mut String, civil: &Civil) {
     digits(text, u64::from(civil.microsecond / 10_000), 2);
 }
 
-fn position(text: &mut String, reading: &GnssReading) {
+fn position(text: &mut String, reading: &GnssReading, separation_m: f64) {
     text.push_str("$GPGGA,");
-    clock(text, &reading.utc.civil());
-    let Some(GnssFix { place, height_m, separation_m, quality, satellites, hdop }) = reading.fix else {
+    clock(text, reading.utc.map(UtcTime::civil).as_ref());
+    let Some(GnssFix { lat_rad, lon_rad, height_m, quality, hdop }) = reading.fix else {
         text.push_str(",,,,,0,");
-        digits(text, u64::from(reading.satellites_seen), 2);
+        digits(text, u64::from(reading.satellites), 2);
         text.push_str(",,,M,,M,,");
         return;
     };
     text.push(',');
-    angle(text, place.lat_deg(), 2, [",N,", ",S,"]);
-    angle(text, place.lon_deg(), 3, [",E,", ",W,"]);
-    digits(text, u64::from(quality.digit()), 1);
+    angle(text, lat_rad.to_degrees(), 2, [",N,", ",S,"]);
+    angle(text, lon_rad.to_degrees(), 3, [",E,", ",W,"]);
+    digits(text, quality_digit(quality), 1);
     text.push(',');
-    digits(text, u64::from(satellites), 2);
+    digits(text, u64::from(reading.satellites), 2);
     text.push(',');
     fixed(text, hdop, 1);
     text.push(',');
-    fixed(text, height_m, 2);
+    fixed(text, height_m - separation_m, 2);
     text.push_str(",M,");
     fixed(text, separation_m, 2);
     text.push_str(",M,,");
+}
+
+/// Quality of a position as GGA has it.
+const fn quality_digit(quality: Quality) -> u64 {
+    match quality {
+        Quality::Autonomous => 1,
+        Quality::Differential => 2,
+    }
 }
 
 fn course(text: &mut String, reading: &GnssReading, declination_rad: f64) {
@@ -173,13 +192,20 @@ fn course(text: &mut String, reading: &GnssReading, declination_rad: f64) {
     text.push_str(",N,");
     fixed(text, velocity.speed_mps * KMPH_PER_MPS, 2);
     text.push_str(",K,");
-    text.push(reading.fix.map_or('N', |fix| fix.quality.mode()));
+    text.push(match reading.fix.map(|fix| fix.quality) {
+        None => 'N',
+        Some(Quality::Autonomous) => 'A',
+        Some(Quality::Differential) => 'D',
+    });
 }
 
 fn date(text: &mut String, reading: &GnssReading) {
-    let civil = reading.utc.civil();
     text.push_str("$GPZDA,");
-    clock(text, &civil);
+    let Some(civil) = reading.utc.map(UtcTime::civil) else {
+        text.push_str(",,,,,");
+        return;
+    };
+    clock(text, Some(&civil));
     text.push(',');
     digits(text, u64::from(civil.day), 2);
     text.push(',');
@@ -193,35 +219,35 @@ fn date(text: &mut String, reading: &GnssReading) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gnss::{GroundVelocity, Quality};
-    use units::{LatLon, UtcTime};
+    use crate::reading::GroundVelocity;
+
+    const EARTH: EarthModel = EarthModel { declination_rad: 3.5_f64.to_radians(), separation_m: 39.16 };
 
     fn text(sentence: Sentence, reading: &GnssReading) -> String {
-        String::from_utf8(sentence.encode(reading, 3.5_f64.to_radians())).unwrap()
+        String::from_utf8(sentence.encode(reading, &EARTH)).unwrap()
     }
 
     fn reading() -> GnssReading {
         let civil = Civil { year: 2026, month: 11, day: 21, hour: 10, minute: 0, second: 0, microsecond: 0 };
         GnssReading {
-            utc: UtcTime::from_civil(civil).unwrap(),
+            utc: UtcTime::from_civil(civil),
             fix: Some(GnssFix {
-                place: LatLon::from_deg(63.0 + 26.43 / 60.0, 10.0 + 21.036 / 60.0).unwrap(),
-                height_m: 1.1,
-                separation_m: 39.16,
+                lat_rad: (63.0_f64 + 26.43 / 60.0).to_radians(),
+                lon_rad: (10.0_f64 + 21.036 / 60.0).to_radians(),
+                height_m: 40.26,
                 quality: Quality::Autonomous,
-                satellites: 7,
                 hdop: 0.6,
             }),
-            satellites_seen: 7,
+            satellites: 7,
             velocity: Some(GroundVelocity { course_rad: 79.35_f64.to_radians(), speed_mps: 1.55 / 3.6 }),
             heading_rad: Some(81.01_f64.to_radians()),
-            rate_of_turn_radps: Some((-238.1_f64 / 60.0).to_radians()),
+            yaw_rate_rad_s: Some((-238.1_f64 / 60.0).to_radians()),
         }
     }
 
     #[test]
     fn sentences_are_those_of_the_made_log() {
-        // First epoch of data/onboard/v104s_made.nmea but for the mode of VTG, which here follows GGA.
+        // The mode of VTG follows the quality of GGA.
         let expected = [
             "$GPHDT,81.01,T*3D\r\n",
             "$GPROT,-238.10,A*24\r\n",
@@ -239,10 +265,10 @@ mod tests {
     fn fields_without_value_are_empty() {
         let blind = GnssReading {
             fix: None,
-            satellites_seen: 2,
+            satellites: 2,
             velocity: None,
             heading_rad: None,
-            rate_of_turn_radps: None,
+            yaw_rate_rad_s: None,
             ..reading()
         };
         let bodies: Vec<String> = Sentence::EPOCH

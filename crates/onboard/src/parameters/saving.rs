@@ -3,7 +3,7 @@
 //! Consoles that ask with visibility `developer` are told it, so that nobody takes a value for kept that is gone
 //! with the next start.
 
-use crate::brain::Brain;
+use crate::bus::Bus;
 use crate::entity::Entity;
 use crate::output::{Keep, Level, Output};
 use crate::parameters::{self, Access};
@@ -32,41 +32,45 @@ impl Saving {
     pub(crate) fn value(&self, entity: Entity, name: &'static str) -> Option<&str> {
         self.saved.get(&(entity, name)).map(String::as_str)
     }
-}
 
-impl Brain {
     /// Has the values of an entity kept for the next start.
-    pub(crate) fn save_parameters(&mut self, label: &str) {
-        let Some(entity) = self.settings.labels.find(label) else { return };
+    pub(crate) fn save(&mut self, bus: &mut Bus, settings: &Settings, label: &str) {
+        let Some(entity) = settings.labels.find(label) else { return };
         let values: Values = parameters::all()
             .iter()
             .filter(|parameter| parameter.entity == entity && parameter.access == Access::Live)
-            .filter_map(|parameter| Some((parameter.name, parameter.get(&self.settings)?)))
+            .filter_map(|parameter| Some((parameter.name, parameter.get(settings)?)))
             .collect();
         let texts = values.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
-        self.bus.put(Output::Keep(Keep::Parameters(label.to_owned(), texts)));
-        let waiting = self.saving.waiting.entry(entity).or_default();
+        bus.put(Output::Keep(Keep::Parameters(label.to_owned(), texts)));
+        let waiting = self.waiting.entry(entity).or_default();
         *waiting = (values, waiting.1.saturating_add(1));
     }
 
     /// The disk tells what became of the values of an entity.
-    pub(crate) fn parameters_kept(&mut self, label: &str, outcome: Result<(), String>) {
-        let Some(entity) = self.settings.labels.find(label) else { return };
-        let Some((values, count)) = self.saving.waiting.get_mut(&entity) else { return };
+    pub(crate) fn kept(
+        &mut self,
+        bus: &mut Bus,
+        settings: &Settings,
+        label: &str,
+        outcome: Result<(), String>,
+    ) {
+        let Some(entity) = settings.labels.find(label) else { return };
+        let Some((values, count)) = self.waiting.get_mut(&entity) else { return };
         *count = count.saturating_sub(1);
         let last = *count == 0;
         match outcome {
             // Of several that were on their way the last one stands.
             Ok(()) if last => {
                 let values = std::mem::take(values);
-                self.saving.saved.extend(values.into_iter().map(|(name, value)| ((entity, name), value)));
-                self.bus.entry(entity, Level::Info, "parameters are saved");
+                self.saved.extend(values.into_iter().map(|(name, value)| ((entity, name), value)));
+                bus.entry(entity, Level::Info, "parameters are saved");
             }
             Ok(()) => {}
-            Err(why) => self.bus.entry(entity, Level::Error, format!("parameters are not saved: {why}")),
+            Err(why) => bus.entry(entity, Level::Error, format!("parameters are not saved: {why}")),
         }
         if last {
-            self.saving.waiting.remove(&entity);
+            self.waiting.remove(&entity);
         }
     }
 }

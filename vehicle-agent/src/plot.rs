@@ -1,4 +1,4 @@
-//! A chart of a run as one self-contained SVG: a map on the left, curves over time on the right.
+//! A plot of a run as one self-contained SVG: a map on the left, curves over time on the right.
 //!
 //! Metres on the map have the same length on both axes, north is up. Curves lose only points that lie within
 //! a third of a pixel of what is drawn. What is not finite is left out, so that the file never holds NaN.
@@ -28,9 +28,9 @@ const INK: &str = "#222222";
 const GRID: &str = "#dddddd";
 const SHADE: &str = "#e3edf5";
 
-/// What a chart shows.
+/// What a plot shows.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Chart {
+pub(crate) struct Plot {
     /// The headline.
     pub(crate) title: String,
     /// Lines below it: figures and conditions.
@@ -97,7 +97,7 @@ enum Anchor {
 #[derive(Debug, Default)]
 struct Page(String);
 
-impl Chart {
+impl Plot {
     /// The file.
     pub(crate) fn to_svg(&self) -> String {
         let mut page = Page::default();
@@ -410,9 +410,9 @@ fn distance((x, y): Point, (ax, ay): Point, (bx, by): Point) -> f64 {
 mod tests {
     use super::*;
 
-    fn chart() -> Chart {
+    fn plot() -> Plot {
         let wave = |n: u16| (f64::from(n), (f64::from(n) / 50.0).sin());
-        Chart {
+        Plot {
             title: "a <b> & \"c\"".to_owned(),
             notes: vec!["RMS 0.31 m, largest 0.87 m".to_owned(), "calm".to_owned()],
             track: (0..2000).map(wave).chain([(f64::NAN, 1.0), (2.0, f64::INFINITY)]).collect(),
@@ -453,8 +453,8 @@ mod tests {
     }
 
     #[test]
-    fn a_chart_is_well_formed_and_holds_its_figures() {
-        let svg = chart().to_svg();
+    fn a_plot_is_well_formed_and_holds_its_figures() {
+        let svg = plot().to_svg();
         assert_well_formed(&svg);
         let title = "a &lt;b&gt; &amp; \"c\"";
         for text in ["RMS 0.31 m, largest 0.87 m", title, "time (min)", "north (m)", ">another<"] {
@@ -465,7 +465,7 @@ mod tests {
 
     #[test]
     fn coordinates_are_finite_and_text_can_be_read() {
-        for svg in [chart().to_svg(), Chart::default().to_svg()] {
+        for svg in [plot().to_svg(), Plot::default().to_svg()] {
             assert_well_formed(&svg);
             assert!(!svg.contains("NaN") && !svg.contains("inf"));
             for points in svg.split(" points=\"").skip(1) {

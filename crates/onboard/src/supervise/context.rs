@@ -24,7 +24,7 @@ const BORDER_M: f64 = 5.0;
 const NARROW: f64 = 0.3;
 
 /// What the supervisors work with.
-pub(crate) struct Desk<'a> {
+pub(crate) struct Context<'a> {
     pub(crate) bus: &'a mut Bus,
     pub(crate) states: &'a mut States,
     pub(crate) plans: &'a mut Plans,
@@ -58,7 +58,7 @@ pub(super) struct How {
     pub(super) is_doubtful: bool,
 }
 
-impl Desk<'_> {
+impl Context<'_> {
     /// Carries a remedy out, or answers why it is not possible now; `in_need` in spite of errors of parts.
     pub(super) fn start(&mut self, remedy: &Remedy, in_need: bool) -> Result<Started, String> {
         let (plan_id, maneuver, how) = match remedy {

@@ -1,0 +1,29 @@
+//! The devices aboard an Otter: what they read, and the bytes that carry it.
+//!
+//! The simulator writes these bytes, drivers of real devices read them, and both mean the same [`Reading`]s,
+//! which is what the brain (`onboard`) is given. A device that the vessel gets goes here as a module of its own,
+//! named after its protocol: its reading if no other device gives such a one, its codec, and tests against
+//! recorded bytes. What opens the port and keeps the time stays in the program that uses it.
+//!
+//! Main types: [`Reading`] and what it is one of ([`GnssReading`], [`MotorReading`], [`BatteryReading`],
+//! [`TagReading`], [`WaterReading`]); [`Side`] and [`Pair`] for what exists to port and to starboard. The codecs
+//! are [`nmea`] (GNSS compass), [`torqeedo`] (motors, batteries and power rails on the CAN bus), [`tbr`]
+//! (hydrophone) and [`tbr_clock`] (the commands that set the hydrophone's clock).
+//!
+//! The crate knows `units` and nothing else of Lutra: no IMC, no simulator, no clock, no input or output. SI units
+//! and radians but where a name says otherwise; headings and courses turn clockwise from north. Readings are as
+//! the devices gave them: what a device does not know is `None`, and numbers may still be nonsense (NaN, out of
+//! range), which whoever uses them refuses.
+
+pub mod nmea;
+mod pair;
+mod reading;
+pub mod tbr;
+pub mod tbr_clock;
+pub mod torqeedo;
+
+pub use pair::{Pair, Side};
+pub use reading::{
+    BatteryReading, GnssFix, GnssReading, GroundVelocity, MotorReading, Quality, Reading, TagReading,
+    WaterReading,
+};

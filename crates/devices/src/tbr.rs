@@ -1,0 +1,132 @@
+//! The lines of the Thelma Biotel hydrophone, byte for byte.
+//!
+//! Layout: as the DUNE task `Sensors.ThelmaHydrophone` reads it, and github.com/core-marine-dev/tb-live. Lines begin
+//! with `$`, end in a carriage return alone and have no checksum. The data field of a coding without data is empty.
+//! The running number counts both kinds of line and wraps at 16 bits.
+
+use crate::reading::{TagReading, WaterReading};
+
+/// The coding of a tag's transmission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names are the manufacturer's and all there is to say")]
+pub enum TagProtocol {
+    R256,
+    R04K,
+    S64K,
+    R64K,
+    R01M,
+    S256,
+    HS256,
+    DS256,
+    OPi,
+    OPs,
+}
+
+impl TagProtocol {
+    /// The name the receiver writes.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::R256 => "R256",
+            Self::R04K => "R04K",
+            Self::S64K => "S64K",
+            Self::R64K => "R64K",
+            Self::R01M => "R01M",
+            Self::S256 => "S256",
+            Self::HS256 => "HS256",
+            Self::DS256 => "DS256",
+            Self::OPi => "OPi",
+            Self::OPs => "OPs",
+        }
+    }
+
+    /// The largest value of the data field; `None` where only an id is sent.
+    pub const fn data_max(self) -> Option<u16> {
+        match self {
+            Self::R256 | Self::R04K | Self::R64K | Self::R01M | Self::OPi => None,
+            Self::S64K => Some(u16::MAX),
+            Self::S256 | Self::HS256 | Self::DS256 => Some(255),
+            Self::OPs => Some(4095),
+        }
+    }
+}
+
+impl TagReading {
+    /// The whole line, from `$` to the carriage return.
+    pub fn encode(&self) -> Vec<u8> {
+        let Self { serial, clock_s, millis, protocol, tag_id, data, snr_db, frequency_khz, counter } = self;
+        let data = data.map_or_else(String::new, |data| data.to_string());
+        format!(
+            "${serial:06},{clock_s:010},{millis:03},{protocol},{tag_id},{data},{snr_db},{frequency_khz},{counter}\r"
+        )
+        .into_bytes()
+    }
+}
+
+impl WaterReading {
+    /// The whole line, from `$` to the carriage return.
+    pub fn encode(&self) -> Vec<u8> {
+        let Self { serial, clock_s, temperature_c, noise_average, noise_peak, frequency_khz, counter } = self;
+        let temperature = temperature_count(*temperature_c);
+        format!(
+            "${serial:06},{clock_s:010},TBR Sensor,{temperature},{noise_average},{noise_peak},{frequency_khz},{counter}\r"
+        )
+        .into_bytes()
+    }
+}
+
+/// A temperature (°C) as the receiver sends it: whole tenths of a degree, within three digits.
+pub fn rounded_temperature_c(temperature_c: f64) -> f64 {
+    (f64::from(temperature_count(temperature_c)) - 50.0) / 10.0
+}
+
+/// Tenths of a degree above -5 °C, as the receiver counts.
+fn temperature_count(temperature_c: f64) -> u16 {
+    (temperature_c * 10.0 + 50.0).round().clamp(0.0, 999.0) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_those_of_a_real_receiver() {
+        // Recorded lines, their ends apart.
+        let tag = |clock_s, millis, protocol, tag_id, data, snr_db, counter| {
+            let serial = 1_000_042;
+            TagReading {
+                serial,
+                clock_s,
+                millis,
+                protocol: TagProtocol::name(protocol).to_owned(),
+                tag_id,
+                data,
+                snr_db,
+                frequency_khz: 69,
+                counter,
+            }
+            .encode()
+        };
+        let sensor = WaterReading {
+            serial: 1_000_042,
+            clock_s: 600,
+            temperature_c: 24.7,
+            noise_average: 15,
+            noise_peak: 29,
+            frequency_khz: 69,
+            counter: 6,
+        };
+        for (line, expected) in [
+            (sensor.encode(), "$1000042,0000000600,TBR Sensor,297,15,29,69,6\r"),
+            (
+                tag(2185, 897, TagProtocol::R64K, 1023, None, 24, 9),
+                "$1000042,0000002185,897,R64K,1023,,24,69,9\r",
+            ),
+            (
+                tag(1_623_050_485, 615, TagProtocol::S64K, 1285, Some(12), 24, 11),
+                "$1000042,1623050485,615,S64K,1285,12,24,69,11\r",
+            ),
+        ] {
+            assert_eq!(String::from_utf8(line).unwrap(), expected);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A simulated hull, which moves as far as the time it is polled for.
+
+use super::Hull;
+use control::MotorPair;
+use devices::Reading;
+use onboard::COMMAND_LIFE;
+use sim::Vessel;
+use std::collections::VecDeque;
+use std::sync::mpsc::Receiver;
+use units::MonoTime;
+
+/// How commands come to the simulated thrusters.
+enum Thrusters {
+    /// At once: nothing can hold up a virtual clock.
+    Direct,
+    /// Through a watchdog with a thread of its own: what it is given, and what it lets through.
+    Watched(Box<dyn Fn(MotorPair)>, Receiver<MotorPair>),
+}
+
+/// A simulated hull.
+pub(crate) struct Simulated {
+    /// The simulation. Its readings come as values.
+    pub(crate) vessel: Vessel,
+    thrusters: Thrusters,
+    /// Readings that waited in a serial port while nobody polled.
+    waited: VecDeque<Reading>,
+}
+
+impl std::fmt::Debug for Simulated {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Simulated").field("vessel", &self.vessel).finish_non_exhaustive()
+    }
+}
+
+impl Simulated {
+    /// A hull whose thrusters obey at once.
+    pub(crate) fn new(vessel: Vessel) -> Self {
+        Self { vessel, thrusters: Thrusters::Direct, waited: VecDeque::new() }
+    }
+
+    /// A hull behind a watchdog: `command` hands a command to it, `passed` is what it lets through, its own stops
+    /// among them.
+    pub(crate) fn watched(
+        vessel: Vessel,
+        command: impl Fn(MotorPair) + 'static,
+        passed: Receiver<MotorPair>,
+    ) -> Self {
+        Self { thrusters: Thrusters::Watched(Box::new(command), passed), ..Self::new(vessel) }
+    }
+
+    /// Goes round the watchdog, whose clock is the computer's.
+    #[cfg(test)]
+    pub(crate) fn obey_at_once(&mut self) {
+        self.thrusters = Thrusters::Direct;
+    }
+
+    /// Hands the thrusters what the watchdog lets through.
+    fn obey_watchdog(&mut self) {
+        if let Thrusters::Watched(_, passed) = &self.thrusters {
+            for motors in passed.try_iter() {
+                obey(&mut self.vessel, motors);
+            }
+        }
+    }
+
+    /// Drifts until `until` while nobody steers: the motors run for as long as a command is good and no longer.
+    /// Readings are lost but for the hydrophone's, whose lines wait in its serial port.
+    fn drift(&mut self, until: MonoTime) {
+        let running = (self.vessel.now() + COMMAND_LIFE).min(until);
+        self.vessel.step(running.since(self.vessel.now()));
+        obey(&mut self.vessel, MotorPair::STOPPED);
+        self.vessel.step(until.since(running));
+        while let Some(reading) = self.reading() {
+            if matches!(reading, Reading::Tag(_) | Reading::Water(_)) {
+                self.waited.push_back(reading);
+            }
+        }
+    }
+
+    /// The next reading that the simulation has made; its bytes are for drivers.
+    fn reading(&mut self) -> Option<Reading> {
+        loop {
+            if let sim::Output::Reading(reading) = self.vessel.poll_output()?.output {
+                return Some(reading);
+            }
+        }
+    }
+}
+
+impl Hull for Simulated {
+    fn poll(&mut self, until: MonoTime) -> Option<Reading> {
+        self.obey_watchdog();
+        let behind = until.since(self.vessel.now());
+        if behind > COMMAND_LIFE {
+            self.drift(until);
+        } else {
+            self.vessel.step(behind);
+        }
+        self.waited.pop_front().or_else(|| self.reading())
+    }
+
+    fn poll_timeout(&self) -> Option<MonoTime> {
+        Some(self.vessel.poll_timeout())
+    }
+
+    fn command(&mut self, motors: MotorPair) {
+        match &self.thrusters {
+            Thrusters::Direct => obey(&mut self.vessel, motors),
+            Thrusters::Watched(command, _) => {
+                command(motors);
+                self.obey_watchdog();
+            }
+        }
+    }
+}
+
+fn obey(vessel: &mut Vessel, motors: MotorPair) {
+    // The authority lets only numbers within -1 to 1 through.
+    vessel.command(motors.port, motors.starboard).ok();
+}

@@ -1,0 +1,91 @@
+//! A brain and the hull that it steers, at one moment.
+//!
+//! Time comes from outside: [`Vehicle::come_to`] the computer's, or [`Vehicle::advance`] a virtual clock that jumps
+//! from event to event: the next reading of a sensor, the next deadline of the brain. Two vehicles with the same
+//! settings under a virtual clock give the same outputs at the same times.
+
+use super::hull::Hull;
+use onboard::{Brain, Input, Keep, Output};
+use std::time::Duration;
+use units::{MonoTime, Now, UtcTime};
+
+/// What passed between the brain and the program around it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum BrainEvent {
+    /// It was told this.
+    Input(Input),
+    /// It wants this.
+    Output(Output),
+}
+
+/// A hull and its brain.
+#[derive(Debug)]
+pub(crate) struct Vehicle<H> {
+    /// Sensors and thrusters.
+    pub(crate) hull: H,
+    /// What steers.
+    pub(crate) brain: Brain,
+    /// The moment that both have come to.
+    pub(crate) now: Now,
+    /// Whether plans and parameters are kept by pretending; otherwise the caller tells what became of them.
+    pub(crate) virtual_disk: bool,
+}
+
+impl<H: Hull> Vehicle<H> {
+    /// A hull and its brain at a moment, with a virtual disk.
+    pub(crate) fn new(hull: H, brain: Brain, now: Now) -> Self {
+        Self { hull, brain, now, virtual_disk: true }
+    }
+
+    /// Tells the brain something at this moment.
+    pub(crate) fn tell(&mut self, input: Input, sink: &mut impl FnMut(Now, BrainEvent)) {
+        let now = self.now;
+        sink(now, BrainEvent::Input(input.clone()));
+        self.brain.handle(now, input);
+        let mut stored = Vec::new();
+        while let Some(output) = self.brain.poll_output() {
+            match &output {
+                Output::Motors(motors) => self.hull.command(*motors),
+                Output::Keep(Keep::Plans(effect)) if self.virtual_disk => {
+                    stored.push(Input::Stored(effect.ticket(), Ok(())));
+                }
+                Output::Keep(Keep::Parameters(label, _)) if self.virtual_disk => {
+                    stored.push(Input::ParametersKept(label.clone(), Ok(())));
+                }
+                _ => {}
+            }
+            sink(now, BrainEvent::Output(output));
+        }
+        // A virtual disk never fails and takes no time.
+        for input in stored {
+            self.tell(input, sink);
+        }
+    }
+
+    /// When there is something to do at the latest, if nothing else happens before.
+    pub(crate) fn poll_timeout(&self) -> Option<MonoTime> {
+        [self.hull.poll_timeout(), self.brain.poll_timeout()].into_iter().flatten().min()
+    }
+
+    /// Comes to a moment: the brain is told what was read by then, or that time has passed if it waits for that.
+    pub(crate) fn come_to(&mut self, now: Now, sink: &mut impl FnMut(Now, BrainEvent)) {
+        self.now = now;
+        while let Some(reading) = self.hull.poll(now.mono) {
+            self.tell(Input::Reading(reading), sink);
+        }
+        if self.brain.poll_timeout().is_some_and(|due| due <= now.mono) {
+            self.tell(Input::Timer, sink);
+        }
+    }
+
+    /// Lets the virtual clock jump to the next event, but not beyond `until`.
+    pub(crate) fn advance(&mut self, until: MonoTime, sink: &mut impl FnMut(Now, BrainEvent)) {
+        let before = self.now;
+        // At least a microsecond, so that a deadline that is not met cannot stop the clock.
+        let due = self.poll_timeout().unwrap_or(until).min(until);
+        let mono = due.max(before.mono + Duration::from_micros(1));
+        // A step of the clock fits 63 bits of microseconds.
+        let utc = before.utc.micros() + mono.since(before.mono).as_micros() as i64;
+        self.come_to(Now { mono, utc: UtcTime::from_micros(utc) }, sink);
+    }
+}
