@@ -6,7 +6,7 @@
 mod backup;
 mod charts;
 pub mod cli;
-mod clock;
+pub mod clock;
 pub mod config;
 mod doctor;
 mod doors;
@@ -23,4 +23,4 @@ mod shore;
 mod sinks;
 mod tls;
 
-pub use http::serve::{Serving, serve};
+pub use http::serve::{Serving, serve, serve_by};

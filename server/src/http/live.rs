@@ -16,7 +16,6 @@ use super::guard::{Who, identify};
 use super::orders::Issuer;
 use super::outgoing::{Ended, Outgoing, PATIENCE, bounded};
 use super::stop;
-use crate::clock;
 use crate::people::{Principal, Via};
 use crate::shore::{AppState, Wanted, alarms};
 use api::{LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update};
@@ -339,7 +338,7 @@ impl Client {
         }
         let skipped = changes.values.iter().map(|value| self.skipped(value)).sum();
         let frame = LiveFrame {
-            now_us: clock::now().micros(),
+            now_us: self.state.clock.utc().micros(),
             snapshot,
             systems: changes.systems,
             values: changes.values,

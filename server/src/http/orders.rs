@@ -6,7 +6,6 @@
 
 use super::error::ApiError;
 use super::grounding;
-use crate::clock;
 use crate::people::audit::{self, Act};
 use crate::people::{Fault, Line, People, Principal};
 use crate::relay::Relay;
@@ -147,10 +146,11 @@ async fn write_asked(
     subjects: &[String],
 ) -> Result<(), Fault> {
     let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
+    let now = state.clock.utc();
     let write = state.people.change(move |db| {
         for subject in &subjects {
             let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
-            audit::record(db, act, clock::now())?;
+            audit::record(db, act, now)?;
         }
         Ok(())
     });

@@ -4,7 +4,6 @@ use super::asked::{Asked, InPath};
 use super::caller::Caller;
 use super::error::ApiError;
 use super::guard::Who;
-use crate::clock;
 use crate::people::{Via, audit, persons, sessions, tokens};
 use crate::shore::AppState;
 use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
@@ -47,9 +46,9 @@ pub(crate) async fn token_make(
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
     }
     let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
-    let (person, subject) = (who.person, new.label.clone());
+    let (person, subject, now) = (who.person, new.label.clone(), state.clock.utc());
     let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
-        tokens::make(db, person, &new, clock::now())
+        tokens::make(db, person, &new, now)
     });
     Ok(Json(made.await?))
 }

@@ -4,6 +4,7 @@ use super::listen::Web;
 use super::stop::Stops;
 use super::{orders, routes};
 use crate::charts::{Charts, ChartsAboard};
+use crate::clock::Clock;
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::doors::{self, Open};
@@ -84,6 +85,14 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used or is none of Lutra's.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    serve_by(Clock::real(), config).await
+}
+
+/// As [`serve`], by a clock that a test may move.
+///
+/// # Errors
+/// As [`serve`].
+pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     folder::check(&config.data)?;
     let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
@@ -94,7 +103,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     })?;
     let address = listener.local_addr()?;
     let stop = CancellationToken::new();
-    let (tasks, owners) = (TaskTracker::new(), Owners::default());
+    let (tasks, owners) = (TaskTracker::new(), Owners::new(clock.clone()));
     for told in private::keep(&config.data).with_context(|| config.data.display().to_string())?.told(true) {
         tracing::warn!("{told}");
     }
@@ -103,14 +112,15 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         tracing::warn!("{note}");
     }
     let (recorder, recording) = Recorder::start(store, &owners).context("cannot start a thread")?;
-    let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
+    let relay =
+        Relay::start(config.imc.settings(), recorder.clone(), clock.clone(), (&tasks, &owners), stop.clone());
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
     let doors = doors::open(&config.doors, &config.data, &relay, (&tasks, &owners), &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
     let (folder, settings) = (config.data.clone(), config.people.clone());
-    let whose = owners.clone();
-    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings, &whose));
+    let (whose, by) = (owners.clone(), clock.clone());
+    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings, &whose, by));
     let (people, first) = opened.await??;
     // Nobody comes in before it is known who has a link.
     let (linked, trusted) = (people.linked(), config.doors.trusted());
@@ -120,18 +130,19 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     };
     relay.look(believe).await?;
     let open = doors.serve(&tasks, &owners);
-    let (history, imports) = (History::new(&config.data), Imports::new(&config));
+    let (history, imports) = (History::new(&config.data), Imports::new(&config, clock.clone()));
     let (max_connections, proxies) = (config.http.max_connections, config.http.trusted_proxies.clone());
     let charts = Charts::new(&config);
     let (first_load, kept) = (charts.clone(), charts.clone());
     tokio::task::spawn_blocking(move || first_load.look()).await?;
     tasks.spawn(kept.keep(stop.clone()));
-    let sink = Sink::new(&config.sinks.influx, &config.data, recorder.clone())?;
+    let sink = Sink::new(&config.sinks.influx, &config.data, recorder.clone(), clock.clone())?;
     let known = (charts.clone(), ChartsAboard::open(&config.data));
     let links = Links::new(relay.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
     let state = AppState {
         influx: sink.as_ref().map(Sink::state),
         config: Arc::new(config),
+        clock,
         people,
         fleet: Fleet::new(relay.clone()),
         history,

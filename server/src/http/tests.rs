@@ -5,7 +5,7 @@ use super::route::{Kind, Need};
 use super::stop::Stops;
 use super::{routes, serve};
 use crate::charts::{Charts, ChartsAboard};
-use crate::clock;
+use crate::clock::{self, Clock};
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::owners::Owners;
@@ -82,16 +82,23 @@ impl Shore {
     fn of(folder: tempfile::TempDir, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         change(&mut config);
-        let owners = Owners::default();
-        let (people, first) = People::start(&config.data, &config.people, &owners).unwrap();
+        let clock = Clock::real();
+        let owners = Owners::new(clock.clone());
+        let (people, first) = People::start(&config.data, &config.people, &owners, clock.clone()).unwrap();
         let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
         let metrics = serve::figures(&tasks, stop.clone());
         let (recorder, _recording) =
             Recorder::start(Store::open_at_once(&config.data).unwrap(), &owners).unwrap();
-        let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
+        let relay = Relay::start(
+            config.imc.settings(),
+            recorder.clone(),
+            clock.clone(),
+            (&tasks, &owners),
+            stop.clone(),
+        );
         let fleet = Fleet::new(relay.clone());
         let people_too = people.clone();
-        let (history, imports) = (History::new(&config.data), Imports::new(&config));
+        let (history, imports) = (History::new(&config.data), Imports::new(&config, clock.clone()));
         let charts = Charts::new(&config);
         charts.look();
         let known = (charts.clone(), ChartsAboard::open(&config.data));
@@ -99,6 +106,7 @@ impl Shore {
         let config = Arc::new(config);
         let state = AppState {
             config,
+            clock,
             people: people_too,
             fleet,
             history,

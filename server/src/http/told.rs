@@ -5,7 +5,6 @@ use super::control::InBody;
 use super::error::ApiError;
 use super::grounding;
 use super::guard::OfVessel;
-use crate::clock;
 use crate::plans;
 use crate::shore::{AppState, history, parameters};
 use api::{PlanUnderWay, VesselAsk, VesselAsked, VesselParameters};
@@ -29,7 +28,7 @@ pub(crate) async fn parameters(
     if !told.is_empty() {
         return Ok(Json(parameters::described(told, false)));
     }
-    let now_us = clock::now().micros();
+    let now_us = state.clock.utc().micros();
     let at = state.history.ask(move |reader| history::at(reader, vessel, now_us)).await?;
     Ok(Json(parameters::described(parameters::recorded(&at), true)))
 }

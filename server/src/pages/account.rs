@@ -3,7 +3,6 @@
 use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
 use super::rows::{self, SessionRow, TokenRow};
-use crate::clock;
 use crate::http::{ApiError, Caller, Who};
 use crate::people::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
 use crate::shore::AppState;
@@ -180,9 +179,9 @@ pub(super) async fn token_make(
         label: wanted.label,
         days: wanted.days,
     };
-    let (person, subject) = (who.person, new.label.clone());
+    let (person, subject, now) = (who.person, new.label.clone(), state.clock.utc());
     let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
-        tokens::make(db, person, &new, clock::now())
+        tokens::make(db, person, &new, now)
     });
     let words = match made.await {
         Ok(made) => Words { secret: made.secret, ..Words::default() },

@@ -13,6 +13,7 @@ use outbox::Unsent;
 pub(crate) use outbox::{AT_ONCE_BYTES, Outbox};
 pub(crate) use recorder::{Recorder, RecorderState, WAITING_BYTES};
 
+use crate::clock::Clock;
 use crate::owners::{Duty, Owners};
 use bytes::Bytes;
 use hub::{Delivery, Hub, Incoming, Now, Peer, PeerId, PeerState, Settings, Telecommand};
@@ -20,11 +21,10 @@ use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
-use units::{MonoTime, UtcTime};
 
 /// Batches and questions that may wait for the hub.
 const WAITING: usize = 256;
@@ -86,38 +86,20 @@ pub(crate) struct Connection {
     room: Arc<Semaphore>,
 }
 
-/// The server's clocks: one that never steps, and UTC.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock(Instant);
-
-impl Clock {
-    pub(crate) fn start() -> Self {
-        Self(Instant::now())
-    }
-
-    pub(crate) fn now(self) -> Now {
-        let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Now {
-            mono: MonoTime::from_micros(self.0.elapsed().as_micros() as u64),
-            utc: UtcTime::from_micros(utc.as_micros() as i64),
-        }
-    }
-}
-
 impl Relay {
     /// Starts the hub's task; it ends when `stop` says so.
     pub(crate) fn start(
         settings: Settings,
         recorder: Recorder,
-        tasks: &TaskTracker,
-        owners: &Owners,
+        clock: Clock,
+        (tasks, owners): (&TaskTracker, &Owners),
         stop: CancellationToken,
     ) -> Self {
         let (asks, waiting) = mpsc::channel(WAITING);
         let (urgent, first) = mpsc::channel(WAITING);
         let (changed, revision) = watch::channel(0);
         let (told, control) = watch::channel(Control::new());
-        let (clock, address) = (Clock::start(), settings.address);
+        let address = settings.address;
         let task = Task {
             hub: Hub::new(settings),
             outboxes: BTreeMap::new(),
@@ -125,16 +107,17 @@ impl Relay {
             recorder,
             changed,
             told,
-            clock,
+            clock: clock.clone(),
         };
         tasks.spawn(task.run(first, waiting, owners.duty("the hub"), stop));
         let room = Arc::new(Semaphore::new(UNHEARD_BYTES as usize));
-        Self { asks, urgent, room, revision, control, clock, address, ledger: Ledger::default() }
+        let ledger = Ledger::new(clock.clone());
+        Self { asks, urgent, room, revision, control, clock, address, ledger }
     }
 
-    /// The server's clocks.
-    pub(crate) fn clock(&self) -> Clock {
-        self.clock
+    /// The server's clock.
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.clock
     }
 
     /// The server's own IMC address.
@@ -149,7 +132,7 @@ impl Relay {
 
     /// Connects a peer whose queue holds `bound_bytes`.
     pub(crate) async fn join(&self, peer: Peer, bound_bytes: usize) -> Result<Connection, Stopped> {
-        let outbox = Arc::new(Outbox::new(bound_bytes, self.clock));
+        let outbox = Arc::new(Outbox::new(bound_bytes, self.clock.clone()));
         let (reply, id) = oneshot::channel();
         self.asks.send(Ask::Join(peer, Arc::clone(&outbox), reply)).await.map_err(|_| Stopped)?;
         let id = id.await.map_err(|_| Stopped)?;

@@ -4,7 +4,7 @@
 //! The list of imports outlives the server; one that was not at its end says so. What was imported stands in the
 //! archive.
 
-use crate::clock;
+use crate::clock::Clock;
 use crate::config::Config;
 use crate::relay::Recorder;
 use api::{Import, ImportState};
@@ -47,6 +47,7 @@ struct Shared {
     most_bytes: u64,
     place: Arc<Semaphore>,
     list: Mutex<List>,
+    clock: Clock,
 }
 
 #[derive(Default)]
@@ -112,7 +113,7 @@ impl Drop for Upload {
 
 impl Imports {
     /// Into a data folder. Uploads that an earlier run left there are removed, and what it read is listed.
-    pub(crate) fn new(config: &Config) -> Self {
+    pub(crate) fn new(config: &Config, clock: Clock) -> Self {
         let data = &config.data;
         let (folder, kept) = (data.join("uploads"), data.join("imports.json"));
         match fs::remove_dir_all(&folder) {
@@ -126,7 +127,7 @@ impl Imports {
         let last = imports.iter().map(|import| import.id).max().unwrap_or_default();
         let list = Mutex::new(List { last, imports, running: BTreeMap::new() });
         let most_bytes = config.http.max_unpacked_mib << 20;
-        Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list }) }
+        Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list, clock }) }
     }
 
     /// Writes the list down. Without it the next start knows less, and nothing else is lost.
@@ -200,7 +201,7 @@ impl Imports {
                 id: list.last,
                 name,
                 person,
-                since_us: clock::now().micros(),
+                since_us: self.shared.clock.utc().micros(),
                 state: ImportState::Running,
                 upload_bytes: upload.bytes,
                 read_bytes: 0,
@@ -281,7 +282,8 @@ impl Job {
         let stopping = || Broken::Off("the server was stopped".to_owned());
         let mut log = loop {
             let path = self.upload.path.clone();
-            let begin = recorder.with_store(move |store| LogImport::begin(store, &path, clock::now()));
+            let now = self.imports.shared.clock.utc();
+            let begin = recorder.with_store(move |store| LogImport::begin(store, &path, now));
             match begin.await.ok_or_else(stopping)? {
                 Ok(log) => break log,
                 Err(StoreError::Behind(_)) => self.wait(stop).await?,

@@ -19,6 +19,7 @@ pub(crate) use history::History;
 pub(crate) use imports::Imports;
 
 use crate::charts::Charts;
+use crate::clock::Clock;
 use crate::config::Config;
 use crate::doors::link::Links;
 use crate::http::stop::Stops;
@@ -39,6 +40,8 @@ use tokio_util::task::TaskTracker;
 pub(crate) struct AppState {
     /// As the server was started.
     pub(crate) config: Arc<Config>,
+    /// What everything here is decided and recorded by.
+    pub(crate) clock: Clock,
     /// Accounts, sessions, tokens.
     pub(crate) people: People,
     /// The fleet as it is.

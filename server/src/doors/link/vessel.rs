@@ -21,7 +21,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
-use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use units::UtcTime;
 
@@ -170,7 +169,7 @@ impl Task {
         hub.leave().await;
     }
 
-    fn now(&self) -> link::Now {
+    pub(super) fn now(&self) -> link::Now {
         let now = self.relay.clock().now();
         link::Now { mono: now.mono, utc: now.utc }
     }
@@ -427,7 +426,7 @@ impl Task {
 
 async fn until(relay: &Relay, due: Option<units::MonoTime>) {
     match due {
-        Some(due) => tokio::time::sleep_until(Instant::now() + due.since(relay.clock().now().mono)).await,
+        Some(due) => relay.clock().sleep_until(due).await,
         None => std::future::pending().await,
     }
 }

@@ -1,6 +1,6 @@
 //! The ways in for IMC: where they are open, who is there, whom they refused, what went wrong.
 
-use crate::clock::{self, written};
+use crate::clock::written;
 use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
@@ -97,7 +97,7 @@ pub(in crate::pages) async fn page(
     });
     let page = DoorsPage {
         frame,
-        now: written(clock::now()),
+        now: written(state.clock.utc()),
         doors: doors.into(),
         links: links.collect(),
         peers: peers.into_iter().map(|peer| peer_row(peer, &known)).collect(),

@@ -1,7 +1,6 @@
 //! Accounts: adding, roles, one-time passwords, removing.
 
 use super::{Words, act};
-use crate::clock;
 use crate::http::{Caller, Who};
 use crate::pages::form::{Sent, role as read_role, vessel as read_vessel};
 use crate::pages::frame::{Frame, PageError, html};
@@ -69,9 +68,9 @@ pub(in crate::pages) async fn add(
     let secret = one_time_password();
     let hash = state.people.hash(secret.clone()).await?;
     let name = new.name.trim().to_owned();
-    let added = name.clone();
+    let (added, now) = (name.clone(), state.clock.utc());
     let done = act(&state, (&who, caller), "person.add", &name, move |db| {
-        let id = persons::add(db, &added, &hash, true, clock::now())?;
+        let id = persons::add(db, &added, &hash, true, now)?;
         persons::set_permission(db, id, vessel, Some(role))
     });
     let words = match done.await? {

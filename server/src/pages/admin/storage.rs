@@ -1,6 +1,6 @@
 //! What is kept and where: the disk, archive and history, what may go, backups, other stores, and whether all is well.
 
-use crate::clock::{self, written};
+use crate::clock::written;
 use crate::config::Config;
 use crate::doctor;
 use crate::http::ApiError;
@@ -126,7 +126,7 @@ pub(in crate::pages) async fn page(
     let usage = &looked.usage;
     let page = StoragePage {
         frame,
-        now: written(clock::now()),
+        now: written(state.clock.utc()),
         folder: state.config.data.display().to_string(),
         free: bytes(free),
         total: bytes(total),
