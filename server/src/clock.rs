@@ -16,8 +16,8 @@ pub struct Clock {
     ahead: Option<watch::Receiver<Duration>>,
 }
 
-/// Moves a [`Clock`] ahead, in a test that starts the server in its own process.
-#[derive(Debug)]
+/// Moves a [`Clock`] ahead, in a test that starts the server in its own process; cheap to clone.
+#[derive(Debug, Clone)]
 pub struct ClockHand(watch::Sender<Duration>);
 
 impl Clock {
