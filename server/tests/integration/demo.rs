@@ -11,6 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use testkit::{Need, absent};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
 /// Longer than anything here takes on a loaded machine.
@@ -21,15 +22,13 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Whether the agent is there, which cargo builds with the whole workspace; says so if not.
 ///
 /// # Panics
-/// When it is missing although `LUTRA_AGENT=required`, as `make test` sets it.
+/// When it is missing and must be there: see [`absent`].
 fn agent_is_there() -> bool {
     let agent = Path::new(PROGRAM).with_file_name("lutra-agent");
     if agent.exists() {
         return true;
     }
-    let text = format!("{} is absent (cargo build -p vehicle-agent)", agent.display());
-    assert!(std::env::var_os("LUTRA_AGENT").is_none_or(|is| is != "required"), "{text}");
-    println!("skipped: {text}");
+    absent(Need::Agent, "cargo build -p vehicle-agent");
     false
 }
 
