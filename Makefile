@@ -3,6 +3,9 @@
 .PHONY: help rust tools check test test-long demo demo-vessel interop bench fuzz fmt audit setup web types chromium
 .DEFAULT_GOAL := help
 
+# What the tests may not miss: see crates/testkit/src/needs.rs. .ci/run adds what `make tools` installs.
+LUTRA_REQUIRED ?= browser,agent
+
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS := geofile imc_packet imc_deframer imc_json imc_lsf lakes link_message store_arrivals \
@@ -13,7 +16,7 @@ say = @printf '\n== %s\n' "$(1)"
 help:
 	@echo "make check   the quick look: formatting, lints, and the tests that need no browser and no second program"
 	@echo "make test    check formatting, lints, all tests and the documentation"
-	@echo "make test-long  the tests that take minutes: 150 squares in wind and current"
+	@echo "make test-long  the tests that take minutes: a day on a bad link, pictures of all pages, 150 squares in wind and current"
 	@echo "make web     check and bundle the pages' scripts and styles into web/dist"
 	@echo "make types   write web/src/api/types.gen.ts anew from crates/api"
 	@echo "make demo    start a shore server and three simulated Otters that sail before a browser, until Ctrl-C"
@@ -50,7 +53,7 @@ chromium:
 	  echo "Installing Chromium, for the tests of the pages (once)"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends chromium; }
 
-# For the tests of tunnels and clocks, which say so and pass where these are absent; so does this where it may not install.
+# For the tests of tunnels, clocks and InfluxDB, which are skipped and named at the end where these are absent.
 tools:
 	@for tool in openvpn wireguard-go wg ip influxd; do command -v $$tool >/dev/null || missing=yes; done; \
 	ls /usr/lib/*/faketime/libfaketimeMT.so.1 >/dev/null 2>&1 || missing=yes; \
@@ -77,14 +80,23 @@ test: setup web chromium tools
 	$(call say,Tests of the scripts)
 	cd web && npm run --silent test
 	$(call say,Tests)
-	LUTRA_BROWSER=required LUTRA_AGENT=required cargo nextest run --workspace --locked --no-fail-fast
+	@rm -f target/skipped
+	LUTRA_REQUIRED=$(LUTRA_REQUIRED) LUTRA_SKIPPED=$(CURDIR)/target/skipped \
+	  cargo nextest run --workspace --locked --no-fail-fast
+	@[ ! -e target/skipped ] || { echo "Skipped, for this computer lacks what they need:"; sort target/skipped | uniq -c; }
 	$(call say,Examples in the documentation)
 	cargo test --doc --workspace --locked --quiet
 	$(call say,Documentation)
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked --quiet
 
-# Optimised, and each by its name: what is ignored elsewhere is a benchmark.
-test-long: setup
+# What `make test` does by a short form: a day of faults on the link, ten thousand plans judged ashore and aboard, and
+# every state of the pages in all palettes, with pictures in target/screenshots. Then, optimised and each by its name:
+# what is ignored elsewhere is a benchmark.
+test-long: setup web chromium
+	$(call say,Long forms of the tests)
+	LUTRA_LONG=1 LUTRA_PICTURES=1 LUTRA_FUZZ_ROUNDS=20 LUTRA_REQUIRED=browser,agent \
+	  cargo nextest run --workspace --locked --no-fail-fast \
+	  -E 'package(link) | test(ashore_and_aboard_agree) | test(/browser_tests::|hostile_tests::|_in_a_browser/)'
 	$(call say,75 squares in wind and current with each controller)
 	cargo test --release --locked --package vehicle-agent --bin lutra-agent -- --ignored --nocapture \
 	  seventy_five_weathers_fail_no_plan_with_either_controller

@@ -13,5 +13,5 @@ mod state;
 mod tls;
 mod transports;
 
-pub use http::serve::{Serving, serve};
+pub use http::serve::{Serving, serve, serve_by};
 pub(crate) use state::AppState;

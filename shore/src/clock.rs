@@ -1,9 +1,86 @@
-//! The wall clock and how its times are written.
+//! The program's clock, and how its times are written.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-use units::UtcTime;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tokio::sync::watch;
+use units::{MonoTime, Now, UtcTime};
 
-/// The time, UTC.
+/// What a running server decides and records by: one clock that never steps, for deadlines, and UTC. Cheap to clone.
+///
+/// Everything that depends on how late it is (leases, alarms, sessions, what became of an order) asks it. How long a
+/// socket or a disk may take is measured by the computer's own clock: no test can move a disk.
+#[derive(Debug, Clone)]
+pub struct Clock {
+    begun: Instant,
+    /// How far a test moved it ahead of the computer's clock.
+    ahead: Option<watch::Receiver<Duration>>,
+}
+
+/// Moves a [`Clock`] ahead, in a test that starts the server in its own process; cheap to clone.
+#[derive(Debug, Clone)]
+pub struct ClockHand(watch::Sender<Duration>);
+
+impl Clock {
+    /// The computer's.
+    pub fn real() -> Self {
+        Self { begun: Instant::now(), ahead: None }
+    }
+
+    /// One that runs as the computer's and can be moved ahead.
+    pub fn with_hand() -> (Self, ClockHand) {
+        let (hand, ahead) = watch::channel(Duration::ZERO);
+        (Self { begun: Instant::now(), ahead: Some(ahead) }, ClockHand(hand))
+    }
+
+    /// The present by both clocks.
+    pub fn now(&self) -> Now {
+        Now { mono: self.mono(), utc: self.utc() }
+    }
+
+    /// The present by the clock that never steps.
+    pub fn mono(&self) -> MonoTime {
+        MonoTime::from_micros((self.begun.elapsed() + self.ahead()).as_micros() as u64)
+    }
+
+    /// The present, UTC.
+    pub fn utc(&self) -> UtcTime {
+        UtcTime::from_micros(now().micros() + self.ahead().as_micros() as i64)
+    }
+
+    /// Waits until it is so late.
+    pub async fn sleep_until(&self, due: MonoTime) {
+        let mut ahead = self.ahead.clone();
+        loop {
+            let rest = due.since(self.mono());
+            if rest.is_zero() {
+                return;
+            }
+            let moved = async {
+                // A clock without a hand, or whose hand is gone, is not moved any more.
+                let Some(ahead) = &mut ahead else { return std::future::pending().await };
+                if ahead.changed().await.is_err() {
+                    std::future::pending::<()>().await;
+                }
+            };
+            tokio::select! {
+                () = tokio::time::sleep(rest) => {}
+                () = moved => {}
+            }
+        }
+    }
+
+    fn ahead(&self) -> Duration {
+        self.ahead.as_ref().map_or(Duration::ZERO, |ahead| *ahead.borrow())
+    }
+}
+
+impl ClockHand {
+    /// It is later by so much at once.
+    pub fn advance(&self, by: Duration) {
+        self.0.send_modify(|ahead| *ahead += by);
+    }
+}
+
+/// The computer's time, UTC: for commands that soon end. A running server asks its [`Clock`].
 pub fn now() -> UtcTime {
     let us = match SystemTime::now().duration_since(UNIX_EPOCH) {
         Ok(since) => i64::try_from(since.as_micros()).unwrap_or(i64::MAX),
@@ -25,5 +102,18 @@ mod tests {
     #[test]
     fn times_are_written_in_utc() {
         assert_eq!(written(UtcTime::from_micros(1_772_368_496_000_000)), "2026-03-01 12:34:56Z");
+    }
+
+    #[tokio::test]
+    async fn a_clock_is_moved_for_all_who_have_it_and_wakes_who_waits() {
+        let (clock, hand) = Clock::with_hand();
+        let (other, hour) = (clock.clone(), Duration::from_hours(1));
+        let (before, due) = (clock.now(), clock.mono() + hour);
+        let waits = tokio::spawn(async move { other.sleep_until(due).await });
+        hand.advance(hour);
+        tokio::time::timeout(Duration::from_secs(20), waits).await.unwrap().unwrap();
+        let after = clock.now();
+        assert!(after.mono.since(before.mono) >= hour && after.utc - before.utc >= 3_600_000_000);
+        assert!(Clock::real().utc() - after.utc < -3_500_000_000, "another clock goes on as it did");
     }
 }

@@ -4,6 +4,7 @@ use crate::commands::view;
 use crate::router::Router;
 use crate::{Changes, Wanted, alarms, decode};
 use api::{Fix, Liveness};
+use guard::GuardLimits;
 use hub::{SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
 use imc::{Address, PacketView};

@@ -44,6 +44,7 @@ pub use start::{Opened, Running};
 
 use crate::alarms::Alarms;
 use crate::charts::Charts;
+use crate::clock::Clock;
 use crate::commands::steering::Steering;
 use crate::commands::{Commands, Grounding, Helms, Issuer};
 use crate::fleet::Fleet;
@@ -89,6 +90,8 @@ pub struct Shore {
     pub router: Router,
     /// The archive and history.
     pub recorder: Recorder,
+    /// What everything here is decided and recorded by.
+    pub clock: Clock,
     /// Whether those who own state are there.
     pub owners: Owners,
     /// How the InfluxDB that gets everything too gets on; `None` without one.

@@ -5,9 +5,10 @@
 //! anew. An owner that has worked on one thing for longer than [`HANGS_AFTER`] is told by `/healthz`: its disk hangs,
 //! most likely, and no restart helps.
 
+use crate::clock::Clock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::sync::watch;
 
 /// Work on one thing that takes longer is told.
@@ -19,7 +20,7 @@ pub struct Owners(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
-    begun: Instant,
+    clock: Clock,
     /// The first that was lost.
     lost: watch::Sender<Option<&'static str>>,
     all: Mutex<Vec<Arc<Pulse>>>,
@@ -48,14 +49,12 @@ pub struct Duty {
 #[derive(Debug)]
 pub struct Busy(Arc<Pulse>);
 
-impl Default for Owners {
-    fn default() -> Self {
-        let (begun, lost) = (Instant::now(), watch::Sender::new(None));
-        Self(Arc::new(Inner { begun, lost, all: Mutex::default() }))
-    }
-}
-
 impl Owners {
+    /// Nobody yet, and the clock by which they may hang.
+    pub fn new(clock: Clock) -> Self {
+        Self(Arc::new(Inner { clock, lost: watch::Sender::new(None), all: Mutex::default() }))
+    }
+
     /// A new owner, by the name that people know it by.
     pub fn duty(&self, name: &'static str) -> Duty {
         let pulse = Arc::new(Pulse {
@@ -122,7 +121,7 @@ impl Owners {
     }
 
     fn now_ms(&self) -> u64 {
-        self.0.begun.elapsed().as_millis() as u64 + 1
+        self.0.clock.mono().micros() / 1_000 + 1
     }
 }
 
@@ -176,7 +175,7 @@ mod tests {
 
     #[tokio::test]
     async fn an_owner_that_is_lost_is_told_and_one_that_is_done_is_not() {
-        let owners = Owners::default();
+        let owners = Owners::new(Clock::real());
         owners.duty("the first").done();
         assert!(owners.are_there() && owners.trouble().is_none());
         let duty = owners.duty("the second");
@@ -193,7 +192,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_task_that_panics_is_an_owner_that_is_lost() {
-        let owners = Owners::default();
+        let owners = Owners::new(Clock::real());
         tokio::spawn(owners.watch("what ends", tokio::task::yield_now())).await.unwrap();
         assert!(owners.are_there());
         let task = tokio::spawn(owners.watch("the task", async {
@@ -206,19 +205,15 @@ mod tests {
 
     #[test]
     fn an_owner_that_hangs_is_told_while_it_does() {
-        let owners = Owners::default();
+        let (clock, hand) = Clock::with_hand();
+        let owners = Owners::new(clock);
         let duty = owners.duty("app.db");
         let busy = duty.busy();
         assert!(owners.trouble().is_none());
-        // As if it had begun long ago: the clock of the test need not wait.
-        let hung = Owners(Arc::new(Inner {
-            begun: Instant::now().checked_sub(Duration::from_mins(1)).unwrap(),
-            lost: watch::Sender::new(None),
-            all: Mutex::new(vec![Arc::clone(&duty.pulse)]),
-        }));
-        assert!(hung.trouble().unwrap().contains("app.db has not answered for 60 s"));
+        hand.advance(Duration::from_mins(1));
+        assert!(owners.trouble().unwrap().contains("app.db has not answered for 60 s"));
         drop(busy);
-        assert!(hung.trouble().is_none());
+        assert!(owners.trouble().is_none());
         duty.done();
     }
 }

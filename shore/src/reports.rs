@@ -1,7 +1,6 @@
 //! What vessels report of themselves when they are asked: parameters, and the plan that they sail. Asking commands nothing,
 //! so whoever may see a vessel may ask it; the hub asks each question once, however many people look.
 
-use crate::clock;
 use crate::commands::Grounding;
 use crate::error::{Error, ErrorKind, Result, slow};
 use crate::history::{self, History};
@@ -39,7 +38,7 @@ impl Reports {
         if !reported.is_empty() {
             return Ok(parameters::described(reported, false));
         }
-        let now_us = clock::now().micros();
+        let now_us = self.router.clock().utc().micros();
         let at = self.history.ask(move |reader| history::at(reader, vessel, now_us)).await?;
         Ok(parameters::described(parameters::recorded(&at), true))
     }

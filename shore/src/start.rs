@@ -2,6 +2,7 @@
 
 use crate::alarms::{Alarms, Watch};
 use crate::charts::{Charts, ChartsAboard};
+use crate::clock::Clock;
 use crate::commands::{Commands, Grounding, Helms};
 use crate::fleet::Fleet;
 use crate::history::{History, Imports};
@@ -36,6 +37,7 @@ pub struct Opened {
     pub tasks: TaskTracker,
     /// Says that the server is about to end.
     pub stop: CancellationToken,
+    clock: Clock,
     settings: Settings,
     recorder: Recorder,
     recording: std::thread::JoinHandle<()>,
@@ -57,9 +59,10 @@ impl Opened {
     ///
     /// # Errors
     /// The data folder cannot be used, or is none of Lutra's.
-    pub fn open(settings: Settings) -> anyhow::Result<Self> {
+    pub fn open(settings: Settings, clock: Clock) -> anyhow::Result<Self> {
         folder::check(&settings.data)?;
-        let (tasks, owners, stop) = (TaskTracker::new(), Owners::default(), CancellationToken::new());
+        let (tasks, owners, stop) =
+            (TaskTracker::new(), Owners::new(clock.clone()), CancellationToken::new());
         let data = &settings.data;
         for told in private::keep(data).with_context(|| data.display().to_string())?.told(true) {
             tracing::warn!("{told}");
@@ -69,8 +72,14 @@ impl Opened {
             tracing::warn!("{note}");
         }
         let (recorder, recording) = Recorder::start(store, &owners).context("cannot start a thread")?;
-        let router = Router::start(settings.hub.clone(), recorder.clone(), &tasks, &owners, stop.clone());
-        Ok(Self { router, owners, tasks, stop, settings, recorder, recording })
+        let router = Router::start(
+            settings.hub.clone(),
+            recorder.clone(),
+            clock.clone(),
+            (&tasks, &owners),
+            stop.clone(),
+        );
+        Ok(Self { router, owners, tasks, stop, clock, settings, recorder, recording })
     }
 
     /// Starts all services, and what they do by themselves. The caller lets nobody in before this is done: then it is known
@@ -91,11 +100,11 @@ impl Opened {
     /// # Errors
     /// As [`Opened::start`].
     pub fn assemble(self) -> anyhow::Result<Running> {
-        let Self { router, owners, tasks, stop, settings, recorder, recording } = self;
-        let sink = Sink::new(&settings.sinks.influx, &settings.data, recorder.clone())?;
+        let Self { router, owners, tasks, stop, clock, settings, recorder, recording } = self;
+        let sink = Sink::new(&settings.sinks.influx, &settings.data, recorder.clone(), clock.clone())?;
         // Last of all that can fail: a one-time password that is made must also be told.
-        let (people, first_admin) = People::start(&settings.data, &settings.people, &owners)?;
-        let (history, imports) = (History::new(&settings.data), Imports::new(&settings));
+        let (people, first_admin) = People::start(&settings.data, &settings.people, &owners, clock.clone())?;
+        let (history, imports) = (History::new(&settings.data), Imports::new(&settings, clock.clone()));
         let charts = Charts::new(&settings);
         charts.look();
         let known = (charts.clone(), ChartsAboard::open(&settings.data));
@@ -121,6 +130,7 @@ impl Opened {
             helms,
             router,
             recorder,
+            clock,
             owners,
             influx,
             stop,

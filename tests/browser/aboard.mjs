@@ -1,16 +1,15 @@
-// A plan that is drawn, brought aboard a simulated Otter and sailed: node aboard.mjs URL PASSWORD.
+// A plan that is drawn, brought aboard a simulated Otter and sailed: node aboard.mjs URL PASSWORD OTTER.
 
 import { check, inBrowser, logIn, look } from "./browser.mjs";
 
-const [url, password] = process.argv.slice(2);
-const OTTER = 10449;
+const [url, password, otter] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
   page.context().setDefaultTimeout(30_000);
   await logIn(page, url, "admin", password);
   const vessels = await (await page.request.get(`${url}/api/v1/vessels`)).json();
-  const { fix } = vessels.find((one) => one.address === OTTER);
+  const { address, fix } = vessels.find((one) => one.name === otter);
 
   // A plan near the boat, typed.
   await page.goto(`${url}/plans`);
@@ -26,7 +25,7 @@ await inBrowser(async (open) => {
     await type("Longitude", fix.lon_deg.toFixed(6));
   }
   await type("Name of the plan", "from ashore");
-  await page.locator(".plan-aboard").getByRole("combobox").selectOption({ label: "otter-1" });
+  await page.locator(".plan-aboard").getByRole("combobox").selectOption({ label: otter });
   await page.getByText("What is shown is not saved: save it, then it can go aboard.").waitFor();
   check(await page.getByRole("button", { name: "Upload" }).isDisabled(), "a draft does not go aboard");
   await page.getByRole("button", { name: "Save", exact: true }).click();
@@ -39,22 +38,22 @@ await inBrowser(async (open) => {
   await page.getByText("You have control of this vessel.").waitFor();
   await page.getByRole("button", { name: "Upload" }).click();
   await page.locator('.commands > li[data-order="plan.upload"]').first().getByText(/effect seen/).waitFor();
-  await page.getByText(/Same digest ashore and aboard otter-1: [0-9a-f]{8}/).waitFor();
+  await page.getByText(new RegExp(`Same digest ashore and aboard ${otter}: [0-9a-f]{8}`)).waitFor();
   await look(page, "plan-aboard");
 
   // Another state ashore is not what is aboard.
   await type("Speed of all", "2");
   await page.getByText("What is shown is not saved").waitFor();
   await page.getByRole("button", { name: "Save", exact: true }).click();
-  await page.getByText(/DIFFERENT: ashore [0-9a-f]{8}, aboard otter-1 [0-9a-f]{8}/).waitFor();
+  await page.getByText(new RegExp(`DIFFERENT: ashore [0-9a-f]{8}, aboard ${otter} [0-9a-f]{8}`)).waitFor();
   await page.getByRole("button", { name: "Upload" }).click();
-  await page.getByText(/Same digest ashore and aboard otter-1/).waitFor();
+  await page.getByText(new RegExp(`Same digest ashore and aboard ${otter}`)).waitFor();
 
   // From here it is started, in two steps with the digest in words, and sailed.
   await page.getByRole("button", { name: "Start from ashore …" }).click();
   await page.getByText(/Digest: [0-9a-f]{32}/).waitFor();
   await page.getByRole("button", { name: "Start from ashore", exact: true }).click();
   await page.locator('.commands > li[data-order="plan.start"]').first().getByText(/effect seen/).waitFor();
-  await page.goto(`${url}/vessels/${OTTER}`);
+  await page.goto(`${url}/vessels/${address}`);
   await page.locator('[data-tile="plan"]').getByText("from ashore").waitFor();
 });

@@ -1,4 +1,4 @@
-// A headless Chromium whose console must stay empty, pictures of pages, and axe's judgement of them.
+// A headless Chromium whose console must stay empty, and what every page must be: axe's judgement, widths, pictures.
 
 import { createRequire } from "node:module";
 import { mkdir, readFile } from "node:fs/promises";
@@ -15,6 +15,9 @@ const SIZES = [
   { width: 820, height: 1180 },
 ];
 const PALETTES = ["day", "dusk", "night"];
+const RULES = { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] };
+/** Those of them that look at colours. */
+const COLOURS = { runOnly: { type: "rule", values: ["color-contrast", "link-in-text-block"] } };
 
 /** Starts Chromium, runs `work`, and fails on anything the pages complained about. */
 export async function inBrowser(work) {
@@ -51,6 +54,15 @@ export async function inBrowser(work) {
 
 export function check(holds, text) {
   if (!holds) throw new Error(text);
+}
+
+/** Lets the server's clock go on in steps of so many seconds, until something is to be seen. */
+export async function later(seen, stepS) {
+  for (let steps = 0; steps < 40; steps++) {
+    console.log(`advance ${stepS}`);
+    if (await seen.waitFor({ timeout: 600 }).then(() => true, () => false)) return;
+  }
+  throw new Error(`not ${seen}, 40 times ${stepS} s later`);
 }
 
 /** Whether two values are the same all through; else the first difference is told. */
@@ -101,30 +113,32 @@ export async function logIn(page, url, name, password, next) {
   await page.getByText("Your password is changed").waitFor();
 }
 
-/** Pictures of a page in all palettes and sizes under target/screenshots. It must not be wider than its window, and axe must find no violation. */
+/** A page as it should be: no wider than its window at either size, and without a violation by axe in any palette. What is
+ * no matter of colours is the same in all palettes. With LUTRA_PICTURES set pictures of it all lie in target/screenshots. */
 export async function look(page, name) {
-  const folder = join(root, "target/screenshots");
-  await mkdir(folder, { recursive: true });
   for (const palette of PALETTES) {
     await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
-    for (const size of SIZES) {
-      await page.setViewportSize(size);
-      // The map paints itself after the page.
-      await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-      await fits(page, `${name} in ${palette} at ${size.width} px`);
-      await page.screenshot({ path: join(folder, `${name}-${palette}-${size.width}.png`), fullPage: true });
-    }
-    await violations(page, `${name} in ${palette}`);
+    await violations(page, `${name} in ${palette}`, palette === PALETTES[0] ? RULES : COLOURS);
+    if (process.env.LUTRA_PICTURES) for (const size of SIZES) await picture(page, size, `${name}-${palette}-${size.width}`);
   }
-  await page.setViewportSize(SIZES[0]);
+  // Palettes do not change widths. The size in which flows go on comes last.
+  for (const size of [...SIZES].reverse()) {
+    await resize(page, size);
+    await fits(page, `${name} at ${size.width} px`);
+  }
 }
 
-/** Axe's violations in all palettes, of which there must be none. */
-export async function judge(page, name) {
-  for (const palette of PALETTES) {
-    await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
-    await violations(page, `${name} in ${palette}`);
-  }
+async function picture(page, size, name) {
+  const folder = join(root, "target/screenshots");
+  await mkdir(folder, { recursive: true });
+  await resize(page, size);
+  await page.screenshot({ path: join(folder, `${name}.png`), fullPage: true });
+}
+
+/** The map paints itself after the page. */
+async function resize(page, size) {
+  await page.setViewportSize(size);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 }
 
 /** Nobody scrolls sideways: what sticks out of the window is named. */
@@ -146,13 +160,11 @@ export async function fits(page, where) {
   check(!out.length, `${where}: the page is wider than its window: ${out.join("\n    ")}`);
 }
 
-async function violations(page, where) {
+async function violations(page, where, rules) {
   // What fades in is judged once it is there; alarms flash on.
   await page.evaluate(() => Promise.allSettled(document.getAnimations().filter((one) => one.effect?.getComputedTiming().endTime !== Infinity).map((one) => one.finished)));
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() =>
-    window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] }),
-  );
+  if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe);
+  const { violations } = await page.evaluate((rules) => window.axe.run(document, rules), rules);
   const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
   check(!told.length, `${where}: ${told.join("\n")}`);
 }

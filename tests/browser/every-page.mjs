@@ -1,6 +1,6 @@
 // Every page and what opens on it, with an alarm of each priority told: node every-page.mjs URL ONE-TIME-PASSWORD.
 
-import { check, inBrowser, judge, logIn, look } from "./browser.mjs";
+import { check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
 const BOAT = 2068;
@@ -9,9 +9,9 @@ await inBrowser(async (open) => {
   const page = await open();
   page.context().setDefaultTimeout(60_000);
   await page.goto(`${url}/login`);
-  await judge(page, "login");
+  await look(page, "login");
   await logIn(page, url, "admin", oneTime, "nine grey otters");
-  await judge(page, "password changed");
+  await look(page, "password changed");
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const goto = (id, lat_deg) => ({ id, speed: { value: 1.5, unit: "mps" }, task: { kind: "goto", at: { lat_deg, lon_deg: 10.4 } } });
   const made = await page.request.post(`${url}/api/v1/plans`, { headers: { "x-csrf-token": csrf }, data: { name: "a plan", description: "", vessel: null, repeat: false, maneuvers: [goto("a", 63.44), goto("b", 63.45)] } });
@@ -30,7 +30,7 @@ await inBrowser(async (open) => {
   await look(page, "every-alarm");
   await page.locator("#alarm-list").press("Escape");
   await page.getByRole("list", { name: "Systems" }).getByText(/emergency: Grounding/).first().waitFor();
-  await judge(page, "fleet");
+  await look(page, "fleet");
 
   // A vessel: each tab, and what opens in it.
   const tabs = ["Plots", "Values", "Entities", "Log book", "Tags", "Link loss", "Parameters", "Control"];
@@ -39,7 +39,7 @@ await inBrowser(async (open) => {
     await page.locator('[data-tile="mode"]').getByText("MANEUVER").waitFor();
     if (tab === "Plots") {
       await page.getByRole("button", { name: "Add a field" }).click();
-      await judge(page, "vessel with the list of fields");
+      await look(page, "vessel with the list of fields");
       await page.keyboard.press("Escape");
     }
     await look(page, `every-${tab.toLowerCase().replace(" ", "-")}`);
@@ -50,22 +50,22 @@ await inBrowser(async (open) => {
   await page.getByLabel("Longitude, °").fill("10.4");
   await page.getByRole("button", { name: "Go there …" }).click();
   await page.getByRole("group", { name: /^Send otter-0 there/ }).waitFor();
-  await judge(page, "vessel with a question");
+  await look(page, "vessel with a question");
   await page.keyboard.press("Escape");
   await page.getByRole("button", { name: "STOP otter-0" }).click();
   await page.getByText(/STOP otter-0: /).first().waitFor();
-  await judge(page, "vessel with a stop");
+  await look(page, "vessel with a stop");
   await page.getByRole("button", { name: "Replay what is shown" }).click();
-  await judge(page, "vessel in the past");
+  await look(page, "vessel in the past");
 
   for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/account", "account"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/doors", "doors"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
     if (name === "plan") await page.locator(".steps .step").first().click();
     if (name === "people") await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
-    await judge(page, name);
+    await look(page, name);
   }
   const missing = await page.goto(`${url}/nowhere`);
   check(missing.status() === 404, "there is no such page");
-  await judge(page, "no such page");
+  await look(page, "no such page");
 });

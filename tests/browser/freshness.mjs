@@ -51,14 +51,22 @@ function watch(boat) {
     if (map && late(0) && !(map.dataset.old ?? "").includes(String(boat))) found.push("map");
     return found;
   };
+  /** Animation frames that were drawn while something was suspect. */
+  let [frames, counts] = [0, false];
+  const count = () => {
+    frames += 1;
+    counts = Object.keys(seen.suspects).length > 0;
+    if (counts) requestAnimationFrame(count);
+  };
   setInterval(() => {
     const [now, found] = [performance.now(), document.body.dataset.link === "down" ? [] : fresh()];
     for (const key of Object.keys(seen.suspects)) if (!found.includes(key)) delete seen.suspects[key];
     for (const key of found) {
-      seen.suspects[key] ??= now;
-      // What is drawn in between has had its time.
-      if (now - seen.suspects[key] > 600) seen.wrong.push(key);
+      seen.suspects[key] ??= { now, frames };
+      // What is drawn in between has had its time: ten frames, for a browser that is kept from drawing shows nothing new.
+      if (now - seen.suspects[key].now > 600 && frames - seen.suspects[key].frames >= 10) seen.wrong.push(key);
     }
+    if (!counts && Object.keys(seen.suspects).length) count();
   }, 100);
   document.addEventListener("DOMContentLoaded", () =>
     new MutationObserver(() => {

@@ -1,6 +1,6 @@
 // Alarms and administration by keyboard alone: node keyboard-admin.mjs URL ONE-TIME-PASSWORD. Prints what the boat is to do.
 
-import { check, inBrowser } from "./browser.mjs";
+import { check, inBrowser, later } from "./browser.mjs";
 import { atKeyboard } from "./keys.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
@@ -91,23 +91,23 @@ await inBrowser(async (open) => {
   check((await me()).status() === 401, "the token opens nothing");
 
   // An alarm: opened in the bar, acknowledged; another put aside with a reason; the list closed by Escape.
-  const told = (text) => bar.locator(".alarm-bar .worst").getByText(text).waitFor();
+  const worst = (text) => bar.locator(".alarm-bar .worst").getByText(text);
   console.log("empty");
-  await told(/otter-0: 24 % charge left/);
+  await later(worst(/otter-0: 24 % charge left/), 3);
   await act(/otter-0: 24 % charge left/, "Shift+Tab");
   await page.getByRole("region", { name: "Alarms" }).waitFor();
   await act(/^Acknowledge: otter-0: 24 % charge left/);
   await bar.locator('[data-alarm="battery"]').getByText(/acknowledged by admin/).waitFor();
   console.log("full");
-  await told("No alarms");
+  await later(worst("No alarms"), 16);
   console.log("lost");
-  await told(/otter-0: Navigation: error/);
+  await later(worst(/otter-0: Navigation: error/), 2);
   await act("Put aside …");
   await choose(/^For how long: otter-0: Navigation/, "30 min");
   await to(/^Why: otter-0: Navigation/);
   await write("antenna is being changed");
   await act("Put aside");
-  await told("No alarms; 1 put aside");
+  await worst("No alarms; 1 put aside").waitFor();
   await bar.locator('[data-alarm="position"]').getByText(/put aside by admin: antenna is being changed/).waitFor();
   await act("What happened lately");
   await bar.locator(".alarm-past").getByText(/otter-0: alarm shelved by admin: antenna is being changed/).waitFor();

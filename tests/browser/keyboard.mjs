@@ -1,17 +1,16 @@
-// Plans and a vessel's page by keyboard alone: node keyboard.mjs URL PASSWORD. keyboard-past, -control and -admin do the rest.
+// Plans and a vessel's page by keyboard alone: node keyboard.mjs URL PASSWORD OTTER. keyboard-past, -control and -admin do the rest.
 
 import { inBrowser } from "./browser.mjs";
 import { atKeyboard } from "./keys.mjs";
 
-const [url, password] = process.argv.slice(2);
-const OTTER = 10449;
+const [url, password, otter] = process.argv.slice(2);
 
 await inBrowser(async (open) => {
   const page = await open();
   page.context().setDefaultTimeout(60_000);
   const { press, to, type, choose, follow, logIn } = atKeyboard(page);
   await logIn(url, "admin", password);
-  const { fix } = (await (await page.request.get(`${url}/api/v1/vessels`)).json()).find((one) => one.address === OTTER);
+  const { fix } = (await (await page.request.get(`${url}/api/v1/vessels`)).json()).find((one) => one.name === otter);
 
   // A plan of three kinds of maneuver, typed, nudged on the map, put in order, taken back.
   await to("Plans");
@@ -54,13 +53,13 @@ await inBrowser(async (open) => {
   await page.getByText(/^Saved .*Z, revision \d+$/).waitFor();
 
   // Aboard, and started in two steps.
-  await choose("Vessel", "otter-1");
+  await choose("Vessel", otter);
   await to("Take control");
   await press("Enter");
   await page.getByText("You have control of this vessel.").waitFor();
   await to("Upload", "Shift+Tab");
   await press("Enter");
-  await page.getByText(/Same digest ashore and aboard otter-1: [0-9a-f]{8}/).waitFor();
+  await page.getByText(new RegExp(`Same digest ashore and aboard ${otter}: [0-9a-f]{8}`)).waitFor();
   await to("Start by keys …");
   await press("Enter");
   await page.getByText(/Digest: [0-9a-f]{32}/).waitFor();
@@ -71,7 +70,7 @@ await inBrowser(async (open) => {
   // The vessel's page: from the list by its link, through the tabs, a field to the plots, and STOP.
   await to("Fleet", "Shift+Tab");
   await follow(/:\d+\/$/);
-  await to("Open otter-1");
+  await to(`Open ${otter}`);
   await follow(/\/vessels\/\d+/);
   await page.locator('[data-tile="plan"]').getByText("by keys").waitFor();
   await to("Plots");
@@ -85,5 +84,5 @@ await inBrowser(async (open) => {
   await press("Enter");
   await page.getByRole("region", { name: "EstimatedState, °", exact: true }).waitFor();
   await press("Control+.");
-  await page.getByText(/STOP otter-1: (effect seen|it stopped) after \d/).waitFor();
+  await page.getByText(new RegExp(`STOP ${otter}: (effect seen|it stopped) after \\d`)).waitFor();
 });

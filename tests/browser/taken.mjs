@@ -21,8 +21,6 @@ await inBrowser(async (open) => {
   const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const named = await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "otter-0", address: String(BOAT) }, headers: { origin: url } });
   check(named.ok(), await named.text());
-  // Axe judges these tables in other tests, with fewer rows.
-  const picture = (name) => page.screenshot({ path: new URL(`../../target/screenshots/${name}.png`, import.meta.url).pathname });
   const address = (tab, from = FROM, to = TO) => `${url}/vessels/${BOAT}?from=${from}&to=${to}&tab=${encodeURIComponent(tab)}&plots=EstimatedState.1.u,EstimatedState.1.true_lat_deg,EstimatedState.1.true_lon_deg`;
   const panel = (name) => page.getByRole("tabpanel", { name, exact: true });
   const take = async (button) => {
@@ -49,7 +47,6 @@ await inBrowser(async (open) => {
   await panel("Log book").getByText(/^The newest 4000 of this time/).waitFor();
   check(await stays.evaluate((row) => row.isConnected), "a row that stays is not made anew: it may have the focus");
   await rows(book, 3_200);
-  await picture("taken-log-book");
   const button = page.getByRole("button", { name: /^Download CSV of log book as shown/ });
   const all = await take(button);
   same(all.head, ["vessel", "time [UTC]", "severity", "entity", "from", "text"], "the head");
@@ -69,7 +66,6 @@ await inBrowser(async (open) => {
   const tags = await id("Tags");
   await rows(tags, 5_000);
   await page.locator(".map-box").getByText(/^Tags on the map: the newest 5000, since 2026-11-21 08:03:20Z\. Older ones: under Tags\.$/).waitFor();
-  await picture("taken-tags");
   const heard = await take(page.getByRole("button", { name: /^Download CSV of tags heard as shown/ }));
   same(heard.rows.length, 5_200, "all tags of the time");
   await panel("Tags").getByRole("button", { name: "Older ones" }).click();

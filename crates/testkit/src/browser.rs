@@ -1,6 +1,6 @@
 //! Runs the scripts of `tests/browser` in headless Chromium.
 
-use crate::repository;
+use crate::{Need, absent, repository};
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 /// Whether Node, Chromium and the bundle are there; says what is missing if not.
 ///
 /// # Panics
-/// When something is missing although `LUTRA_BROWSER=required`, as `make test` sets it.
+/// When something is missing that must be there: see [`absent`].
 pub fn is_there() -> bool {
     let needed = [
         ("/usr/bin/chromium".into(), "apt-get install chromium"),
@@ -17,9 +17,7 @@ pub fn is_there() -> bool {
     ];
     let missing = needed.iter().find(|(path, _): &&(std::path::PathBuf, _)| !Path::exists(path));
     let Some((path, remedy)) = missing else { return true };
-    let text = format!("{} is absent ({remedy})", path.display());
-    assert!(std::env::var_os("LUTRA_BROWSER").is_none_or(|is| is != "required"), "{text}");
-    println!("skipped: {text}");
+    absent(Need::Browser, &format!("{} is absent ({remedy})", path.display()));
     false
 }
 

@@ -5,9 +5,11 @@
 //! the folder is absent.
 
 pub mod browser;
+mod needs;
 mod numbers;
 pub mod sea;
 
+pub use needs::{Need, absent, so_many};
 pub use numbers::Numbers;
 
 use std::path::{Path, PathBuf};
@@ -17,15 +19,15 @@ pub fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
-/// The path of `name` in the folder `shared` beside the checkout, or `None`, having printed why, where that
-/// folder is absent.
+/// The path of `name` in the folder `shared` beside the checkout, or `None`, having said why, where that folder is
+/// absent.
 ///
 /// # Panics
 /// When the folder is there but lacks `name`: that is a broken set-up, not a reason to skip.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let folder = repository().join("../shared");
     if !folder.is_dir() {
-        println!("skipped: {} is absent, so {name} cannot be read", folder.display());
+        absent(Need::Shared, &format!("{} is absent, so {name} cannot be read", folder.display()));
         return None;
     }
     let path = folder.join(name);

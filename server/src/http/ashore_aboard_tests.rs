@@ -23,8 +23,8 @@ use imc::messages::{
     PlanControlOp, PlanControlType, QueryEntityParameters,
 };
 use imc::{Address, Header, Packet, PacketView};
-use shore::{clock, plans};
 use onboard::{Brain, Chart, GroundingSettings, Input, Output, Peer, Settings};
+use shore::{clock, plans};
 use sim::{GnssConfig, OutputForm, Vessel, VesselConfig};
 use std::time::Duration;
 use testkit::Numbers;
@@ -34,8 +34,10 @@ use vehicle::{BrainEvent, Vehicle};
 const OTTER: Address = Address(0x2810);
 const CONSOLE: Address = Address(0x4001);
 const PEER: Peer = Peer::Tcp(1);
-/// Plans of each vessel: one as usual, one with limits and least circles of its own.
-const PLANS: u32 = 5_000;
+/// Plans of each vessel: one as usual, one with limits and least circles of its own. All by `make test-long`.
+fn plans_each() -> u32 {
+    testkit::so_many(400, 5_000)
+}
 
 /// A vessel afloat in open water of the archipelago.
 struct Afloat {
@@ -213,9 +215,9 @@ async fn agree(shore: &Shore, settings: Settings, seed: u64) -> [u32; 2] {
     assert_eq!(told, limits);
     let mut numbers = Numbers(seed);
     let mut outcomes = [0_u32; 2];
-    for number in 0..PLANS {
-        if number % 100 == 0 {
-            // What is not heard is not live.
+    for number in 0..plans_each() {
+        if number % 5 == 0 {
+            // What is not heard is not live, however slow the computer is.
             let heard = Packet::new(
                 Header { timestamp: clock::now().seconds(), src: OTTER, ..Header::default() },
                 imc::messages::Heartbeat,
@@ -262,5 +264,5 @@ async fn ashore_and_aboard_agree_on_ten_thousand_plans() {
     own.mission.engine.maneuver.loiter_min_radius_m = 25.0;
     own.mission.engine.maneuver.station_min_radius_m = 20.0;
     let own = Box::pin(agree(&shore, own, 77)).await;
-    assert!(usual.into_iter().chain(own).all(|count| count > 500), "{usual:?}, {own:?}");
+    assert!(usual.into_iter().chain(own).all(|count| count > plans_each() / 10), "{usual:?}, {own:?}");
 }

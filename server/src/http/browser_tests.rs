@@ -1,17 +1,20 @@
 //! The first page in a real browser, on a made-up fleet.
 
-use super::serve::serve;
+use super::serve::{Serving, serve, serve_by};
 use super::testing::{Boats, an_hour, boat, packet};
 use crate::config::Config;
+use bytes::Bytes;
 use imc::messages::{
     Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
     EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Message, Payload as _,
     QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
 };
-use shore::clock;
+use shore::clock::{self, Clock, ClockHand};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use units::UtcTime;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_first_page_shows_the_fleet() {
@@ -59,18 +62,30 @@ const WRECK: [(u8, &str, EntityStateState); 5] = [
     (24, "Lights", EntityStateState::Fault),
 ];
 
-/// Lets the boat speak five times a second, for as long as the test lasts.
-async fn speak(boats: Boats, doing: Arc<Doing>) {
-    let mut interval = tokio::time::interval(std::time::Duration::from_millis(200));
-    loop {
-        interval.tick().await;
-        if doing.silent.load(Ordering::Relaxed) {
-            continue;
+impl Doing {
+    /// As the script says.
+    fn hear(&self, line: &str) {
+        let (what, is) = match line {
+            "silence" => (&self.silent, true),
+            "speak" => (&self.silent, false),
+            "empty" => (&self.empty, true),
+            "full" => (&self.empty, false),
+            "lost" => (&self.astray, true),
+            "no place" => (&self.placeless, true),
+            "place" => (&self.placeless, false),
+            _ => return,
+        };
+        what.store(is, Ordering::Relaxed);
+    }
+
+    /// What the boat says at a time; nothing while it is silent.
+    fn said(&self, now: UtcTime) -> Vec<Bytes> {
+        if self.silent.load(Ordering::Relaxed) {
+            return Vec::new();
         }
-        let now = clock::now();
         let (op_mode, maneuver_type) = (VehicleStateOpMode::Maneuver, 450);
-        let value = if doing.empty.load(Ordering::Relaxed) { 24.0 } else { 87.0 };
-        let state = if doing.astray.load(Ordering::Relaxed) {
+        let value = if self.empty.load(Ordering::Relaxed) { 24.0 } else { 87.0 };
+        let state = if self.astray.load(Ordering::Relaxed) {
             EntityStateState::Error
         } else {
             EntityStateState::Normal
@@ -78,12 +93,12 @@ async fn speak(boats: Boats, doing: Arc<Doing>) {
         // Without the log book's line, which is the other test's.
         let mut said = boat(0, now);
         said.pop();
-        if doing.placeless.load(Ordering::Relaxed) {
+        if self.placeless.load(Ordering::Relaxed) {
             said.retain(|packet| {
                 imc::PacketView::new(packet).is_ok_and(|view| view.id() != EstimatedState::ID)
             });
         }
-        let act = units::UtcTime::from_micros(now.micros() + 300_000_000);
+        let act = UtcTime::from_micros(now.micros() + 300_000_000);
         let act = clock::written(act)[11..19].to_owned();
         let words = format!("in contact; without: hold at {act} UTC");
         let (state_of_loss, description) = (EntityStateState::Normal, words.as_str().into());
@@ -95,7 +110,7 @@ async fn speak(boats: Boats, doing: Arc<Doing>) {
             packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
             packet(0, 1, now, EntityState { state, ..EntityState::default() }),
         ]);
-        if doing.wrecked.load(Ordering::Relaxed) {
+        if self.wrecked.load(Ordering::Relaxed) {
             for (id, label, state) in WRECK {
                 let info = EntityInfo { id, label: label.into(), ..EntityInfo::default() };
                 let description = "as a test wants it".into();
@@ -103,7 +118,16 @@ async fn speak(boats: Boats, doing: Arc<Doing>) {
                 said.extend([packet(0, 255, now, info), packet(0, id, now, worst)]);
             }
         }
-        boats.say(said).await;
+        said
+    }
+}
+
+/// Lets the boat speak five times a second, for as long as the test lasts.
+async fn speak(boats: Boats, clock: Clock, doing: Arc<Doing>) {
+    let mut interval = tokio::time::interval(Duration::from_millis(200));
+    loop {
+        interval.tick().await;
+        boats.say(doing.said(clock.utc())).await;
     }
 }
 
@@ -116,7 +140,8 @@ async fn every_page_is_accessible_in_all_palettes_and_with_every_alarm() {
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
     let doing = Arc::new(Doing { wrecked: AtomicBool::new(true), ..Doing::default() });
-    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, doing));
+    let clock = serving.state.shore.clock.clone();
+    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, clock, doing));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let script = move || testkit::browser::run("every-page.mjs", &[&address, &password], |_| {});
@@ -155,31 +180,57 @@ async fn a_stop_gets_through_as_soon_as_anything_does() {
 
 /// Runs a script before a boat that does what the script says.
 async fn before_a_boat(script: &'static str) {
-    if !testkit::browser::is_there() {
-        return;
+    if testkit::browser::is_there() {
+        Scene::set().await.play(script).await;
     }
-    let folder = tempfile::tempdir().unwrap();
-    let serving = serve(quiet(folder.path())).await.unwrap();
-    let doing = Arc::new(Doing::default());
-    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, Arc::clone(&doing)));
-    let address = format!("http://{}", serving.address);
-    let password = serving.first_admin().unwrap().1.to_owned();
-    let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);
-    let script = tokio::task::spawn_blocking(move || {
-        testkit::browser::run(script, &[&address, &password], |line| match line {
-            "silence" => doing.silent.store(true, Ordering::Relaxed),
-            "speak" => doing.silent.store(false, Ordering::Relaxed),
-            "empty" => doing.empty.store(true, Ordering::Relaxed),
-            "full" => doing.empty.store(false, Ordering::Relaxed),
-            "lost" => doing.astray.store(true, Ordering::Relaxed),
-            "stop the server" => ask_to_stop.blocking_send(()).unwrap(),
-            _ => {}
+}
+
+/// A server by a clock that is moved, and a boat before it.
+struct Scene {
+    serving: Serving,
+    boats: Boats,
+    doing: Arc<Doing>,
+    clock: Clock,
+    hand: ClockHand,
+    _folder: tempfile::TempDir,
+}
+
+impl Scene {
+    async fn set() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let (clock, hand) = Clock::with_hand();
+        let serving = serve_by(clock.clone(), quiet(folder.path())).await.unwrap();
+        let (boats, doing) = (Boats::join(&serving.state.shore.router).await, Arc::new(Doing::default()));
+        tokio::spawn(speak(boats.clone(), clock.clone(), Arc::clone(&doing)));
+        Self { serving, boats, doing, clock, hand, _folder: folder }
+    }
+
+    /// Runs a script, and does what it says.
+    async fn play(self, script: &'static str) {
+        let address = format!("http://{}", self.serving.address);
+        let password = self.serving.first_admin().unwrap().1.to_owned();
+        let (say, mut said) = tokio::sync::mpsc::channel(16);
+        let script = tokio::task::spawn_blocking(move || {
+            let tell = |line: &str| say.blocking_send(line.to_owned()).unwrap();
+            testkit::browser::run(script, &[&address, &password], tell);
         });
-    });
-    if asked.recv().await.is_some() {
-        serving.stop().await;
+        let (router, mut serving) = (self.serving.state.shore.router.clone(), Some(self.serving));
+        while let Some(line) = said.recv().await {
+            if let Some(seconds) = line.strip_prefix("advance ") {
+                let by = Duration::from_secs(seconds.parse().unwrap());
+                let (hand, then) = (self.hand.clone(), self.clock.utc().micros() + by.as_micros() as i64);
+                // A boat that speaks is heard before anybody looks whether it does: the hub does first what it is asked first.
+                let moved = router.inspect(move |_, _| hand.advance(by));
+                let spoken = self.boats.say(self.doing.said(UtcTime::from_micros(then)));
+                tokio::join!(moved, spoken).0.unwrap();
+            } else if line == "stop the server" {
+                serving.take().unwrap().stop().await;
+            } else {
+                self.doing.hear(&line);
+            }
+        }
+        script.await.unwrap();
     }
-    script.await.unwrap();
 }
 
 /// What nobody should believe to be names and values.
@@ -201,10 +252,8 @@ async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
     if !testkit::browser::is_there() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
-    let serving = serve(quiet(folder.path())).await.unwrap();
-    let boats = Boats::join(&serving.state.shore.router).await;
-    boats.sail();
+    let scene = Scene::set().await;
+    let (boats, clock) = (scene.boats.clone(), scene.clock.clone());
     tokio::spawn(async move {
         loop {
             for asked in boats.heard_together(QueryEntityParameters::ID).await {
@@ -212,47 +261,18 @@ async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
                     imc::decode(&imc::PacketView::new(&asked).unwrap()).unwrap().unwrap();
                 // Some parts of a vessel say nothing.
                 if asked.name != "Spare" {
-                    boats.say(vec![packet(0, 1, clock::now(), hostile(&asked.name))]).await;
+                    boats.say(vec![packet(0, 1, clock.utc(), hostile(&asked.name))]).await;
                 }
             }
         }
     });
-    let address = format!("http://{}", serving.address);
-    let password = serving.first_admin().unwrap().1.to_owned();
-    let script = tokio::task::spawn_blocking(move || {
-        testkit::browser::run("foreign.mjs", &[&address, &password], |_| {});
-    });
-    script.await.unwrap();
-    serving.stop().await;
+    scene.play("foreign.mjs").await;
 }
 
 /// Nothing old looks fresh: a silent vessel, a silent receiver, a tab that slept, a clock that was set, no server.
 #[tokio::test(flavor = "multi_thread")]
 async fn nothing_old_looks_fresh_on_any_view() {
-    if !testkit::browser::is_there() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let serving = serve(quiet(folder.path())).await.unwrap();
-    let doing = Arc::new(Doing::default());
-    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, Arc::clone(&doing)));
-    let address = format!("http://{}", serving.address);
-    let password = serving.first_admin().unwrap().1.to_owned();
-    let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);
-    let script = tokio::task::spawn_blocking(move || {
-        testkit::browser::run("freshness.mjs", &[&address, &password], |line| match line {
-            "silence" => doing.silent.store(true, Ordering::Relaxed),
-            "speak" => doing.silent.store(false, Ordering::Relaxed),
-            "no place" => doing.placeless.store(true, Ordering::Relaxed),
-            "place" => doing.placeless.store(false, Ordering::Relaxed),
-            "stop the server" => ask_to_stop.blocking_send(()).unwrap(),
-            _ => {}
-        });
-    });
-    if asked.recv().await.is_some() {
-        serving.stop().await;
-    }
-    script.await.unwrap();
+    before_a_boat("freshness.mjs").await;
 }
 
 /// 2026-11-21 08:00 UTC.

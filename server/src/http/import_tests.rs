@@ -234,7 +234,7 @@ async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
     assert_eq!(list, [import.clone(), after.clone()]);
     list[1].state = ImportState::Running;
     std::fs::write(&path, serde_json::to_vec(&list).unwrap()).unwrap();
-    let again = Imports::new(&shore.state.config.shore()).all();
+    let again = Imports::new(&shore.state.config.shore(), shore.state.shore.clock.clone()).all();
     assert_eq!((again[1].clone(), again[0].state), (import, ImportState::Failed));
     assert!(again[0].problems[0].contains("the server ended meanwhile"), "{again:?}");
 }

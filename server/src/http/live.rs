@@ -344,7 +344,7 @@ impl Client {
         }
         let skipped = changes.values.iter().map(|value| self.skipped(value)).sum();
         let frame = LiveFrame {
-            now_us: clock::now().micros(),
+            now_us: self.state.shore.clock.utc().micros(),
             snapshot,
             systems: changes.systems,
             values: changes.values,

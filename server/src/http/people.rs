@@ -47,9 +47,9 @@ pub(crate) async fn token_make(
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
     }
     let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
-    let (person, subject) = (who.person, new.label.clone());
+    let (person, subject, now) = (who.person, new.label.clone(), state.shore.clock.utc());
     let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, move |db| {
-        tokens::make(db, person, &new, clock::now())
+        tokens::make(db, person, &new, now)
     });
     Ok(Json(made.await?))
 }

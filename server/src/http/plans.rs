@@ -38,7 +38,7 @@ pub(crate) async fn list(
 ) -> Result<Json<Vec<PlanSummary>>, ApiError> {
     let mut rows = state.shore.people.ask(plans::list).await?;
     rows.retain(|row| may_see(&who, row.plan.vessel));
-    let now = clock::now();
+    let now = state.shore.clock.utc();
     Ok(Json(slow(move || rows.into_iter().map(|row| summary(row, now)).collect()).await?))
 }
 
@@ -87,7 +87,7 @@ pub(crate) async fn save(
     let PlanChange { revision: from, draft, plan } = taken(sent)?;
     may_change(&who, plan.vessel)?;
     plans::limits(&plan).map_err(refused)?;
-    let now = clock::now();
+    let now = state.shore.clock.utc();
     if !draft {
         let judged = plan.clone();
         let check = slow(move || plans::check(&judged, now)).await?;
@@ -141,7 +141,8 @@ pub(crate) async fn delete(
 ) -> Result<(), ApiError> {
     let row = find(&state, &who, id, None).await?;
     may_change(&who, row.plan.vessel)?;
-    let work = move |db: &rusqlite::Connection| plans::delete(db, id, clock::now());
+    let now = state.shore.clock.utc();
+    let work = move |db: &rusqlite::Connection| plans::delete(db, id, now);
     Ok(state.shore.people.act(&who, remote.address.to_string(), "plan.delete", row.plan.name, work).await?)
 }
 
@@ -155,9 +156,9 @@ pub(crate) async fn restore(
     let row = state.shore.people.ask(move |db| plans::load(db, id, None)).await?;
     let row = row.filter(|row| may_see(&who, row.plan.vessel)).ok_or_else(no_such)?;
     may_change(&who, row.plan.vessel)?;
-    let author = who.name.clone();
+    let (author, now) = (who.name.clone(), state.shore.clock.utc());
     let work = move |db: &rusqlite::Connection| {
-        plans::restore(db, id, Change { author: &author, now: clock::now(), draft: false })
+        plans::restore(db, id, Change { author: &author, now, draft: false })
     };
     state.shore.people.act(&who, remote.address.to_string(), "plan.restore", row.plan.name, work).await?;
     stored(&state, &who, find(&state, &who, id, None).await?).await.map(Json)
@@ -195,7 +196,8 @@ pub(crate) async fn upload(
     if row.plan.vessel.is_some_and(|meant| meant != vessel) {
         return Err(refused("The plan is for another vessel; change that first.".to_owned()));
     }
-    let specification = slow(move || plans::aboard(&row.plan, clock::now())).await?.map_err(refused)?;
+    let now = state.shore.clock.utc();
+    let specification = slow(move || plans::aboard(&row.plan, now)).await?.map_err(refused)?;
     let by = Issuer { who, from: remote.address.to_string(), window };
     let order = operations::Order::Upload(Box::new(specification));
     Ok((StatusCode::ACCEPTED, Json(state.shore.commands.issue(Address(vessel), &by, order).await?)))
@@ -251,9 +253,9 @@ async fn keep_new(
 ) -> Result<StoredPlan, ApiError> {
     may_change(who, plan.vessel)?;
     plans::limits(&plan).map_err(refused)?;
-    let (author, subject) = (who.name.clone(), plan.name.clone());
+    let (author, subject, now) = (who.name.clone(), plan.name.clone(), state.shore.clock.utc());
     let work = move |db: &rusqlite::Connection| {
-        plans::create(db, plan, Change { author: &author, now: clock::now(), draft: true })
+        plans::create(db, plan, Change { author: &author, now, draft: true })
     };
     let id = state.shore.people.act(who, remote.address.to_string(), action, subject, work).await?;
     stored(state, who, find(state, who, id, None).await?).await
@@ -313,7 +315,8 @@ async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> R
 async fn judged(state: &AppState, who: &Principal, plan: PlanDocument) -> Result<PlanCheck, ApiError> {
     let seen = plan.vessel.filter(|vessel| who.grants.on(*vessel).is_some());
     let judge = state.shore.grounding.of_drawing(seen.map(Address)).await;
-    slow(move || plans::check_with(&plan, clock::now(), |plan| judge.guard(plan))).await
+    let now = state.shore.clock.utc();
+    slow(move || plans::check_with(&plan, now, |plan| judge.guard(plan))).await
 }
 
 async fn stored(state: &AppState, who: &Principal, row: Row) -> Result<StoredPlan, ApiError> {

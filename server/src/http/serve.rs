@@ -7,6 +7,7 @@ use crate::transports::{self, Open};
 use crate::{AppState, tls};
 use anyhow::Context as _;
 use metrics_exporter_prometheus::{PrometheusBuilder, PrometheusHandle};
+use shore::clock::Clock;
 use shore::{Opened, Running};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -53,6 +54,14 @@ impl Serving {
 /// # Errors
 /// The address is taken or not ours, the data folder cannot be used or is none of Lutra's.
 pub async fn serve(config: Config) -> anyhow::Result<Serving> {
+    serve_by(Clock::real(), config).await
+}
+
+/// As [`serve`], by a clock that a test may move.
+///
+/// # Errors
+/// As [`serve`].
+pub async fn serve_by(clock: Clock, config: Config) -> anyhow::Result<Serving> {
     shore::folder::check(&config.data)?;
     let tls = if config.tls.is_given() { Some(tls::acceptor(&config.tls)?) } else { None };
     let listener = TcpListener::bind(config.http.listen).await.with_context(|| {
@@ -62,7 +71,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
         )
     })?;
     let address = listener.local_addr()?;
-    let opened = Opened::open(config.shore())?;
+    let opened = Opened::open(config.shore(), clock)?;
     let scheme = if tls.is_some() { "wss" } else { "ws" };
     opened.router.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
     let waiting = transports::open(&config.doors, &config.data, &opened).await?;

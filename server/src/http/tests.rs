@@ -9,8 +9,9 @@ use api::{NewToken, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
+use shore::Opened;
+use shore::clock::{self, Clock};
 use shore::identity::{People, persons, tokens, vessels};
-use shore::{Opened, clock};
 use std::path::Path;
 use std::sync::Arc;
 use tower::ServiceExt as _;
@@ -75,7 +76,7 @@ impl Shore {
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         change(&mut config);
         // Nothing goes on by itself: tests drive what they test.
-        let running = Opened::open(config.shore()).unwrap().assemble().unwrap();
+        let running = Opened::open(config.shore(), Clock::real()).unwrap().assemble().unwrap();
         let metrics = serve::figures(&running.shore.tasks, running.shore.stop.clone());
         let shore = running.shore.clone();
         let state = AppState { config: Arc::new(config), shore, metrics };

@@ -184,9 +184,9 @@ pub(super) async fn token_make(
         label: wanted.label,
         days: wanted.days,
     };
-    let (person, subject) = (who.person, new.label.clone());
+    let (person, subject, now) = (who.person, new.label.clone(), state.shore.clock.utc());
     let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, move |db| {
-        tokens::make(db, person, &new, clock::now())
+        tokens::make(db, person, &new, now)
     });
     let words = match made.await {
         Ok(made) => Words { secret: made.secret, ..Words::default() },

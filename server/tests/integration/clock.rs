@@ -22,7 +22,7 @@ fn faketime() -> Option<PathBuf> {
     });
     let library = found.min();
     if library.is_none() {
-        println!("skipped: libfaketime is absent (apt-get install libfaketime)");
+        testkit::absent(testkit::Need::Faketime, "apt-get install libfaketime");
     }
     library
 }

@@ -11,6 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use testkit::{Need, absent};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lutra-server");
 /// Longer than anything here takes on a loaded machine.
@@ -21,15 +22,13 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Whether the agent is there, which cargo builds with the whole workspace; says so if not.
 ///
 /// # Panics
-/// When it is missing although `LUTRA_AGENT=required`, as `make test` sets it.
+/// When it is missing and must be there: see [`absent`].
 fn agent_is_there() -> bool {
     let agent = Path::new(PROGRAM).with_file_name("lutra-agent");
     if agent.exists() {
         return true;
     }
-    let text = format!("{} is absent (cargo build -p vehicle-agent)", agent.display());
-    assert!(std::env::var_os("LUTRA_AGENT").is_none_or(|is| is != "required"), "{text}");
-    println!("skipped: {text}");
+    absent(Need::Agent, "cargo build -p vehicle-agent");
     false
 }
 
@@ -220,16 +219,37 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
     demo.signal("CONT");
 }
 
-/// A plan that is drawn ashore, brought aboard with its digest checked, and sailed.
+/// What needs no demo for itself, on one: scripts that only look, and each that acts has an Otter that no other acts on.
+/// Replay, two vessels over one time, a plan that is drawn ashore, brought aboard and sailed, and the past, parameters and
+/// plans by keyboard alone.
 #[test]
-fn a_plan_is_drawn_uploaded_and_sailed_in_a_browser() {
+fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
         return;
     }
-    let mut demo = Demo::start(&["--otters", "1"]);
+    let mut demo = Demo::start(&["--otters", "3"]);
     let (url, password) = demo.address_and_password();
-    demo.sails(&["otter-1"]);
-    testkit::browser::run("aboard.mjs", &[&url, &password], |_| {});
+    demo.sails(&["otter-1", "otter-2", "otter-3"]);
+    let log = testkit::shared("data/imc/dune_log_a/Data.lsf.gz");
+    let log = log.as_deref().and_then(Path::to_str);
+    let scripts = [
+        ("replay.mjs", log),
+        ("beside.mjs", None),
+        ("keyboard-past.mjs", None),
+        ("aboard.mjs", Some("otter-2")),
+        ("keyboard.mjs", Some("otter-3")),
+    ];
+    let mut failed = Vec::new();
+    for (script, argument) in scripts {
+        let begun = Instant::now();
+        let arguments: Vec<&str> = [url.as_str(), password.as_str()].into_iter().chain(argument).collect();
+        let ran = std::panic::catch_unwind(|| testkit::browser::run(script, &arguments, |_| {}));
+        println!("{script}: {:.1} s", begun.elapsed().as_secs_f64());
+        if ran.is_err() {
+            failed.push(script);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?} failed");
 }
 
 /// Parameters in a browser: read, judged, written with the vessel's word for it, saved over a start, never lost.
@@ -281,33 +301,16 @@ fn a_vessel_is_commanded_by_one_of_two_people_in_a_browser() {
     });
 }
 
-/// Runs a script of keys only before an Otter that sails.
-fn by_keyboard(script: &str) {
+/// Control asked for, declined, granted and taken over, and the boat steered by hand, without a pointer.
+#[test]
+fn a_boat_is_shared_and_steered_by_keyboard_alone_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
         return;
     }
     let mut demo = Demo::start(&["--otters", "1"]);
     let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1"]);
-    testkit::browser::run(script, &[&url, &password], |_| {});
-}
-
-/// A plan is drawn, brought aboard, started and stopped without a pointer.
-#[test]
-fn plans_are_drawn_and_sailed_by_keyboard_alone_in_a_browser() {
-    by_keyboard("keyboard.mjs");
-}
-
-/// Replay, measuring, the log book and parameters without a pointer.
-#[test]
-fn the_past_and_parameters_are_reached_by_keyboard_alone_in_a_browser() {
-    by_keyboard("keyboard-past.mjs");
-}
-
-/// Control asked for, declined, granted and taken over, and the boat steered by hand, without a pointer.
-#[test]
-fn a_boat_is_shared_and_steered_by_keyboard_alone_in_a_browser() {
-    by_keyboard("keyboard-control.mjs");
+    testkit::browser::run("keyboard-control.mjs", &[&url, &password], |_| {});
 }
 
 /// Behind a slow and lossy way: pages come, values go on, orders tell their stages, and no work is lost.
@@ -329,33 +332,6 @@ async fn work_goes_on_behind_a_slow_and_lossy_link() {
         });
     });
     script.await.unwrap();
-}
-
-/// The past on a vessel's page: a DUNE vehicle's log and a simulated Otter, played, pointed to and taken away.
-#[test]
-fn the_past_is_replayed_in_a_browser() {
-    if !agent_is_there() || !testkit::browser::is_there() {
-        return;
-    }
-    let mut demo = Demo::start(&["--otters", "1"]);
-    let (url, password) = demo.address_and_password();
-    demo.sails(&["otter-1"]);
-    let log = testkit::shared("data/imc/dune_log_a/Data.lsf.gz");
-    let mut arguments = vec![url.as_str(), password.as_str()];
-    arguments.extend(log.as_deref().and_then(std::path::Path::to_str));
-    testkit::browser::run("replay.mjs", &arguments, |_| {});
-}
-
-/// Two Otters on one page: their tracks and the same field of both over one time.
-#[test]
-fn two_vessels_are_watched_over_one_time_in_a_browser() {
-    if !agent_is_there() || !testkit::browser::is_there() {
-        return;
-    }
-    let mut demo = Demo::start(&["--otters", "2"]);
-    let (url, password) = demo.address_and_password();
-    demo.sails(&["otter-1", "otter-2"]);
-    testkit::browser::run("beside.mjs", &[&url, &password], |_| {});
 }
 
 /// What there is to watch beside Otters that sail: plans ashore, a mission of yesterday, a link that is cut and comes

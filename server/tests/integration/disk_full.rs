@@ -35,7 +35,7 @@ impl Disk {
         if output.status.success() {
             return Some(disk);
         }
-        println!("skipped: no disk can be mounted ({})", String::from_utf8_lossy(&output.stderr).trim());
+        testkit::absent(testkit::Need::Mount, String::from_utf8_lossy(&output.stderr).trim());
         None
     }
 

@@ -66,7 +66,7 @@ async fn everything_goes_there_also_what_came_while_it_was_away() {
     };
     let mut server = serve();
     let Some(_influx) = influxd(store.path(), port) else {
-        println!("skipped: there is no influxd (apt-get install influxdb)");
+        testkit::absent(testkit::Need::Influxd, "apt-get install influxdb");
         return;
     };
     until("up", || ask(port, "GET", "/ping")).await;

@@ -16,6 +16,7 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
+use testkit::{Need, absent};
 
 const DUNE: Address = Address(0x0801);
 
@@ -39,7 +40,7 @@ impl HangingDisk {
                 Ok(output) => String::from_utf8_lossy(&output.stderr).trim().to_owned(),
                 Err(error) => error.to_string(),
             };
-            println!("skipped: no disk that hangs can be made ({why})");
+            absent(Need::Mount, &format!("no disk that hangs can be made: {why}"));
             return None;
         }
         Some(disk)
@@ -199,7 +200,7 @@ async fn a_disk_without_room_refuses_nobody() {
     std::fs::create_dir(&data).unwrap();
     let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=24m", "lutra"]).arg(&data).output();
     if !mount.is_ok_and(|output| output.status.success()) {
-        println!("skipped: no disk can be mounted");
+        absent(Need::Mount, "no disk can be mounted");
         return;
     }
     add_admin(&data, "nils", "seven small boats");

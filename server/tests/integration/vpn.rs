@@ -15,6 +15,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use store::{Reader, TimeRange};
 use tempfile::TempDir;
+use testkit::{Need, absent};
 
 /// How long the cable is cut: as long as a boat is behind a skerry.
 const CUT: Duration = Duration::from_secs(8);
@@ -54,7 +55,7 @@ impl Cable {
         let (shore, vessel) = (cable.shore(), cable.vessel());
         let first = ip(&format!("netns add {shore}"));
         if let Err(error) = first {
-            println!("skipped: no network namespace can be made ({error})");
+            absent(Need::Netns, &format!("no network namespace can be made: {error}"));
             return None;
         }
         let (s, v) = (cable.end('s'), cable.end('v'));
@@ -273,7 +274,7 @@ async fn sail(name: &str, cable: &Cable, program: &Path) {
 async fn through_openvpn_a_cut_of_eight_seconds_costs_nothing() {
     let Some(program) = agent_program() else { return };
     if !is_there("openvpn") || !is_there("openssl") {
-        println!("skipped: openvpn is absent (apt-get install openvpn)");
+        absent(Need::Openvpn, "apt-get install openvpn openssl");
         return;
     }
     let folder = TempDir::new().unwrap();
@@ -286,7 +287,7 @@ async fn through_openvpn_a_cut_of_eight_seconds_costs_nothing() {
 async fn through_wireguard_a_cut_of_eight_seconds_costs_nothing() {
     let Some(program) = agent_program() else { return };
     if !is_there("wireguard-go") || !is_there("wg") {
-        println!("skipped: WireGuard is absent (apt-get install wireguard-go wireguard-tools)");
+        absent(Need::Wireguard, "apt-get install wireguard-go wireguard-tools");
         return;
     }
     let folder = TempDir::new().unwrap();

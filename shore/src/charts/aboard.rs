@@ -1,7 +1,6 @@
 //! Which chart each vessel holds, as it said last. Kept in a file, so that it is known over restarts, and to
 //! `lutra-server chart sync` while no server runs.
 
-use crate::clock;
 use api::VesselChart;
 use imc::Address;
 use link::{ChartDigest, ChartReport, ChartStage};
@@ -11,6 +10,7 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use units::UtcTime;
 
 /// What one vessel said.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -79,9 +79,9 @@ impl ChartsAboard {
     }
 
     /// A vessel says this.
-    pub fn tell(&self, vessel: Address, report: ChartReport) {
+    pub fn tell(&self, vessel: Address, report: ChartReport, at: UtcTime) {
         let mut told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
-        told.insert(vessel.0, Told::of(report, clock::now().micros()));
+        told.insert(vessel.0, Told::of(report, at.micros()));
     }
 
     /// Writes the file.
@@ -172,7 +172,7 @@ mod tests {
         let report =
             ChartReport { held: [6; 32], edition: "sea edition 2".to_owned(), ..ChartReport::default() };
         let state = |report: &ChartReport, ashore| {
-            aboard.tell(otter, report.clone());
+            aboard.tell(otter, report.clone(), UtcTime::from_micros(1));
             aboard.save();
             let chart = ChartsAboard::open(data.path()).chart(otter, ashore);
             (chart.state, chart.text)

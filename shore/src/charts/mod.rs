@@ -7,15 +7,15 @@
 mod aboard;
 mod answer;
 mod cache;
-mod guard;
 mod parcel;
 mod settings;
+mod verdict;
 
 pub use aboard::ChartsAboard;
 pub use answer::{at, corridor, described, way_m};
-pub use guard::{Limits, told};
 pub use parcel::Parcel;
 pub use settings::Settings;
+pub use verdict::{Limits, told};
 
 use cache::Cache;
 use chartdb::{Chart, ChartDb};
@@ -194,7 +194,7 @@ impl Charts {
             Now { set: Some(set), .. } => {
                 Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
             }
-            Now { set: None, trouble: Some(trouble) } => Some(guard::without(&trouble, limits)),
+            Now { set: None, trouble: Some(trouble) } => Some(verdict::without(&trouble, limits)),
             Now { set: None, trouble: None } => None,
         }
     }

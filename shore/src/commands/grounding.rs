@@ -11,10 +11,10 @@ use crate::fleet::Fleet;
 use crate::identity::{People, Principal};
 use crate::plans;
 use crate::router::Router;
+use guard::{GuardLimits, Outcome};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use mission::Plan;
-use guard::{GuardLimits, Outcome};
 use operations::{Operations, Order};
 use units::LatLon;
 

@@ -16,7 +16,6 @@ pub use grounding::Grounding;
 pub use helms::{Helm, Helms};
 pub use stop::{Stop, Stops};
 
-use crate::clock;
 use crate::error::{Error, ErrorKind, Result};
 use crate::identity::audit::{self, Act};
 use crate::identity::{Fault, Line, People, Principal};
@@ -223,10 +222,11 @@ impl Commands {
         subjects: &[String],
     ) -> std::result::Result<(), Fault> {
         let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
+        let now = self.router.clock().utc();
         let write = self.people.change(move |db| {
             for subject in &subjects {
                 let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
-                audit::record(db, act, clock::now())?;
+                audit::record(db, act, now)?;
             }
             Ok(())
         });

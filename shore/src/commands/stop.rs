@@ -15,8 +15,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
-use tokio::time::Instant;
-use units::Now;
+use units::{MonoTime, Now};
 
 /// How long a stop is known by its key.
 const KNOWN_FOR: Duration = Duration::from_mins(10);
@@ -39,7 +38,7 @@ struct Known {
     count: u64,
     by_name: BTreeMap<Name, (u64, watch::Receiver<Option<Outcome>>)>,
     /// When each came, the oldest first.
-    order: VecDeque<(Instant, u64, Name)>,
+    order: VecDeque<(MonoTime, u64, Name)>,
 }
 
 /// A stop that is being carried out, or was.
@@ -76,7 +75,7 @@ impl Commands {
             let text = format!("key and window have {KEY_BYTES} bytes at most");
             return Err(Error::new(ErrorKind::Malformed, text));
         }
-        let (told, stop) = match self.stops.note(vessel, &by, key, Instant::now()) {
+        let (told, stop) = match self.stops.note(vessel, &by, key, self.router.clock().mono()) {
             Noted::Repeated(stop) => return Ok(stop),
             Noted::New { told, stop } => (told, stop),
         };
@@ -122,7 +121,7 @@ enum Noted {
 }
 
 impl Stops {
-    fn note(&self, vessel: Address, by: &Issuer, key: &str, now: Instant) -> Noted {
+    fn note(&self, vessel: Address, by: &Issuer, key: &str, now: MonoTime) -> Noted {
         // What a panic left behind is still a list of stops.
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.forget(now);
@@ -152,9 +151,9 @@ fn repeats(stop: &watch::Receiver<Option<Outcome>>) -> bool {
 }
 
 impl Known {
-    fn forget(&mut self, now: Instant) {
+    fn forget(&mut self, now: MonoTime) {
         while let Some((since, ..)) = self.order.front()
-            && (now.duration_since(*since) > KNOWN_FOR || self.order.len() >= KNOWN)
+            && (now.since(*since) > KNOWN_FOR || self.order.len() >= KNOWN)
             && let Some((_, id, name)) = self.order.pop_front()
         {
             // One that failed was tried again under the same name.

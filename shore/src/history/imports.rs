@@ -4,7 +4,7 @@
 //! The list of imports outlives the server; one that was not at its end says so. What was imported stands in the
 //! archive.
 
-use crate::clock;
+use crate::clock::Clock;
 use crate::recorder::Recorder;
 use api::{Import, ImportState};
 use std::collections::{BTreeMap, VecDeque};
@@ -46,6 +46,7 @@ struct Shared {
     most_bytes: u64,
     place: Arc<Semaphore>,
     list: Mutex<List>,
+    clock: Clock,
 }
 
 #[derive(Default)]
@@ -111,7 +112,7 @@ impl Drop for Upload {
 
 impl Imports {
     /// Into a data folder. Uploads that an earlier run left there are removed, and what it read is listed.
-    pub fn new(settings: &crate::Settings) -> Self {
+    pub fn new(settings: &crate::Settings, clock: Clock) -> Self {
         let data = &settings.data;
         let (folder, kept) = (data.join("uploads"), data.join("imports.json"));
         match fs::remove_dir_all(&folder) {
@@ -125,7 +126,7 @@ impl Imports {
         let last = imports.iter().map(|import| import.id).max().unwrap_or_default();
         let list = Mutex::new(List { last, imports, running: BTreeMap::new() });
         let most_bytes = settings.most_unpacked_bytes;
-        Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list }) }
+        Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list, clock }) }
     }
 
     /// Writes the list down. Without it the next start knows less, and nothing else is lost.
@@ -199,7 +200,7 @@ impl Imports {
                 id: list.last,
                 name,
                 person,
-                since_us: clock::now().micros(),
+                since_us: self.shared.clock.utc().micros(),
                 state: ImportState::Running,
                 upload_bytes: upload.bytes,
                 read_bytes: 0,
@@ -280,7 +281,8 @@ impl Job {
         let stopping = || Broken::Off("the server was stopped".to_owned());
         let mut log = loop {
             let path = self.upload.path.clone();
-            let begin = recorder.with_store(move |store| LogImport::begin(store, &path, clock::now()));
+            let now = self.imports.shared.clock.utc();
+            let begin = recorder.with_store(move |store| LogImport::begin(store, &path, now));
             match begin.await.ok_or_else(stopping)? {
                 Ok(log) => break log,
                 Err(StoreError::Behind(_)) => self.wait(stop).await?,

@@ -261,7 +261,7 @@ pub mod tests {
 
     #[tokio::test]
     async fn failed_work_leaves_nothing_behind() {
-        let owners = Owners::default();
+        let owners = Owners::new(crate::clock::Clock::real());
         let db = Db::start(fresh(), Arc::default(), &owners).unwrap();
         let add =
             |db: &Connection| db.execute("INSERT INTO vessel VALUES (1, 'a', 0)", []).map_err(Fault::from);

@@ -10,17 +10,17 @@ use super::roles::Principal;
 use super::secret::{self, Secret};
 use super::sessions::{self, Lifetime};
 use super::{password, persons, tokens};
-use crate::clock;
+use crate::clock::Clock;
 use crate::owners::Owners;
 use api::{Role, Vessel};
 use rusqlite::Connection;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
-use units::MonoTime;
+use units::{MonoTime, UtcTime};
 
 /// How long somebody whom the register does not know waits for app.db.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -38,7 +38,7 @@ pub struct People {
     register: Arc<Register>,
     journal: Journal,
     limiter: Arc<Mutex<Limiter>>,
-    begun: Instant,
+    pub(super) clock: Clock,
     /// Counts changes after which open sockets must show their rights again.
     changed: Arc<watch::Sender<u64>>,
 }
@@ -60,10 +60,11 @@ impl People {
         folder: &Path,
         config: &super::Settings,
         owners: &Owners,
+        clock: Clock,
     ) -> Result<(Self, Option<FirstAdmin>), Fault> {
         let mut connection = super::open(folder)?;
-        let first = super::db::within_transaction(&mut connection, first_admin)?;
-        audit::close_open(&connection, clock::now())?;
+        let first = super::db::within_transaction(&mut connection, |db| first_admin(db, clock.utc()))?;
+        audit::close_open(&connection, clock.utc())?;
         let register = Arc::new(Register::default());
         register.catch_up(&connection)?;
         let no_thread = |error| Fault::Folder(folder.display().to_string(), error);
@@ -75,9 +76,9 @@ impl People {
             },
             hashing: Hashing::start(owners).map_err(no_thread)?,
             register,
-            journal: Journal::default(),
+            journal: Journal::new(clock.clone()),
             limiter: Arc::default(),
-            begun: Instant::now(),
+            clock,
             changed: Arc::new(watch::Sender::new(0)),
         };
         Ok((people, first))
@@ -142,10 +143,10 @@ impl People {
         subject: String,
         work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
     ) -> Result<R, Fault> {
-        let actor = who.actor();
+        let (actor, clock) = (who.actor(), self.clock.clone());
         let note = move |db: &Connection, outcome: &str| {
             let act = Act { actor: &actor, address: &address, action, subject: &subject, outcome };
-            audit::record(db, act, clock::now())
+            audit::record(db, act, clock.utc())
         };
         let again = note.clone();
         let done = self.db.change(move |db| {
@@ -193,7 +194,7 @@ impl People {
     /// # Errors
     /// It is not known, and app.db does not say whether it is newer.
     pub async fn by_session(&self, secret: &Secret) -> Result<Option<Principal>, Fault> {
-        self.known(|register| register.session(secret, self.life, clock::now())).await
+        self.known(|register| register.session(secret, self.life, self.clock.utc())).await
     }
 
     /// For whom this token acts.
@@ -201,7 +202,7 @@ impl People {
     /// # Errors
     /// It is not known, and app.db does not say whether it is newer; or it opens nothing yet.
     pub async fn by_token(&self, token: &str) -> Result<Option<Principal>, Fault> {
-        self.known(|register| register.token(token, clock::now())).await
+        self.known(|register| register.token(token, self.clock.utc())).await
     }
 
     /// The vessel (IMC address) whose link this token opens.
@@ -209,7 +210,7 @@ impl People {
     /// # Errors
     /// It is not known, and app.db does not say whether it is newer.
     pub async fn by_link_token(&self, token: &str) -> Result<Option<u16>, Fault> {
-        self.known(|register| register.link(token, clock::now())).await
+        self.known(|register| register.link(token, self.clock.utc())).await
     }
 
     /// The vessels that people have named.
@@ -219,7 +220,7 @@ impl People {
 
     /// Vessels whose link came in at some time, and for which it is open still.
     pub fn linked(&self) -> Vec<u16> {
-        self.register.linked(clock::now())
+        self.register.linked(self.clock.utc())
     }
 
     /// Looks in the register; only for what it does not know, app.db is asked.
@@ -243,9 +244,9 @@ impl People {
 
     /// Has it written down that a session or token was used, when app.db takes it. Nobody is refused for that.
     fn write_use(&self, of: Use) {
-        let register = Arc::clone(&self.register);
+        let (register, clock) = (Arc::clone(&self.register), self.clock.clone());
         self.db.change_some_time(move |db| {
-            let now = clock::now();
+            let now = clock.utc();
             match of {
                 Use::Session(id) => sessions::touch(db, id, now)?,
                 Use::Token(id) => tokens::touch(db, id, now)?,
@@ -264,20 +265,20 @@ impl People {
     }
 
     /// Asks the budgets of guesses.
-    pub(crate) fn limit<R>(&self, ask: impl FnOnce(&mut Limiter, MonoTime) -> R) -> R {
-        let now = MonoTime::from_micros(self.begun.elapsed().as_micros() as u64);
+    pub(super) fn limit<R>(&self, ask: impl FnOnce(&mut Limiter, MonoTime) -> R) -> R {
+        let now = self.clock.mono();
         // A limiter left by a panic is as good as before: every step of it is whole.
         ask(&mut self.limiter.lock().unwrap_or_else(PoisonError::into_inner), now)
     }
 }
 
-fn first_admin(db: &Connection) -> Result<Option<FirstAdmin>, Fault> {
+fn first_admin(db: &Connection, now: UtcTime) -> Result<Option<FirstAdmin>, Fault> {
     let people: i64 = db.query_row("SELECT count(*) FROM person", [], |row| row.get(0))?;
     if people > 0 {
         return Ok(None);
     }
     let first = FirstAdmin { name: "admin", one_time_password: secret::one_time_password() };
-    let id = persons::add(db, first.name, &password::hash(&first.one_time_password), true, clock::now())?;
+    let id = persons::add(db, first.name, &password::hash(&first.one_time_password), true, now)?;
     persons::set_permission(db, id, None, Some(Role::Admin))?;
     Ok(Some(first))
 }

@@ -99,7 +99,7 @@ mod tests {
 
     #[tokio::test]
     async fn of_too_many_at_once_the_last_are_told_to_come_again() {
-        let owners = Owners::default();
+        let owners = Owners::new(crate::clock::Clock::real());
         let hashing = Hashing::start(&owners).unwrap();
         let kept = hashing.hash("nine otters swim".to_owned()).await.unwrap();
         assert_eq!(hashing.is_right("nine otters swim".to_owned(), Some(kept)).await, Ok(true));

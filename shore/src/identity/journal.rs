@@ -6,7 +6,7 @@
 
 use super::audit::{self, Act};
 use super::db::{Db, Fault};
-use crate::clock;
+use crate::clock::Clock;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -41,16 +41,22 @@ pub struct Line {
 }
 
 /// The way to the audit log that waits for nothing; cheap to clone.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Journal(Arc<Shared>);
+#[derive(Debug, Clone)]
+pub struct Journal(Arc<Shared>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Shared {
+    clock: Clock,
     waiting: Mutex<VecDeque<(UtcTime, Line)>>,
     ready: Notify,
 }
 
 impl Journal {
+    /// Empty, with the clock by which it is written.
+    pub(super) fn new(clock: Clock) -> Self {
+        Self(Arc::new(Shared { clock, waiting: Mutex::default(), ready: Notify::default() }))
+    }
+
     fn waiting(&self) -> MutexGuard<'_, VecDeque<(UtcTime, Line)>> {
         self.0.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -59,7 +65,7 @@ impl Journal {
     pub(super) fn note(&self, line: Line) {
         let mut waiting = self.waiting();
         if waiting.len() < WAITING {
-            waiting.push_back((clock::now(), line));
+            waiting.push_back((self.0.clock.utc(), line));
             drop(waiting);
             self.0.ready.notify_one();
             return;
@@ -80,7 +86,7 @@ impl Journal {
     /// What is wrong, if anything: for anyone.
     pub(super) fn trouble(&self) -> Option<&'static str> {
         let oldest = self.waiting().front().map(|(at, _)| *at)?;
-        (clock::now() - oldest > LATE_US).then_some("the audit log cannot be written")
+        (self.0.clock.utc() - oldest > LATE_US).then_some("the audit log cannot be written")
     }
 
     /// Writes what is noted until `stop`; [`Journal::finish`] writes what still waits then.
@@ -145,9 +151,9 @@ mod tests {
 
     #[tokio::test]
     async fn lines_are_written_in_order_at_the_latest_when_the_server_ends() {
-        let owners = Owners::default();
+        let owners = Owners::new(Clock::real());
         let db = Db::start(fresh(), Arc::default(), &owners).unwrap();
-        let (journal, stop) = (Journal::default(), CancellationToken::new());
+        let (journal, stop) = (Journal::new(Clock::real()), CancellationToken::new());
         for number in 0..500 {
             journal.note(line(&number.to_string()));
         }
@@ -162,7 +168,7 @@ mod tests {
 
     #[test]
     fn what_waits_is_bounded() {
-        let journal = Journal::default();
+        let journal = Journal::new(Clock::real());
         for number in 0..WAITING + 10 {
             journal.note(line(&number.to_string()));
         }

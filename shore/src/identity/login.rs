@@ -7,7 +7,6 @@ use super::limiter::Guess;
 use super::roles::Principal;
 use super::secret::Secret;
 use super::{persons, sessions};
-use crate::clock;
 use sha2::{Digest as _, Sha256};
 use std::net::IpAddr;
 use std::time::Duration;
@@ -87,11 +86,11 @@ impl People {
         }
         self.limit(|limiter, _| limiter.give_back(&guess));
         let account = account.ok_or(Refused::Wrong)?;
-        let life = self.life;
+        let (life, clock) = (self.life, self.clock.clone());
         Ok(self
             .db
             .change(move |db| {
-                let now = clock::now();
+                let now = clock.utc();
                 let address = address.to_string();
                 let session = sessions::begin(db, account.id, &address, &agent, life, now)?;
                 let device = device.unwrap_or_else(Secret::random);
@@ -142,10 +141,11 @@ impl People {
         subject: String,
         outcome: &'static str,
     ) -> Result<(), Fault> {
+        let clock = self.clock.clone();
         self.db
             .change(move |db| {
                 let act = Act { actor: "-", address: &address, action: "login", subject: &subject, outcome };
-                audit::record(db, act, clock::now())
+                audit::record(db, act, clock.utc())
             })
             .await
     }

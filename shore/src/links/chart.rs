@@ -22,8 +22,8 @@ impl Task {
     }
 
     /// The vessel says which chart it holds.
-    pub(crate) fn chart_aboard(&self, report: ChartReport) {
-        self.aboard.tell(self.vessel, report);
+    pub(super) fn chart_aboard(&self, report: ChartReport) {
+        self.aboard.tell(self.vessel, report, self.now().utc);
         let aboard = self.aboard.clone();
         tokio::task::spawn_blocking(move || aboard.save());
     }

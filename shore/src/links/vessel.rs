@@ -22,7 +22,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use store::GapKind;
 use tokio::sync::{mpsc, watch};
-use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use units::{Now, UtcTime};
 
@@ -171,7 +170,7 @@ impl Task {
         hub.leave().await;
     }
 
-    fn now(&self) -> Now {
+    pub(super) fn now(&self) -> Now {
         self.router.clock().now()
     }
 
@@ -429,7 +428,7 @@ impl Task {
 
 async fn until(relay: &Router, due: Option<units::MonoTime>) {
     match due {
-        Some(due) => tokio::time::sleep_until(Instant::now() + due.since(relay.clock().now().mono)).await,
+        Some(due) => relay.clock().sleep_until(due).await,
         None => std::future::pending().await,
     }
 }

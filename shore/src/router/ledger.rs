@@ -1,7 +1,7 @@
 //! What happened at the doors since the start, for the people who keep the server: where each is open, whom it refused,
 //! what went wrong last.
 
-use crate::clock;
+use crate::clock::Clock;
 use hub::Door;
 use imc::Address;
 use std::collections::BTreeMap;
@@ -13,8 +13,11 @@ use units::UtcTime;
 const LETTERS: usize = 300;
 
 /// The book; cheap to clone.
-#[derive(Debug, Clone, Default)]
-pub struct Ledger(Arc<Mutex<Book>>);
+#[derive(Debug, Clone)]
+pub struct Ledger {
+    book: Arc<Mutex<Book>>,
+    clock: Clock,
+}
 
 #[derive(Debug, Default)]
 struct Book {
@@ -44,15 +47,18 @@ pub struct Happened {
     pub text: String,
 }
 
-impl Happened {
-    fn now(text: &str) -> Self {
-        Self { at: clock::now(), text: text.chars().take(LETTERS).collect() }
-    }
-}
-
 impl Ledger {
+    /// Empty, with the clock by which it is written.
+    pub(crate) fn new(clock: Clock) -> Self {
+        Self { book: Arc::default(), clock }
+    }
+
+    fn happened(&self, text: &str) -> Happened {
+        Happened { at: self.clock.utc(), text: text.chars().take(LETTERS).collect() }
+    }
+
     fn book(&self) -> MutexGuard<'_, Book> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.book.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn change(&self, door: Door, change: impl FnOnce(&mut DoorRecord)) {
@@ -66,7 +72,7 @@ impl Ledger {
 
     /// Somebody was not let in.
     pub fn refused(&self, door: Door, who: IpAddr, why: &str) {
-        let happened = Happened::now(&format!("{who}: {why}"));
+        let happened = self.happened(&format!("{who}: {why}"));
         self.change(door, |record| {
             record.refused += 1;
             record.refusal = Some(happened);
@@ -75,7 +81,7 @@ impl Ledger {
 
     /// Something went wrong with a peer, or with the door itself.
     pub fn failed(&self, door: Door, what: &str) {
-        let happened = Happened::now(what);
+        let happened = self.happened(what);
         self.change(door, |record| record.error = Some(happened));
     }
 
@@ -85,9 +91,9 @@ impl Ledger {
             if lost > record.lost {
                 let more = lost - record.lost;
                 tracing::warn!(%door, more, lost, "packets were lost: they came faster than they were taken");
-                record.error = Some(Happened::now(&format!(
-                    "{more} packets came faster than they were taken and are lost"
-                )));
+                record.error = Some(
+                    self.happened(&format!("{more} packets came faster than they were taken and are lost")),
+                );
             }
             record.lost = lost;
         });
@@ -95,7 +101,7 @@ impl Ledger {
 
     /// A vessel's link came up or went down.
     pub fn link_changed(&self, vessel: Address) {
-        self.book().links.insert(vessel, clock::now());
+        self.book().links.insert(vessel, self.clock.utc());
     }
 
     /// What happened at a door.
@@ -115,7 +121,7 @@ mod tests {
 
     #[test]
     fn refusals_are_counted_and_texts_from_outside_bounded() {
-        let ledger = Ledger::default();
+        let ledger = Ledger::new(Clock::real());
         ledger.refused(Door::Udp, [10, 0, 0, 7].into(), "not in doors.udp.allow");
         ledger.refused(Door::Udp, [10, 0, 0, 8].into(), &"x".repeat(1_000));
         ledger.failed(Door::Udp, "gone");

@@ -11,6 +11,7 @@ pub use ledger::{DoorRecord, Happened, Ledger};
 use outbox::Unsent;
 pub use outbox::{AT_ONCE_BYTES, Outbox};
 
+use crate::clock::Clock;
 use crate::owners::{Duty, Owners};
 use crate::recorder::Recorder;
 use bytes::Bytes;
@@ -20,11 +21,11 @@ use operations::Operations;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
-use units::{MonoTime, Now, UtcTime};
+use units::Now;
 
 /// Batches and questions that may wait for the hub.
 const WAITING: usize = 256;
@@ -87,38 +88,20 @@ pub struct Connection {
     room: Arc<Semaphore>,
 }
 
-/// The server's clocks: one that never steps, and UTC.
-#[derive(Debug, Clone, Copy)]
-pub struct Clock(Instant);
-
-impl Clock {
-    pub fn start() -> Self {
-        Self(Instant::now())
-    }
-
-    pub fn now(self) -> Now {
-        let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Now {
-            mono: MonoTime::from_micros(self.0.elapsed().as_micros() as u64),
-            utc: UtcTime::from_micros(utc.as_micros() as i64),
-        }
-    }
-}
-
 impl Router {
     /// Starts the hub's task; it ends when `stop` says so.
     pub fn start(
         settings: Settings,
         recorder: Recorder,
-        tasks: &TaskTracker,
-        owners: &Owners,
+        clock: Clock,
+        (tasks, owners): (&TaskTracker, &Owners),
         stop: CancellationToken,
     ) -> Self {
         let (messages, waiting) = mpsc::channel(WAITING);
         let (urgent, first) = mpsc::channel(WAITING);
         let (changed, revision) = watch::channel(0);
         let (told, control) = watch::channel(Control::new());
-        let (clock, address) = (Clock::start(), settings.address);
+        let address = settings.address;
         let task = Task {
             operations: Operations::new(settings),
             outboxes: BTreeMap::new(),
@@ -126,16 +109,17 @@ impl Router {
             recorder,
             changed,
             told,
-            clock,
+            clock: clock.clone(),
         };
         tasks.spawn(task.run(first, waiting, owners.duty("the hub"), stop));
         let room = Arc::new(Semaphore::new(UNHEARD_BYTES as usize));
-        Self { messages, urgent, room, revision, control, clock, address, ledger: Ledger::default() }
+        let ledger = Ledger::new(clock.clone());
+        Self { messages, urgent, room, revision, control, clock, address, ledger }
     }
 
-    /// The server's clocks.
-    pub fn clock(&self) -> Clock {
-        self.clock
+    /// The server's clock.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
     }
 
     /// The server's own IMC address.
@@ -150,7 +134,7 @@ impl Router {
 
     /// Connects a peer whose queue holds `bound_bytes`.
     pub async fn join(&self, peer: Peer, bound_bytes: usize) -> Result<Connection, Stopped> {
-        let outbox = Arc::new(Outbox::new(bound_bytes, self.clock));
+        let outbox = Arc::new(Outbox::new(bound_bytes, self.clock.clone()));
         let (reply, id) = oneshot::channel();
         self.messages.send(Message::Join(peer, Arc::clone(&outbox), reply)).await.map_err(|_| Stopped)?;
         let id = id.await.map_err(|_| Stopped)?;

@@ -1,6 +1,6 @@
 //! What waits for one peer, between the hub that never waits and the socket that may.
 
-use super::Clock;
+use crate::clock::Clock;
 use bytes::Bytes;
 use hub::{CommandId, Delivery, PeerQueue, Pushed};
 use std::collections::VecDeque;
@@ -150,7 +150,7 @@ mod tests {
     async fn what_has_no_room_is_an_overflow_until_it_is_reopened() {
         let header = Header { dst: Address(0x2810), timestamp: 1.0, ..Header::default() };
         let stop = Delivery::from(Bytes::from(Packet::new(header, messages::Abort).encode().unwrap()));
-        let outbox = Outbox::new(1_000, Clock::start());
+        let outbox = Outbox::new(1_000, Clock::real());
         outbox.push(vec![stop.clone(); 100]);
         assert!(outbox.take().await.is_err());
         outbox.push(vec![stop.clone()]);
@@ -162,7 +162,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_stop_outlives_an_overflow() {
-        let clock = Clock::start();
+        let clock = Clock::real();
         let header = Header { dst: Address(0x2810), timestamp: 1.0, ..Header::default() };
         let abort = Bytes::from(Packet::new(header, messages::Abort).encode().unwrap());
         let order = |number, urgency| {
@@ -170,7 +170,7 @@ mod tests {
             let tag = Some(hub::Tag { id: Some(CommandId(number)), epoch: 0, expires, urgency });
             Delivery { packet: abort.clone(), tag }
         };
-        let outbox = Outbox::new(1_000, clock);
+        let outbox = Outbox::new(1_000, clock.clone());
         let stop = order(1, hub::Urgency::Stop);
         let mut all = vec![Delivery::from(abort.clone()); 100];
         all.push(stop.clone());

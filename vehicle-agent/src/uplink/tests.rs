@@ -363,7 +363,7 @@ impl SmallDisk {
         if output.status.success() {
             return Some(disk);
         }
-        println!("skipped: no disk can be mounted ({})", String::from_utf8_lossy(&output.stderr).trim());
+        testkit::absent(testkit::Need::Mount, String::from_utf8_lossy(&output.stderr).trim());
         None
     }
 

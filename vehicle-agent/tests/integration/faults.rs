@@ -25,11 +25,11 @@ impl SmallDisk {
         match mounted {
             Ok(output) if output.status.success() => Some(Self(at)),
             Ok(output) => {
-                println!("skipped: no small disk: {}", String::from_utf8_lossy(&output.stderr).trim());
+                testkit::absent(testkit::Need::Mount, String::from_utf8_lossy(&output.stderr).trim());
                 None
             }
             Err(error) => {
-                println!("skipped: no small disk: {error}");
+                testkit::absent(testkit::Need::Mount, &error.to_string());
                 None
             }
         }

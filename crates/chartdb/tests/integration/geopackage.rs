@@ -81,7 +81,7 @@ fn gdal_counts_the_same_knows_where_it_is_and_looks_by_the_r_tree() {
     let [west, south, east, north] = PART;
     for layer in LAYERS {
         let Some(told) = ogrinfo(&path, layer, None) else {
-            return println!("skipped: ogrinfo (GDAL, package gdal-bin) is not installed");
+            return testkit::absent(testkit::Need::Gdal, "apt-get install gdal-bin");
         };
         assert_eq!(count(&told), number::<i64>(&db, &format!("SELECT count(*) FROM {layer}")), "{layer}");
         assert!(told.contains("WGS 84") && told.contains("ID[\"EPSG\",4326]"), "{told}");

@@ -97,7 +97,7 @@ pub(in crate::pages) async fn page(
     });
     let page = DoorsPage {
         frame,
-        now: written(clock::now()),
+        now: written(state.shore.clock.utc()),
         doors: doors.into(),
         links: links.collect(),
         peers: peers.into_iter().map(|peer| peer_row(peer, &known)).collect(),

@@ -70,9 +70,9 @@ pub(in crate::pages) async fn add(
     let secret = one_time_password();
     let hash = state.shore.people.hash(secret.clone()).await?;
     let name = new.name.trim().to_owned();
-    let added = name.clone();
+    let (added, now) = (name.clone(), state.shore.clock.utc());
     let done = act(&state, (&who, remote), "person.add", &name, move |db| {
-        let id = persons::add(db, &added, &hash, true, clock::now())?;
+        let id = persons::add(db, &added, &hash, true, now)?;
         persons::set_permission(db, id, vessel, Some(role))
     });
     let words = match done.await? {

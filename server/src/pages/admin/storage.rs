@@ -127,7 +127,7 @@ pub(in crate::pages) async fn page(
     let usage = &looked.usage;
     let page = StoragePage {
         frame,
-        now: written(clock::now()),
+        now: written(state.shore.clock.utc()),
         folder: state.config.data.display().to_string(),
         free: bytes(free),
         total: bytes(total),

@@ -108,10 +108,9 @@ pub(in crate::pages) async fn add(
         Ok(address) => address,
         Err(problem) => return show(&state, frame, Words::problem(problem)).await,
     };
-    let added = name.clone();
-    let done = act(&state, (&who, remote), "vessel.add", &name, move |db| {
-        vessels::add(db, address, &added, clock::now())
-    });
+    let (added, now) = (name.clone(), state.shore.clock.utc());
+    let done =
+        act(&state, (&who, remote), "vessel.add", &name, move |db| vessels::add(db, address, &added, now));
     let words = match done.await? {
         Ok(()) => Words::notice(format!("{name} is known. Its link needs a token: make one below.")),
         Err(words) => words,
@@ -155,9 +154,9 @@ pub(in crate::pages) async fn token(
     let known = state.shore.people.vessels();
     let vessel = known.iter().find(|vessel| vessel.address == address).cloned();
     let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
-    let label = vessel.name.clone();
+    let (label, now) = (vessel.name.clone(), state.shore.clock.utc());
     let done = act(&state, (&who, remote), "token.make", &vessel.name, move |db| {
-        tokens::make_link(db, &NewLink { label: &label, vessel: address, days: None }, clock::now())
+        tokens::make_link(db, &NewLink { label: &label, vessel: address, days: None }, now)
     });
     let secret = match done.await? {
         Ok(made) => made.secret,

@@ -140,9 +140,7 @@ pub(crate) fn agent_program() -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    let needed = std::env::var_os("LUTRA_BROWSER").is_some_and(|is| is == "required");
-    assert!(!needed, "{} is absent", path.display());
-    println!("skipped: {} is absent (cargo build -p vehicle-agent)", path.display());
+    testkit::absent(testkit::Need::Agent, "cargo build -p vehicle-agent");
     None
 }
 

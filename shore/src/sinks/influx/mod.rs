@@ -9,7 +9,7 @@ mod line;
 
 use super::Influx;
 use super::SinkState;
-use crate::clock;
+use crate::clock::Clock;
 use crate::recorder::Recorder;
 use anyhow::Context as _;
 use base64ct::{Base64, Encoding as _};
@@ -38,6 +38,7 @@ pub struct Sink {
     /// How long to wait after a failure; `None` while all is well.
     again: Option<Duration>,
     told_refused: bool,
+    clock: Clock,
     state: watch::Sender<SinkState>,
 }
 
@@ -52,7 +53,12 @@ impl Sink {
     ///
     /// # Errors
     /// What is configured cannot be used; the error names the key.
-    pub fn new(settings: &Influx, data: &Path, recorder: Recorder) -> anyhow::Result<Option<Self>> {
+    pub fn new(
+        settings: &Influx,
+        data: &Path,
+        recorder: Recorder,
+        clock: Clock,
+    ) -> anyhow::Result<Option<Self>> {
         if settings.url.is_empty() {
             return Ok(None);
         }
@@ -61,7 +67,7 @@ impl Sink {
         let address = format!("{} database {}", settings.url, settings.database);
         let tail = Tail::open(data, "influx", &address)?;
         let state = watch::Sender::new(SinkState { target: address.clone(), ..SinkState::default() });
-        Ok(Some(Self { client, tail, recorder, address, again: None, told_refused: false, state }))
+        Ok(Some(Self { client, tail, recorder, address, again: None, told_refused: false, clock, state }))
     }
 
     /// How it gets on.
@@ -117,10 +123,11 @@ impl Sink {
             metrics::counter!("lutra_sink_lines_total", "sink" => "influx", "what" => "kept").increment(kept);
             metrics::counter!("lutra_sink_lines_total", "sink" => "influx", "what" => "refused")
                 .increment(refused);
+            let now = self.clock.utc();
             self.state.send_modify(|state| {
                 state.kept += kept;
                 state.refused += refused;
-                state.last = Some(clock::now());
+                state.last = Some(now);
             });
             self.tail.carried(batch.place, &marks)?;
         }

@@ -1,0 +1,70 @@
+//! What some tests need of the computer, and how long they may take.
+//!
+//! A test that misses something passes and says why by [`absent`]. `LUTRA_REQUIRED` lists, with commas, what must be there:
+//! a test that misses one of these fails. `LUTRA_SKIPPED` names a file that gathers what was said, for nextest shows
+//! nothing of tests that pass; `make test` prints it at its end.
+
+use std::io::Write as _;
+
+/// Something that not every computer has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// The agent's program, beside the server's.
+    Agent,
+    /// Chromium, Node and the pages' scripts.
+    Browser,
+    /// `libfaketime`.
+    Faketime,
+    /// `ogrinfo` of GDAL.
+    Gdal,
+    /// `influxd`.
+    Influxd,
+    /// The right to mount a disk.
+    Mount,
+    /// The right to make a network namespace.
+    Netns,
+    /// OpenVPN.
+    Openvpn,
+    /// The folder `shared` beside the checkout.
+    Shared,
+    /// WireGuard.
+    Wireguard,
+}
+
+impl Need {
+    /// As `LUTRA_REQUIRED` calls it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Agent => "agent",
+            Self::Browser => "browser",
+            Self::Faketime => "faketime",
+            Self::Gdal => "gdal",
+            Self::Influxd => "influxd",
+            Self::Mount => "mount",
+            Self::Netns => "netns",
+            Self::Openvpn => "openvpn",
+            Self::Shared => "shared",
+            Self::Wireguard => "wireguard",
+        }
+    }
+}
+
+/// Says that a test is skipped because something is absent, and why or what to do about it.
+///
+/// # Panics
+/// When `LUTRA_REQUIRED` says that it must be there.
+pub fn absent(need: Need, why: &str) {
+    let name = need.name();
+    let required = std::env::var("LUTRA_REQUIRED").unwrap_or_default();
+    assert!(!required.split(',').any(|one| one.trim() == name), "{name} is required and absent: {why}");
+    println!("skipped: {name}: {why}");
+    let Some(path) = std::env::var_os("LUTRA_SKIPPED") else { return };
+    let line = format!("{name}: {why}\n");
+    let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+    file.and_then(|mut file| file.write_all(line.as_bytes())).expect("what is skipped is written down");
+}
+
+/// How much of something a test does: `short` in the gate, `long` with `LUTRA_LONG` set, as `make test-long` sets it.
+pub fn so_many<T>(short: T, long: T) -> T {
+    if std::env::var_os("LUTRA_LONG").is_some() { long } else { short }
+}
