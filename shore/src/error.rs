@@ -57,6 +57,11 @@ impl Error {
         Self::new(ErrorKind::Refused, text)
     }
 
+    /// Whether the same is refused again, however often it is asked for: nothing fails here.
+    pub(crate) fn is_final(&self) -> bool {
+        !matches!(self.kind, ErrorKind::Unavailable | ErrorKind::Internal | ErrorKind::Busy)
+    }
+
     /// What went wrong inside is logged, not shown.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request failed");

@@ -11,7 +11,6 @@ mod to_vessel;
 
 use self::to_vessel::{dispatch, keys, release};
 use super::{Commands, Helm, Helms, Issuer};
-use crate::error::ErrorKind;
 use crate::identity::{Line, Principal};
 use crate::links::Links;
 use crate::router::Stopped;
@@ -334,11 +333,7 @@ impl Steering {
         match self.commands.issue(self.vessel, &self.by, order).await {
             // A refusal is in the audit log too.
             Ok(_) => self.rest(why, remedy),
-            Err(error)
-                if !matches!(error.kind, ErrorKind::Unavailable | ErrorKind::Internal | ErrorKind::Busy) =>
-            {
-                self.rest(why, remedy)
-            }
+            Err(error) if error.is_final() => self.rest(why, remedy),
             Err(_) => self.over(why, remedy),
         }
     }

@@ -82,7 +82,9 @@ pub struct Export {
     entities: Vec<String>,
     fields: Vec<String>,
     range: TimeRange,
+    /// How the table is written.
     pub options: CsvOptions,
+    /// Whether it is packed.
     pub gzip: bool,
 }
 

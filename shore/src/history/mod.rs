@@ -39,6 +39,7 @@ pub struct History {
 }
 
 impl History {
+    /// Of this data folder.
     pub fn new(data: &Path) -> Self {
         Self {
             data: data.into(),

@@ -11,10 +11,13 @@ const ENTRIES: i64 = 1_000_000;
 /// Something somebody does.
 #[derive(Debug, Clone, Copy)]
 pub struct Act<'a> {
+    /// Who, as the log names them.
     pub actor: &'a str,
+    /// From which network address.
     pub address: &'a str,
     /// Like `user.add`.
     pub action: &'a str,
+    /// What it is about.
     pub subject: &'a str,
     /// `done`, or why not.
     pub outcome: &'a str,

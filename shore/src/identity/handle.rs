@@ -46,7 +46,9 @@ pub struct People {
 /// The account made at the first start.
 #[derive(Debug)]
 pub struct FirstAdmin {
+    /// Its name.
     pub name: &'static str,
+    /// Good for one login, after which another must be chosen.
     pub one_time_password: String,
 }
 
@@ -174,9 +176,12 @@ impl People {
     }
 
     /// Writes what was noted; in tests nobody else does.
+    ///
+    /// # Panics
+    /// It cannot be written.
     #[cfg(any(test, feature = "testing"))]
     pub async fn write_notes(&self) {
-        self.journal.write(&self.db).await.unwrap();
+        self.journal.write(&self.db).await.expect("the audit log is written");
     }
 
     /// Why the audit log is not written, if it is not: for anyone.

@@ -63,7 +63,7 @@ impl Hashing {
     /// Loses the thread to a fault, as a bug in it would.
     #[cfg(any(test, feature = "testing"))]
     pub(crate) fn lose(&self) {
-        self.queue(Work::Fault).unwrap();
+        self.queue(Work::Fault).expect("there is room in the queue");
     }
 
     fn queue(&self, work: Work) -> Result<(), Busy> {

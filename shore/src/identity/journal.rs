@@ -42,7 +42,7 @@ pub struct Line {
 
 /// The way to the audit log that waits for nothing; cheap to clone.
 #[derive(Debug, Clone)]
-pub struct Journal(Arc<Shared>);
+pub(super) struct Journal(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {

@@ -18,8 +18,11 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// What somebody who wants in gives.
 #[derive(Debug)]
 pub struct Attempt {
+    /// The name.
     pub name: String,
+    /// The password.
     pub password: String,
+    /// From which network address.
     pub address: IpAddr,
     /// What the browser calls itself.
     pub agent: String,

@@ -12,6 +12,9 @@ pub const MAX_BYTES: usize = 1024;
 static NOBODY: LazyLock<String> = LazyLock::new(|| hash(&super::secret::one_time_password()));
 
 /// The password as it is kept. Takes tens of milliseconds on purpose.
+///
+/// # Panics
+/// Never: the parameters are argon2's own.
 pub fn hash(password: &str) -> String {
     let hashed = Argon2::default().hash_password(password.as_bytes());
     hashed.expect("invariant: the parameters are argon2's own and the length is checked").to_string()

@@ -12,10 +12,13 @@ const ALL: i64 = -1;
 /// What a login needs to know of a person.
 #[derive(Debug)]
 pub struct Account {
+    /// The number.
     pub id: i64,
+    /// The name.
     pub name: String,
     /// The password as it is kept.
     pub password: String,
+    /// Whether nothing but a new password may come next.
     pub must_change: bool,
 }
 

@@ -46,6 +46,7 @@ impl Grants {
     }
 
     /// What is left of these for a token that may do no more than `role` on `vessel` (`None`: all).
+    #[must_use]
     pub fn limited(&self, vessel: Option<u16>, role: Role) -> Self {
         let least = |own: Role| own.min(role);
         match vessel {
@@ -85,9 +86,13 @@ pub enum Via {
 /// Who asks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Principal {
+    /// The person's number.
     pub person: i64,
+    /// Their name.
     pub name: String,
+    /// What they may do where.
     pub grants: Grants,
+    /// How they showed who they are.
     pub via: Via,
 }
 

@@ -12,6 +12,9 @@ pub struct Secret([u8; 32]);
 
 impl Secret {
     /// A new one from the system's randomness.
+    ///
+    /// # Panics
+    /// The kernel has none.
     pub fn random() -> Self {
         let mut bytes = [0; 32];
         getrandom::fill(&mut bytes).expect("invariant: the kernel has randomness");

@@ -22,7 +22,9 @@ pub(crate) const LINK_PREFIX: &str = "lutra_link_";
 /// A vessel's link token to be made.
 #[derive(Debug)]
 pub struct NewLink<'a> {
+    /// What it is for.
     pub label: &'a str,
+    /// The vessel (IMC address).
     pub vessel: u16,
     /// Days until it ends; `None`: never.
     pub days: Option<u32>,

@@ -166,7 +166,7 @@ mod tests {
             sinks: Default::default(),
             most_unpacked_bytes: 1 << 20,
         };
-        let running = crate::Opened::open(settings).unwrap().assemble().unwrap();
+        let running = crate::Opened::open(settings, crate::clock::Clock::real()).unwrap().assemble().unwrap();
         let links = &running.shore.links;
         let events = links.vessel(0x2810);
         let other = links.vessel(0x2811);

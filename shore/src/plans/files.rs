@@ -15,8 +15,11 @@ const SPEED_MPS: f64 = 1.5;
 /// How a plan is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
+    /// A PlanSpecification in IMC's JSON, as Neptus reads it.
     Imc,
+    /// Places and tracks in GeoJSON.
     GeoJson,
+    /// A route in GPX.
     Gpx,
 }
 

@@ -17,11 +17,17 @@ const REVISIONS: u32 = 200;
 /// A plan as it is kept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// Its number.
     pub id: i64,
+    /// Grows with each change.
     pub revision: u32,
+    /// Whether it may have problems and does not go aboard.
     pub draft: bool,
+    /// Who saved this revision.
     pub author: String,
+    /// When.
     pub updated: UtcTime,
+    /// The plan.
     pub plan: PlanDocument,
     /// Whether it was deleted, and can be restored.
     pub deleted: bool,
@@ -30,8 +36,11 @@ pub struct Row {
 /// Who changes something, when.
 #[derive(Debug, Clone, Copy)]
 pub struct Change<'a> {
+    /// Who.
     pub author: &'a str,
+    /// When.
     pub now: UtcTime,
+    /// Whether it is kept as a draft.
     pub draft: bool,
 }
 

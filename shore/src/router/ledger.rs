@@ -43,7 +43,9 @@ pub struct DoorRecord {
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Happened {
+    /// When.
     pub at: UtcTime,
+    /// What, in words.
     pub text: String,
 }
 

@@ -37,6 +37,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
+    /// Empty; it holds so many bytes of packets.
     pub fn new(bound_bytes: usize, clock: Clock) -> Self {
         Self {
             clock,

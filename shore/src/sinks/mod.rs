@@ -15,8 +15,9 @@ pub struct SinkState {
     pub target: String,
     /// Bytes of packets that wait to be carried; `None` before it has looked.
     pub behind_bytes: Option<u64>,
-    /// Packets that it carried since the start, and those that were refused for good.
+    /// Packets that it carried since the start.
     pub kept: u64,
+    /// Packets that were refused for good.
     pub refused: u64,
     /// When something arrived last.
     pub last: Option<UtcTime>,
