@@ -59,7 +59,8 @@ fn main() {
     let fleet = Arc::new(AtomicBool::new(false));
     let over = Arc::new(AtomicBool::new(false));
     let sailing = {
-        let (door, fleet, over) = (serving.doors.imcproxy.unwrap(), Arc::clone(&fleet), Arc::clone(&over));
+        let (door, fleet, over) =
+            (serving.transports.imcproxy.unwrap(), Arc::clone(&fleet), Arc::clone(&over));
         thread::spawn(move || sail(door, vessels, &fleet, &over))
     };
     let url = format!("http://{}", serving.address);

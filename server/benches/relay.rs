@@ -52,7 +52,7 @@ fn main() {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
     let data = tempfile::tempdir().unwrap();
     let serving = runtime.block_on(server::serve(config(data.path()))).unwrap();
-    let at = serving.doors.imcproxy.unwrap();
+    let at = serving.transports.imcproxy.unwrap();
     for receivers in [1, 20] {
         let rate = throughput(at, receivers, span);
         println!(

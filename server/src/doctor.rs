@@ -2,9 +2,10 @@
 //! the page about storage.
 
 use crate::config::Config;
-use crate::people::{self, persons};
-use crate::{clock, folder, tls};
+use crate::tls;
 use api::Role;
+use shore::identity::{self, persons};
+use shore::{clock, folder};
 use store::{Check, Health};
 use units::UtcTime;
 
@@ -42,7 +43,7 @@ pub(crate) fn look(config: &Config, thorough: bool) -> Vec<Check> {
 
 /// Who may reach the data.
 fn rights(config: &Config) -> Check {
-    let told = crate::private::look(&config.data).map(|found| found.told(false));
+    let told = shore::private::look(&config.data).map(|found| found.told(false));
     let (health, found) = match told {
         Ok(told) if told.is_empty() => (Health::Good, "only this user can reach the data".to_owned()),
         Ok(told) => (Health::Warning, told.join("; ")),
@@ -82,7 +83,7 @@ fn people_are_well(config: &Config) -> Result<String, String> {
     if !config.data.join("app.db").exists() {
         return Ok(format!("none yet; the first start makes an admin in {}", config.data.display()));
     }
-    let db = people::open(&config.data).map_err(|error| error.to_string())?;
+    let db = identity::open(&config.data).map_err(|error| error.to_string())?;
     let verdict: String = db
         .query_row("PRAGMA quick_check", [], |row| row.get(0))
         .map_err(|error| format!("app.db: {error}"))?;

@@ -2,7 +2,6 @@
 //!
 //! A browser or vessel that trusts the authority's `ca.pem` once accepts every certificate made with it.
 
-use crate::clock;
 use crate::config::Tls;
 use anyhow::{Context as _, bail, ensure};
 use rcgen::{
@@ -12,6 +11,7 @@ use rcgen::{
 use rustls::ServerConfig;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use shore::clock;
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;

@@ -4,10 +4,10 @@
 
 use bytes::Bytes;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use hub::{Door, Hub, Incoming, Now, Peer, PeerId, Role, Settings, Sources};
+use hub::{Door, Hub, Incoming, Peer, PeerId, Role, Settings, Sources};
 use imc::messages::EstimatedState;
 use imc::{Address, Header, Packet};
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 const BATCH: u32 = 1_000;
 
@@ -28,7 +28,7 @@ fn relay(c: &mut Criterion) {
     let mut group = c.benchmark_group("hub/relay EstimatedState");
     for receivers in [1, 20] {
         let settings = Settings { address: Address(0x4F00), name: "shore".into(), active: false };
-        let mut hub = Hub::new(settings);
+        let mut hub = Hub::new(settings, ());
         let peer = |_| {
             let name = String::new();
             hub.join(now(0), Peer { door: Door::Proxy, role: Role::Console, name, sources: Sources::Any })

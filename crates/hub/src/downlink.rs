@@ -14,11 +14,10 @@
 //! | urgency | without a way | life |
 //! |---|---|---|
 //! | stop | waits | [`STOP_LIFE`] |
-//! | command | waits if the vessel has a link, else it is refused | [`crate::TIME_TO_LIVE`] |
+//! | command | waits if the vessel has a link, else it is refused | [`TIME_TO_LIVE`] |
 //! | sticks | is dropped: newer ones follow | what the hands' samples are worth |
 
-use crate::command::{CALLED_OFF, CommandId};
-use crate::{Door, Hub, Now, PeerId};
+use crate::{Door, Hub, PeerId};
 use bytes::Bytes;
 use imc::messages::{
     Payload as _, PlanControl, PlanControlOp, PlanControlType, VehicleCommand, VehicleCommandCommand,
@@ -27,13 +26,17 @@ use imc::messages::{
 use imc::{Address, PacketView};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
+/// A packet that is not delivered within this is not delivered at all.
+pub const TIME_TO_LIVE: Duration = Duration::from_secs(10);
+/// Why an order is not sent after a stop.
+pub const CALLED_OFF: &str = "a stop was ordered before it could be sent";
 /// A stop is worth delivering for as long as this.
 pub const STOP_LIFE: Duration = Duration::from_mins(10);
 /// A copy of a stop that was handed to a connection lives as long as any order. A later copy could end what somebody
 /// started after the stop. The stop itself is kept here and given again.
-const COPY_LIFE: Duration = crate::TIME_TO_LIVE;
+const COPY_LIFE: Duration = TIME_TO_LIVE;
 /// Orders that may wait for one vessel; one more is refused, but for a stop, which calls off all others.
 const WAITING: usize = 20;
 /// Vessels for which orders may wait, and of which a stop is kept.
@@ -41,6 +44,10 @@ const VESSELS: usize = 1_024;
 /// A vessel that is heard after this long did perhaps not hear what was sent meanwhile: vessels say something each second.
 /// One that is heard all the time and shows nothing is given the stop again after as long, then after twice that.
 const SILENCE: Duration = Duration::from_secs(3);
+
+/// An order's number; grows, also over restarts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CommandId(pub u64);
 
 /// How urgent an order is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,6 +109,48 @@ pub enum Dispatched {
     Waits(Vec<Door>),
     /// There is no way, for this reason.
     Refused(&'static str),
+}
+
+/// Where orders are followed to their end. The downlink asks it what is known of an order, and reports what becomes of it on
+/// the way down.
+pub trait OrderLog {
+    /// A packet of the present came from a vessel, before the downlink acts on it: it may be evidence.
+    fn heard(&mut self, now: Now, view: &PacketView<'_>);
+    /// Whether nothing shows yet that the vessel has it.
+    fn is_unconfirmed(&self, id: CommandId) -> bool;
+    /// Whether the vessel did not do it and will not.
+    fn is_void(&self, id: CommandId) -> bool;
+    /// Whether it has the vessel begin something.
+    fn starts(&self, id: CommandId) -> bool;
+    /// What became of it when it was given to the doors.
+    fn dispatched(&mut self, now: Now, id: CommandId, dispatched: &Dispatched);
+    /// It is on its way once more, for nothing showed that the vessel has it.
+    fn sent_again(&mut self, now: Now, id: CommandId, doors: &[Door]);
+    /// It is not sent.
+    fn refused(&mut self, now: Now, id: CommandId, why: &str);
+    /// Something was started after a stop that waited.
+    fn overtaken(&mut self, now: Now, id: CommandId);
+    /// It found no way as long as it was worth anything.
+    fn expired(&mut self, now: Now, id: CommandId);
+}
+
+/// Nobody follows orders: for a hub that only routes.
+impl OrderLog for () {
+    fn heard(&mut self, _: Now, _: &PacketView<'_>) {}
+    fn is_unconfirmed(&self, _: CommandId) -> bool {
+        true
+    }
+    fn is_void(&self, _: CommandId) -> bool {
+        false
+    }
+    fn starts(&self, _: CommandId) -> bool {
+        false
+    }
+    fn dispatched(&mut self, _: Now, _: CommandId, _: &Dispatched) {}
+    fn sent_again(&mut self, _: Now, _: CommandId, _: &[Door]) {}
+    fn refused(&mut self, _: Now, _: CommandId, _: &str) {}
+    fn overtaken(&mut self, _: Now, _: CommandId) {}
+    fn expired(&mut self, _: Now, _: CommandId) {}
 }
 
 /// What waits for a way, by vessel, in the order in which it was given.
@@ -240,7 +289,7 @@ struct Way {
     alive: bool,
 }
 
-impl Hub {
+impl<O: OrderLog> Hub<O> {
     /// Gives an order to its vessel. It is recorded as soon as it is given.
     pub fn dispatch(&mut self, now: Now, order: Telecommand) -> Dispatched {
         self.record_own(now, &order.packet);
@@ -290,7 +339,7 @@ impl Hub {
         let id = order.tag.id;
         let dispatched = self.send_down(now, order);
         if let Some(id) = id.filter(|_| !matches!(dispatched, Dispatched::Waits(_))) {
-            self.commands_mut().dispatched(now, id, &dispatched);
+            self.orders.dispatched(now, id, &dispatched);
         }
     }
 
@@ -298,7 +347,7 @@ impl Hub {
     pub(crate) fn expire_waiting(&mut self, now: Now) {
         for order in self.waiting.expired(now.mono) {
             if let Some(id) = order.tag.id {
-                self.commands_mut().expired(now, id);
+                self.orders.expired(now, id);
             }
         }
         self.standing.0.retain(|_, stood| now.mono < stood.stop.tag.expires);
@@ -308,7 +357,7 @@ impl Hub {
     fn stop_again(&mut self, now: Now, vessel: Address) {
         let Some(stop) = self.standing.heard(now.mono, vessel) else { return };
         let is_heard = self.reaches_alive(now.mono, vessel);
-        let Some(id) = stop.tag.id.filter(|id| self.commands().is_in_the_dark(*id)) else {
+        let Some(id) = stop.tag.id.filter(|id| self.orders.is_unconfirmed(*id)) else {
             return self.standing.end(vessel);
         };
         let Some(stood) = self.standing.0.get_mut(&vessel) else { return };
@@ -316,11 +365,11 @@ impl Hub {
             stood.lost = true;
             return;
         }
-        if !stood.overtaken_by.iter().all(|later| self.commands.came_to_nothing(*later)) {
+        if !stood.overtaken_by.iter().all(|later| self.orders.is_void(*later)) {
             return;
         }
         if let Dispatched::Sent(doors) = self.send_down(now, stop) {
-            self.commands_mut().sent_again(now, id, &by(&doors));
+            self.orders.sent_again(now, id, &doors);
         }
     }
 
@@ -336,13 +385,13 @@ impl Hub {
     /// Something is started after the stops that wait for a vessel.
     fn give_up_waiting(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take_stops(vessel) {
-            self.commands_mut().overtaken(now, id);
+            self.orders.overtaken(now, id);
         }
     }
 
     /// Whether a stop is kept for a vessel that perhaps does not have it.
     fn keeps_stop(&self, vessel: Address) -> bool {
-        let stood = self.standing.of(vessel).is_some_and(|id| self.commands.is_in_the_dark(id));
+        let stood = self.standing.of(vessel).is_some_and(|id| self.orders.is_unconfirmed(id));
         stood || self.waiting.has_stop(vessel)
     }
 
@@ -356,7 +405,7 @@ impl Hub {
         if stop && !again {
             self.call_off(now, vessel);
         }
-        let starts = tag.id.filter(|id| self.commands().starts(*id));
+        let starts = tag.id.filter(|id| self.orders.starts(*id));
         let (link, others) = (self.standing_link(vessel), self.other_ways(now.mono, vessel));
         let one_is_alive = others.iter().any(|way| way.alive);
         let has_link = self.peers.values().any(|slot| slot.is_link_of(vessel));
@@ -428,7 +477,7 @@ impl Hub {
     /// Calls off what waits for a vessel.
     fn call_off(&mut self, now: Now, vessel: Address) {
         for id in self.waiting.take(vessel).into_iter().filter_map(|order| order.tag.id) {
-            self.commands_mut().refused(now, id, CALLED_OFF.to_owned());
+            self.orders.refused(now, id, CALLED_OFF);
         }
     }
 
@@ -465,9 +514,9 @@ impl Hub {
         let vessel = view.src();
         if !self.waiting.is_empty() && self.waiting.has(vessel) {
             // One that was given to a way that seemed dead did perhaps arrive.
-            let commands = &self.commands;
+            let orders = &self.orders;
             self.waiting.retain(vessel, |one| {
-                one.tag.urgency != Urgency::Stop || one.tag.id.is_none_or(|id| commands.is_in_the_dark(id))
+                one.tag.urgency != Urgency::Stop || one.tag.id.is_none_or(|id| orders.is_unconfirmed(id))
             });
             if self.reaches_alive(now.mono, vessel) {
                 self.flush(now, vessel);
@@ -500,10 +549,4 @@ fn starts(view: &PacketView<'_>) -> bool {
         }),
         _ => false,
     }
-}
-
-/// By which doors an order went, in words.
-pub(crate) fn by(doors: &[Door]) -> String {
-    let names: Vec<&str> = doors.iter().map(|door| door.name()).collect();
-    format!("by {}", names.join(" and "))
 }

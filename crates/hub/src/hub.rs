@@ -3,15 +3,11 @@
 //! Packets come in by [`Hub::packets`], which decides what is believed, what is new and what was here before;
 //! `route` says who hears it. Every packet that is new is recorded, whether somebody hears it or not.
 
-use crate::Now;
-use crate::alarm::{Alarms, Outside};
-use crate::command::Commands;
-use crate::downlink::{Delivery, Standing, Waiting};
+use crate::downlink::{Delivery, OrderLog, Standing, Waiting};
 use crate::duplicates::{self, Repeats, Window};
 use crate::exchange::is_command;
 use crate::fleet::Fleet;
-use crate::lease::Leases;
-use crate::linked::Linked;
+use crate::linked::{Contradiction, Linked};
 use crate::node::Node;
 use crate::peer::{Door, Peer, PeerId, PeerState, Sources};
 use crate::slot::Slot;
@@ -19,7 +15,7 @@ use bytes::Bytes;
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, BTreeSet};
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// What the hub is told once.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,9 +96,9 @@ pub struct Counters {
     pub unroutable: u64,
 }
 
-/// Routing, the fleet's state and what goes to the archive.
+/// Routing, the fleet's state and what goes to the archive. `O` follows orders to their end.
 #[derive(Debug)]
-pub struct Hub {
+pub struct Hub<O> {
     settings: Settings,
     node: Node,
     fleet: Fleet,
@@ -114,25 +110,21 @@ pub struct Hub {
     repeats: Repeats,
     records: Vec<Record>,
     pub(crate) counters: Counters,
-    leases: Leases,
-    pub(crate) commands: Commands,
+    pub(crate) orders: O,
     /// Orders for which there is no way yet.
     pub(crate) waiting: Waiting,
     /// Stops that are kept until their vessels show that they have them.
     pub(crate) standing: Standing,
-    alarms: Alarms,
 }
 
-impl Hub {
+impl<O: OrderLog> Hub<O> {
     /// A hub without peers.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: Settings, orders: O) -> Self {
         Self {
             node: Node::new(&settings),
-            commands: Commands::new(settings.address),
-            leases: Leases::default(),
+            orders,
             waiting: Waiting::default(),
             standing: Standing::default(),
-            alarms: Alarms::default(),
             settings,
             fleet: Fleet::default(),
             peers: BTreeMap::new(),
@@ -151,40 +143,19 @@ impl Hub {
         &self.fleet
     }
 
-    /// Who commands which vessel.
-    pub fn leases(&self) -> &Leases {
-        &self.leases
+    /// What became of orders.
+    pub fn orders(&self) -> &O {
+        &self.orders
     }
 
-    /// Who commands which vessel, to change it.
-    pub fn leases_mut(&mut self) -> &mut Leases {
-        &mut self.leases
+    /// What became of orders, to add to it.
+    pub fn orders_mut(&mut self) -> &mut O {
+        &mut self.orders
     }
 
-    /// What people ordered, and what became of it.
-    pub fn commands(&self) -> &Commands {
-        &self.commands
-    }
-
-    /// What people ordered, to add to it.
-    pub fn commands_mut(&mut self) -> &mut Commands {
-        &mut self.commands
-    }
-
-    /// What is wrong, and who knows of it.
-    pub fn alarms(&self) -> &Alarms {
-        &self.alarms
-    }
-
-    /// What is wrong, to say something to it.
-    pub fn alarms_mut(&mut self) -> &mut Alarms {
-        &mut self.alarms
-    }
-
-    /// Looks for what is wrong in the fleet and in what the server says of itself. To be called once a second.
-    pub fn watch(&mut self, now: Now, outside: &Outside) {
-        let contradictions = self.linked.contradictions(now.mono);
-        self.alarms.watch(now, &self.fleet, &Outside { contradictions, ..outside.clone() });
+    /// Who else speaks in the name of vessels that have a link, in the last minute.
+    pub fn contradictions(&mut self, now: MonoTime) -> Vec<Contradiction> {
+        self.linked.contradictions(now)
     }
 
     /// The doors besides the link by which vessels that have a link are believed too.
@@ -313,7 +284,7 @@ impl Hub {
             }
             self.route(now.mono, from, door, &view, &packet);
             self.fleet.update(now, &view, door);
-            self.commands.heard(now, &view);
+            self.orders.heard(now, &view);
             self.way_back(now, &view);
         }
         if recorded {
@@ -392,9 +363,7 @@ impl Hub {
 
     /// Time passes: the server's own announcements, heartbeats and questions. To be called once a second.
     pub fn tick(&mut self, now: Now) {
-        self.leases.tick(now);
         self.expire_waiting(now);
-        self.commands.tick(now);
         if !self.settings.active {
             return;
         }

@@ -4,7 +4,6 @@
 //! the other doors that the configuration trusts. What comes in its name by another door is refused and counted, and
 //! told for [`CLAIM_LASTS`] after the last of it.
 
-use crate::alarm::Contradiction;
 use crate::peer::Door;
 use imc::Address;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,6 +14,17 @@ use units::MonoTime;
 const CLAIM_LASTS: Duration = Duration::from_mins(1);
 /// Characters of a peer's name that are told.
 const NAME_CHARS: usize = 100;
+
+/// Somebody else speaks in the name of a vessel that has a link, and is not believed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Contradiction {
+    /// The vessel.
+    pub vessel: Address,
+    /// Where the other came in.
+    pub door: Door,
+    /// What the other is called there: its address above all.
+    pub peer: String,
+}
 
 /// Whom to believe where.
 #[derive(Debug, Default)]

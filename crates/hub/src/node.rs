@@ -5,7 +5,6 @@
 //! heartbeats of console addresses only. So every vessel gets a Heartbeat each second, addressed to it, because an
 //! IMCProxy passes nothing on that is addressed to everyone.
 
-use crate::Now;
 use crate::fleet::{Fleet, Liveness, System};
 use crate::hub::Settings;
 use bytes::Bytes;
@@ -13,7 +12,7 @@ use imc::messages::{Announce, EntityList, EntityListOp, Heartbeat, Payload, Syst
 use imc::{Address, Header};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// DUNE and Neptus announce themselves as often.
 const ANNOUNCE_EVERY: Duration = Duration::from_secs(10);

@@ -4,8 +4,7 @@
 //! peer that reads again gets what is newest; commands, answers, detections and other events stay. When these
 //! alone fill the queue, the peer is beyond help and the caller is told to let it go.
 
-use crate::command::CommandId;
-use crate::downlink::{Delivery, Urgency};
+use crate::downlink::{CommandId, Delivery, Urgency};
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
 use std::collections::VecDeque;

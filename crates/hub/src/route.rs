@@ -15,6 +15,7 @@
 //! is an echo: the vessel has it, and gets it by no door. And a vessel tells no copies apart, so that of several ways
 //! to it a command takes one: the one that is alive, TCP before UDP. An Abort does no harm twice.
 
+use crate::downlink::OrderLog;
 use crate::exchange::is_command;
 use crate::hub::Hub;
 use crate::peer::{Door, PeerId, Role};
@@ -23,7 +24,7 @@ use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
 use units::MonoTime;
 
-impl Hub {
+impl<O: OrderLog> Hub<O> {
     pub(crate) fn route(
         &mut self,
         now: MonoTime,

@@ -199,6 +199,15 @@ pub struct Civil {
     pub microsecond: u32,
 }
 
+/// The present by both clocks of a program: deadlines run on the one, records carry the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Now {
+    /// The clock that never steps.
+    pub mono: MonoTime,
+    /// The program's UTC, which may step.
+    pub utc: UtcTime,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

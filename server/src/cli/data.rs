@@ -2,12 +2,12 @@
 
 use super::say::{complain, say};
 use super::{Common, names};
-use crate::clock;
 use anyhow::{Context as _, bail, ensure};
 use clap::{Args, ValueEnum};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use imc::Address;
+use shore::clock;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
@@ -284,9 +284,14 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
     let data = folder(common)?;
     let config = common.load(Vec::new())?;
     let mut progress = Progress::new();
-    let done = crate::backup::make(&config, common.config.as_deref(), &arguments.to, &mut |what| {
-        progress.tell(|| what.to_owned());
-    })?;
+    let done = shore::backup::make(
+        &config.data,
+        &config.files(common.config.as_deref()),
+        &arguments.to,
+        &mut |what| {
+            progress.tell(|| what.to_owned());
+        },
+    )?;
     drop(progress);
     say!(
         "{}: {} databases and app.db copied; files of the archive: {} copied, {} linked, {} were there",
@@ -308,7 +313,7 @@ pub(super) fn backup(common: &Common, arguments: &BackupArguments) -> anyhow::Re
 pub(super) fn restore(common: &Common, arguments: &RestoreArguments) -> anyhow::Result<()> {
     let data = common.load(Vec::new())?.data;
     let mut progress = Progress::new();
-    let done = crate::backup::restore(&arguments.from, &data, &mut |what| progress.tell(|| what.to_owned()))?;
+    let done = shore::backup::restore(&arguments.from, &data, &mut |what| progress.tell(|| what.to_owned()))?;
     drop(progress);
     let made = clock::written(UtcTime::from_micros(done.made_us));
     say!("{}: {} files, {} MiB, as of {made}", data.display(), done.files, done.bytes >> 20);

@@ -12,9 +12,9 @@ mod serve;
 mod tls;
 
 use crate::config::{self, Config, Overrides};
-use crate::folder;
 use clap::{Args, Parser, Subcommand};
 use say::{complain, say};
+use shore::folder;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -122,7 +122,7 @@ impl Common {
 pub fn main() -> ExitCode {
     let Arguments { common, command } = Arguments::parse();
     if command.keeps_data() {
-        crate::private::begin();
+        shore::private::begin();
     }
     let outcome = match command {
         Command::Serve(arguments) => serve::serve(&common, &arguments),

@@ -1,8 +1,8 @@
 //! Names of messages and fields on the command line: known, or with the one that was meant.
 
-use crate::shore::export::nearest;
 use anyhow::{Context as _, bail};
 use imc::catalogue::{MESSAGES, by_abbrev};
+use shore::history::export::nearest;
 use store::Reader;
 
 /// What the catalogue does not explain is asked for by this name.

@@ -2,15 +2,15 @@
 
 use super::Common;
 use super::say::{complain, say};
-use crate::clock;
-use crate::people::audit::{self, Act};
-use crate::people::db::within_transaction;
-use crate::people::tokens::{self, NewLink};
-use crate::people::{Fault, one_time_password, open, password, persons, vessels};
 use anyhow::Context as _;
 use api::{NewToken, Role};
 use clap::Subcommand;
 use rusqlite::Connection;
+use shore::clock;
+use shore::identity::audit::{self, Act};
+use shore::identity::db::within_transaction;
+use shore::identity::tokens::{self, NewLink};
+use shore::identity::{Fault, one_time_password, open, password, persons, vessels};
 use std::io::Read as _;
 use units::UtcTime;
 

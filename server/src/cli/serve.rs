@@ -37,10 +37,10 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         let scheme = if config.tls.is_given() { "https" } else { "http" };
         let serving = crate::serve(config).await?;
         say!("listening {scheme}://{}", serving.address);
-        if let Some(address) = serving.doors.imcproxy {
+        if let Some(address) = serving.transports.imcproxy {
             say!("imcproxy ws://{address}");
         }
-        if let Some(address) = serving.doors.udp {
+        if let Some(address) = serving.transports.udp {
             say!("udp {address}");
         }
         if let Some((name, password)) = serving.first_admin() {

@@ -2,9 +2,10 @@
 
 use super::Common;
 use super::say::say;
-use crate::{clock, tls};
+use crate::tls;
 use anyhow::Context as _;
 use clap::Subcommand;
+use shore::clock;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum TlsCommand {

@@ -5,16 +5,14 @@
 
 mod doors;
 mod load;
-mod sinks;
 
 pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
-pub use sinks::{Influx, Sinks};
 
-use guard::GuardLimits;
 use serde::{Deserialize, Serialize};
+use shore::{Settings, charts, identity, sinks};
 use std::net::{IpAddr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The documented configuration file with every key at its default.
 pub const DOCUMENTED: &str = include_str!("../../etc/server.toml");
@@ -30,15 +28,15 @@ pub struct Config {
     /// Encryption.
     pub tls: Tls,
     /// Passwords and sessions.
-    pub people: People,
+    pub people: identity::Settings,
     /// The server as a system on the IMC network.
     pub imc: Imc,
     /// The ways in for IMC that is not the vessel link.
     pub doors: Doors,
     /// Other stores that get everything too.
-    pub sinks: Sinks,
+    pub sinks: sinks::Settings,
     /// The sea chart.
-    pub charts: Charts,
+    pub charts: charts::Settings,
     /// What the server tells about itself.
     pub log: Log,
 }
@@ -73,46 +71,6 @@ pub struct Tls {
     pub key: PathBuf,
 }
 
-/// Passwords and sessions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct People {
-    /// Characters a password needs at least.
-    pub password_length: usize,
-    /// Hours without a request after which a session ends.
-    pub session_idle_h: u32,
-    /// Days after which a session ends however busy it is.
-    pub session_days: u32,
-}
-
-/// The sea chart, and what the guard against grounding demands by it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Charts {
-    /// The chart set; empty for `charts/chart.gpkg` in the folder of data.
-    pub set: PathBuf,
-    /// Least depth in which anybody may drive a vessel (m).
-    pub navigable_m: f64,
-    /// Least depth in which it may go by itself (m).
-    pub autonomous_m: f64,
-    /// Height above the water of a vessel that has not told its own (m); 0 passes under everything.
-    pub air_draught_m: f64,
-    /// MiB of drawn tiles that are kept in memory.
-    pub tiles_mib: u64,
-}
-
-impl Charts {
-    /// What the guard demands of the water for a vessel that has not told its own limits.
-    pub(crate) fn limits(&self) -> GuardLimits {
-        GuardLimits {
-            navigable_m: self.navigable_m,
-            autonomous_m: self.autonomous_m,
-            air_draught_m: Some(self.air_draught_m).filter(|height_m| *height_m > 0.0),
-            ..GuardLimits::default()
-        }
-    }
-}
-
 /// What the server tells about itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -139,11 +97,11 @@ impl Default for Config {
             data: PathBuf::from("lutra-data"),
             http: Http::default(),
             tls: Tls::default(),
-            people: People::default(),
+            people: identity::Settings::default(),
             imc: Imc::default(),
             doors: Doors::default(),
-            sinks: Sinks::default(),
-            charts: Charts::default(),
+            sinks: sinks::Settings::default(),
+            charts: charts::Settings::default(),
             log: Log::default(),
         }
     }
@@ -163,18 +121,6 @@ impl Default for Http {
     }
 }
 
-impl Default for People {
-    fn default() -> Self {
-        Self { password_length: 10, session_idle_h: 12, session_days: 30 }
-    }
-}
-
-impl Default for Charts {
-    fn default() -> Self {
-        Self { set: PathBuf::new(), navigable_m: 1.0, autonomous_m: 5.0, air_draught_m: 2.0, tiles_mib: 64 }
-    }
-}
-
 impl Default for Log {
     fn default() -> Self {
         Self { format: LogFormat::Human, level: "info".to_owned() }
@@ -189,12 +135,31 @@ impl Tls {
 }
 
 impl Config {
+    /// The files that it names, wherever they lie, with the one that it was read from: without them the server is another.
+    pub(crate) fn files(&self, read_from: Option<&Path>) -> Vec<PathBuf> {
+        let set = self.chart_set();
+        let (index, influx) = (chartdb::index_path(&set), &self.sinks.influx);
+        let tls = [&self.tls.certificate, &self.tls.key];
+        let named = tls.into_iter().chain([&influx.token_file, &influx.password_file, &influx.ca_file]);
+        let named = named.cloned().chain(read_from.map(Path::to_owned));
+        [set, index].into_iter().chain(named).collect()
+    }
+
     /// The file of the chart set.
     pub fn chart_set(&self) -> PathBuf {
-        if self.charts.set.as_os_str().is_empty() {
-            self.data.join("charts/chart.gpkg")
-        } else {
-            self.charts.set.clone()
+        self.shore().chart_set()
+    }
+
+    /// What the shore's services are told.
+    pub fn shore(&self) -> Settings {
+        Settings {
+            data: self.data.clone(),
+            hub: self.imc.settings(),
+            trusted: self.doors.trusted(),
+            people: self.people.clone(),
+            charts: self.charts.clone(),
+            sinks: self.sinks.clone(),
+            most_unpacked_bytes: self.http.max_unpacked_mib << 20,
         }
     }
 

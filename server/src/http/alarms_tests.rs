@@ -2,21 +2,22 @@
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};
-use crate::clock;
-use crate::people::vessels;
 use api::{Alarm, AlarmList, AuditEntry, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
-use hub::alarm::Outside;
-use hub::{Hub, Now};
+use operations::Operations;
+use operations::alarms::ShoreState;
+use shore::clock;
+use shore::identity::vessels;
 use std::time::Duration;
+use units::Now;
 
 /// Lets the hub look as if `seconds` had passed.
-async fn later(shore: &Shore, seconds: u64, outside: Outside) {
-    let look = move |hub: &mut Hub, now: Now| {
-        hub.watch(Now { mono: now.mono + Duration::from_secs(seconds), ..now }, &outside);
+async fn later(shore: &Shore, seconds: u64, seen: ShoreState) {
+    let look = move |operations: &mut Operations, now: Now| {
+        operations.watch(Now { mono: now.mono + Duration::from_secs(seconds), ..now }, &seen);
     };
-    shore.state.relay.look(look).await.unwrap();
+    shore.state.shore.router.inspect(look).await.unwrap();
 }
 
 async fn standing(shore: &Shore, token: &str) -> Vec<Alarm> {
@@ -38,11 +39,11 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     let viewer = shore.token(Some(FIRST), Role::Viewer).await;
     let elsewhere = shore.token(Some(FIRST + 7), Role::Operator).await;
     let both = shore.token(None, Role::Viewer).await;
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
-    later(&shore, 0, Outside::default()).await;
+    later(&shore, 0, ShoreState::default()).await;
     assert!(standing(&shore, &viewer).await.is_empty());
-    later(&shore, 20, Outside::default()).await;
+    later(&shore, 20, ShoreState::default()).await;
     // At rest its silence is a caution, which needs nobody.
     let silent = standing(&shore, &viewer).await;
     assert_eq!((silent.len(), &*silent[0].kind, &*silent[0].priority), (1, "not_heard", "caution"));
@@ -50,14 +51,14 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     assert!(standing(&shore, &elsewhere).await.is_empty(), "not theirs to see");
     // As its page calls it: by its own name, unless people gave it one.
     assert_eq!(silent[0].vessel_name.as_deref(), Some("otter-0"));
-    let named = shore.state.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
+    let named = shore.state.shore.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
     named.await.unwrap();
     assert_eq!(standing(&shore, &viewer).await[0].vessel_name.as_deref(), Some("northern-otter"));
     let acknowledge = format!("{}/acknowledge", silent[0].id);
     assert_eq!(post(&shore, &acknowledge, &operator, "").await.0, StatusCode::UNPROCESSABLE_ENTITY);
 
     // The server's own trouble is everybody's.
-    let full = Outside { recording: Some("the disk is full".to_owned()), ..Outside::default() };
+    let full = ShoreState { recording: Some("the disk is full".to_owned()), ..ShoreState::default() };
     later(&shore, 21, full).await;
     let all = standing(&shore, &elsewhere).await;
     assert_eq!((all.len(), &*all[0].kind, &*all[0].state), (1, "recording", "unacknowledged"));
@@ -78,7 +79,8 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     let (status, text) = post(&shore, &shelve, &operator, r#"{"minutes":30,"reason":"a disk comes"}"#).await;
     assert_eq!(status, StatusCode::OK, "{text}");
     assert_eq!(serde_json::from_str::<Alarm>(&text).unwrap().shelved.unwrap().reason, "a disk comes");
-    let entries = shore.state.people.ask(|db| crate::people::audit::entries(db, None, 100)).await.unwrap();
+    let entries =
+        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
     let acts: Vec<(String, bool)> = entries
         .into_iter()
         .rev()

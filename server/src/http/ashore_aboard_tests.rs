@@ -9,7 +9,6 @@ mod world;
 use super::charts_tests::archipelago;
 use super::testing::Boats;
 use super::tests::{Shore, bearer};
-use crate::{clock, plans};
 use api::{PlanCheck, PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
@@ -21,6 +20,7 @@ use imc::messages::{
 };
 use imc::{Address, Header, Packet, PacketView};
 use onboard::{Brain, Chart, GroundingSettings, Input, Now, Output, Peer, Settings};
+use shore::{clock, plans};
 use sim::{GnssConfig, OutputForm, Vessel, VesselConfig};
 use std::time::Duration;
 use testkit::Numbers;
@@ -189,19 +189,20 @@ async fn introduce(boats: &Boats, afloat: &mut Afloat, shore: &Shore) {
         afloat.heard().into_iter().filter(|bytes| of(&bytes, &[EntityParameters::ID])).collect();
     assert_eq!(told.len(), 2, "both parts answer");
     boats.say(told).await;
-    assert!(shore.state.fleet.place_now(OTTER).await.is_some());
+    assert!(shore.state.shore.fleet.place_now(OTTER).await.is_some());
 }
 
 async fn agree(shore: &Shore, settings: Settings, seed: u64) -> [u32; 2] {
     let token = shore.token(Some(OTTER.0), Role::Operator).await;
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     let limits = settings.guard_limits();
     let mut afloat = Afloat::new(settings);
     introduce(&boats, &mut afloat, shore).await;
     let told = shore
         .state
+        .shore
         .fleet
-        .guard_limits(OTTER, shore.state.charts.limits())
+        .guard_limits(OTTER, shore.state.shore.charts.limits())
         .await
         .expect("the vessel told them");
     assert_eq!(told, limits);

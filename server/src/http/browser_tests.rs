@@ -2,13 +2,13 @@
 
 use super::serve::serve;
 use super::testing::{Boats, an_hour, boat, packet};
-use crate::clock;
 use crate::config::Config;
 use imc::messages::{
     Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
     EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Message, Payload as _,
     QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
 };
+use shore::clock;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,7 +21,7 @@ async fn the_first_page_shows_the_fleet() {
     let folder = tempfile::tempdir().unwrap();
     an_hour(folder.path(), clock::now());
     let serving = serve(quiet(folder.path())).await.unwrap();
-    Boats::join(&serving.relay).await.sail();
+    Boats::join(&serving.state.shore.router).await.sail();
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);
@@ -116,7 +116,7 @@ async fn every_page_is_accessible_in_all_palettes_and_with_every_alarm() {
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
     let doing = Arc::new(Doing { wrecked: AtomicBool::new(true), ..Doing::default() });
-    tokio::spawn(speak(Boats::join(&serving.relay).await, doing));
+    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, doing));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let script = move || testkit::browser::run("every-page.mjs", &[&address, &password], |_| {});
@@ -161,7 +161,7 @@ async fn before_a_boat(script: &'static str) {
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
     let doing = Arc::new(Doing::default());
-    tokio::spawn(speak(Boats::join(&serving.relay).await, Arc::clone(&doing)));
+    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, Arc::clone(&doing)));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);
@@ -203,7 +203,7 @@ async fn parameters_of_a_foreign_vessel_are_shown_as_they_are() {
     }
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
-    let boats = Boats::join(&serving.relay).await;
+    let boats = Boats::join(&serving.state.shore.router).await;
     boats.sail();
     tokio::spawn(async move {
         loop {
@@ -235,7 +235,7 @@ async fn nothing_old_looks_fresh_on_any_view() {
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
     let doing = Arc::new(Doing::default());
-    tokio::spawn(speak(Boats::join(&serving.relay).await, Arc::clone(&doing)));
+    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, Arc::clone(&doing)));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let (ask_to_stop, mut asked) = tokio::sync::mpsc::channel(1);

@@ -1,12 +1,9 @@
 //! The sea chart for maps and programs.
 
-use super::asked::{Asked, InPath};
-use super::control::InBody;
 use super::error::ApiError;
-use super::grounding::Judge;
+use super::extract::{Asked, InBody, InPath};
 use super::guard::Who;
-use crate::charts::{self, Set, Undrawn};
-use crate::shore::AppState;
+use crate::AppState;
 use api::{ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery};
 use axum::Json;
 use axum::extract::State;
@@ -14,6 +11,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use bytes::Bytes;
 use flate2::read::GzDecoder;
+use shore::charts::{self, Set, Undrawn};
 use std::io::Read as _;
 use std::sync::Arc;
 use units::LatLon;
@@ -30,7 +28,7 @@ const TILE: &str = "application/vnd.mapbox-vector-tile";
 
 /// `GET /api/v1/chart`.
 pub(crate) async fn set(State(state): State<AppState>) -> Json<ChartSet> {
-    Json(charts::described(&state.charts))
+    Json(charts::described(&state.shore.charts))
 }
 
 /// `GET /api/v1/chart/tiles/{z}/{x}/{y}`.
@@ -89,7 +87,7 @@ pub(crate) async fn at(
     let place = place(query.lat_deg, query.lon_deg)?;
     let within_m = length("within_m", query.within_m.unwrap_or(WITHIN_M), MOST_WITHIN_M)?;
     let set = there(&state)?;
-    let limits = Judge::limits(&state, &who, query.vessel).await;
+    let limits = state.shore.grounding.limits(&who, query.vessel).await;
     let near = slow(move || charts::at(&set, &limits, place, within_m)).await?;
     near.map(Json).map_err(|why| unreadable(&why))
 }
@@ -107,7 +105,7 @@ pub(crate) async fn corridor(
     let points: Vec<LatLon> =
         points.into_iter().map(|[lat, lon]| place(lat, lon)).collect::<Result<_, _>>()?;
     let half_width_m = length("half_width_m", half_width_m, MOST_HALF_WIDTH_M)?;
-    let (set, limits) = (there(&state)?, *state.charts.limits());
+    let (set, limits) = (there(&state)?, *state.shore.charts.limits());
     let work = move || {
         if charts::way_m(&points) > LONGEST_M {
             let km = LONGEST_M / 1e3;
@@ -119,7 +117,7 @@ pub(crate) async fn corridor(
 }
 
 fn there(state: &AppState) -> Result<Arc<Set>, ApiError> {
-    state.charts.set().ok_or_else(|| match state.charts.trouble() {
+    state.shore.charts.set().ok_or_else(|| match state.shore.charts.trouble() {
         Some(trouble) => unreadable(&trouble),
         None => ApiError::new(
             StatusCode::NOT_FOUND,

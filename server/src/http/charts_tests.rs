@@ -37,7 +37,7 @@ async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running
         assert!(answer.body.contains("no_chart"), "{}", answer.body);
     }
     archipelago(shore.data());
-    shore.state.charts.look();
+    shore.state.shore.charts.look();
     let answer = shore.get("/api/v1/chart", &token).await;
     let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
     assert!(set.set.is_some() && set.not_for_navigation);
@@ -47,7 +47,7 @@ async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running
     let bounds = set.bounds.unwrap();
     assert!(bounds.south_deg < 63.446 && 63.446 < bounds.north_deg && bounds.west_deg < 10.345);
     fs::write(shore.data().join("charts/chart.gpkg"), "no database").unwrap();
-    shore.state.charts.look();
+    shore.state.shore.charts.look();
     let answer = shore.get("/api/v1/chart", &token).await;
     let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
     assert!(set.set.is_none() && set.trouble.unwrap().contains("no chart set of Lutra"));
@@ -122,7 +122,7 @@ async fn a_corridor_tells_its_worst_spots_and_a_profile() {
 async fn tiles_are_kept_by_their_set_and_hostile_ones_refused() {
     let shore = Shore::with(archipelago);
     let token = shore.token(Some(7), Role::Viewer).await;
-    let set = shore.state.charts.set().unwrap().digest.clone();
+    let set = shore.state.shore.charts.set().unwrap().digest.clone();
     // Zoom 13 at 63.446° N, 10.345° E.
     let path = "/api/v1/chart/tiles/13/4331/2213";
     let plain = shore.get(path, &token).await;

@@ -2,12 +2,12 @@
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};
-use crate::clock;
 use api::{AuditEntry, Ordered, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use imc::PacketView;
 use imc::messages::{Abort, Payload as _};
+use shore::clock;
 
 async fn stop(shore: &Shore, vessel: &str, token: &str) -> Result<Ordered, StatusCode> {
     let request = bearer(Request::post(format!("/api/v1/vessels/{vessel}/abort")), token);
@@ -19,8 +19,9 @@ async fn stop(shore: &Shore, vessel: &str, token: &str) -> Result<Ordered, Statu
 }
 
 async fn audited(shore: &Shore) -> Vec<AuditEntry> {
-    shore.state.people.write_notes().await;
-    let entries = shore.state.people.ask(|db| crate::people::audit::entries(db, None, 100)).await.unwrap();
+    shore.state.shore.people.write_notes().await;
+    let entries =
+        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
     entries.into_iter().filter(|entry| entry.action == "vessel.abort").collect()
 }
 
@@ -28,14 +29,14 @@ async fn audited(shore: &Shore) -> Vec<AuditEntry> {
 async fn a_stop_goes_to_its_vessel_by_name_of_the_server_and_into_the_audit_log() {
     let shore = Shore::with(|_| ());
     let operator = shore.token(Some(FIRST), Role::Operator).await;
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
 
     let ordered = stop(&shore, "0x0814", &operator).await.unwrap();
     assert!(ordered.reached && !ordered.waits, "{ordered:?}");
     let packet = boats.heard(Abort::ID).await;
     let view = PacketView::new(&packet).unwrap();
-    assert_eq!((view.src(), view.dst().0), (shore.state.relay.address(), FIRST));
+    assert_eq!((view.src(), view.dst().0), (shore.state.shore.router.address(), FIRST));
     let entries = audited(&shore).await;
     assert_eq!(entries.len(), 1);
     assert_eq!(entries[0].outcome, "asked");
@@ -53,7 +54,7 @@ async fn a_stop_that_no_door_leads_to_waits_for_its_vessel() {
     let operator = shore.token(None, Role::Operator).await;
     let ordered = stop(&shore, "2068", &operator).await.unwrap();
     assert!(!ordered.reached && ordered.waits, "{ordered:?}");
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
     boats.heard(Abort::ID).await;
 }

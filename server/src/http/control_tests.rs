@@ -2,12 +2,12 @@
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Shore, bearer};
-use crate::clock;
 use api::{AuditEntry, Command, Lease, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
 use imc::messages::{Payload as _, PlanControl, PlanControlState, PlanControlStateState, PlanControlType};
 use imc::{Address, Header, Packet, PacketView};
+use shore::clock;
 use std::time::Duration;
 
 async fn post(shore: &Shore, what: &str, token: &str, body: &str) -> (StatusCode, String) {
@@ -23,8 +23,9 @@ async fn lease(shore: &Shore, token: &str, body: &str) -> Result<Lease, String> 
 }
 
 async fn audited(shore: &Shore) -> Vec<(String, String)> {
-    shore.state.people.write_notes().await;
-    let entries = shore.state.people.ask(|db| crate::people::audit::entries(db, None, 100)).await.unwrap();
+    shore.state.shore.people.write_notes().await;
+    let entries =
+        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
     entries.into_iter().rev().map(|AuditEntry { action, outcome, .. }| (action, outcome)).collect()
 }
 
@@ -36,7 +37,7 @@ async fn of_two_people_one_has_control_and_everything_is_written_down() {
     let shore = Shore::with(|_| ());
     let one = shore.token(Some(FIRST), Role::Operator).await;
     let two = shore.token(Some(FIRST), Role::Operator).await;
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
 
     let (status, text) = post(&shore, "commands", &one, START).await;
@@ -81,7 +82,7 @@ async fn of_two_people_one_has_control_and_everything_is_written_down() {
 async fn a_start_is_followed_to_its_effect_by_what_the_vessel_says() {
     let shore = Shore::with(|_| ());
     let token = shore.token(Some(FIRST), Role::Operator).await;
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
     lease(&shore, &token, REQUEST).await.unwrap();
     let (_, text) = post(&shore, "commands", &token, START).await;
@@ -96,7 +97,7 @@ async fn a_start_is_followed_to_its_effect_by_what_the_vessel_says() {
         vec![Packet::new(header, message).encode().unwrap().into()]
     };
     let answer = PlanControl { r#type: PlanControlType::Success, info: "plan loaded".into(), ..request };
-    boats.say(say(answer.into(), shore.state.relay.address())).await;
+    boats.say(say(answer.into(), shore.state.shore.router.address())).await;
     let state = PlanControlState {
         state: PlanControlStateState::Executing,
         plan_id: "survey".into(),

@@ -5,10 +5,10 @@
 //! in the form's field `csrf`.
 
 use crate::config::Http;
-use crate::people::same;
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
 use axum::http::{HeaderMap, header};
+use shore::identity::same;
 
 /// The header that scripts of our pages send.
 pub(crate) const HEADER: &str = "x-csrf-token";

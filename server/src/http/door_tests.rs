@@ -2,10 +2,10 @@
 
 use super::testing::{Boats, FIRST, boat};
 use super::tests::{Answer, Shore};
-use crate::clock;
 use api::{DoorPeer, LinkStatus, Recording, Role};
 use axum::http::StatusCode;
 use hub::{Door, Peer, Sources};
+use shore::clock;
 use std::time::Duration;
 
 /// Longer than anything here takes on a loaded machine.
@@ -19,7 +19,7 @@ fn read<T: serde::de::DeserializeOwned>(answer: &Answer) -> T {
 #[tokio::test]
 async fn peers_are_told_to_those_who_may_see_their_vessels() {
     let shore = Shore::with(|_| ());
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     let console = Peer {
         door: Door::Proxy,
         role: hub::Role::Console,
@@ -27,7 +27,7 @@ async fn peers_are_told_to_those_who_may_see_their_vessels() {
         sources: Sources::Any,
     };
     // It never reads, and has little room.
-    let _console = shore.state.relay.join(console, 2_000).await.unwrap();
+    let _console = shore.state.shore.router.join(console, 2_000).await.unwrap();
     let mut given = 0;
     for step in 0..40 {
         let packets: Vec<_> = boat(0, units::UtcTime::from_micros(clock::now().micros() + step * 1_000));
@@ -64,11 +64,11 @@ async fn trouble_with_the_disk_is_told_everywhere_and_passes() {
     let (archive, aside) = (shore.data().join("archive"), shore.data().join("aside"));
     std::fs::rename(&archive, &aside).unwrap();
     std::fs::write(&archive, "").unwrap();
-    let boats = Boats::join(&shore.state.relay).await;
+    let boats = Boats::join(&shore.state.shore.router).await;
     let packets = boat(0, clock::now());
     let given = packets.len() as u64;
     boats.say(packets).await;
-    let mut state = shore.state.recorder.state();
+    let mut state = shore.state.shore.recorder.state();
     let troubled = state.wait_for(|state| state.trouble.is_some());
     drop(tokio::time::timeout(DEADLINE, troubled).await.unwrap().unwrap());
     let ill = health().await;
@@ -77,7 +77,7 @@ async fn trouble_with_the_disk_is_told_everywhere_and_passes() {
     assert!(!ill.body.contains(&*shore.data().to_string_lossy()), "strangers learn no folders: {}", ill.body);
     let trouble = recording().await.trouble.unwrap();
     assert!(trouble.contains("archive"), "{trouble}");
-    assert_eq!(shore.state.recorder.state().borrow().problem(), Some(trouble));
+    assert_eq!(shore.state.shore.recorder.state().borrow().problem(), Some(trouble));
 
     std::fs::remove_file(&archive).unwrap();
     std::fs::rename(&aside, &archive).unwrap();

@@ -2,21 +2,22 @@
 
 use super::error::ApiError;
 use super::guard::Who;
-use crate::people::Grants;
-use crate::relay::{PeerFigures, RecorderState, WAITING_BYTES};
-use crate::shore::AppState;
+use crate::AppState;
 use api::{DoorPeer, LinkStatus, Recording, VesselChart};
 use axum::Json;
 use axum::extract::State;
 use imc::Address;
 use link::ShoreStatus;
+use shore::identity::Grants;
+use shore::recorder::{RecorderState, WAITING_BYTES};
+use shore::router::PeerFigures;
 
 /// `GET /api/v1/doors`.
 pub(crate) async fn doors(
     State(state): State<AppState>,
     Who(who): Who,
 ) -> Result<Json<Vec<DoorPeer>>, ApiError> {
-    let peers = state.relay.peers().await.map_err(|_| ApiError::stopping())?;
+    let peers = state.shore.router.peers().await.map_err(|_| ApiError::stopping())?;
     Ok(Json(peers.into_iter().filter_map(|peer| describe(peer, &who.grants)).collect()))
 }
 
@@ -42,8 +43,8 @@ fn describe(figures: PeerFigures, grants: &Grants) -> Option<DoorPeer> {
 
 /// `GET /api/v1/links`.
 pub(crate) async fn links(State(state): State<AppState>, Who(who): Who) -> Json<Vec<LinkStatus>> {
-    let seen = state.links.status().into_iter().filter(|(vessel, _)| who.grants.on(vessel.0).is_some());
-    Json(seen.map(|(vessel, status)| link_status(vessel, status, state.links.chart(vessel))).collect())
+    let seen = state.shore.links.status().into_iter().filter(|(vessel, _)| who.grants.on(vessel.0).is_some());
+    Json(seen.map(|(vessel, status)| link_status(vessel, status, state.shore.links.chart(vessel))).collect())
 }
 
 fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> LinkStatus {
@@ -67,13 +68,13 @@ fn link_status(vessel: Address, status: ShoreStatus, chart: VesselChart) -> Link
 /// `GET /api/v1/recording`.
 pub(crate) async fn recording(State(state): State<AppState>) -> Json<Recording> {
     let RecorderState { trouble, history_behind, recorded, not_recorded } =
-        state.recorder.state().borrow().clone();
+        state.shore.recorder.state().borrow().clone();
     Json(Recording {
         trouble: trouble.map(|trouble| trouble.text),
         history_behind,
         recorded,
         not_recorded,
-        waiting_bytes: state.recorder.waiting_bytes() as u64,
+        waiting_bytes: state.shore.recorder.waiting_bytes() as u64,
         waiting_bytes_most: WAITING_BYTES as u64,
     })
 }

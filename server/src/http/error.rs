@@ -1,10 +1,12 @@
 //! How errors look to programs: a status, a code that stays, and a text for people.
 
-use crate::people::{Fault, Refused};
 use axum::Json;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use shore::ErrorKind;
+use shore::identity::{Fault, Refused};
+use shore::router::Stopped;
 use store::StoreError;
 
 /// Something that did not work, ready to be answered.
@@ -67,26 +69,42 @@ impl ApiError {
     }
 }
 
+impl From<shore::Error> for ApiError {
+    fn from(error: shore::Error) -> Self {
+        let shore::Error { kind, text } = error;
+        let (status, code) = match kind {
+            ErrorKind::Malformed => (StatusCode::BAD_REQUEST, "bad_request"),
+            ErrorKind::Refused => (StatusCode::UNPROCESSABLE_ENTITY, "refused"),
+            ErrorKind::Grounding => (StatusCode::UNPROCESSABLE_ENTITY, "grounding"),
+            ErrorKind::NoControl => (StatusCode::CONFLICT, "no_control"),
+            ErrorKind::UnknownEntities => (StatusCode::CONFLICT, "unknown_entities"),
+            ErrorKind::Newer => (StatusCode::CONFLICT, "newer_revision"),
+            ErrorKind::NotFound => (StatusCode::NOT_FOUND, "not_found"),
+            ErrorKind::Forbidden => (StatusCode::FORBIDDEN, "forbidden"),
+            ErrorKind::PasswordChange => (StatusCode::FORBIDDEN, "password_change_required"),
+            ErrorKind::Busy => return Self::busy(&text),
+            ErrorKind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "unavailable"),
+            ErrorKind::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "internal"),
+        };
+        Self::new(status, code, text)
+    }
+}
+
 impl From<Fault> for ApiError {
     fn from(fault: Fault) -> Self {
-        match fault {
-            Fault::Refused(text) => Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text),
-            Fault::NotYet(text) => Self { code: "password_change_required", ..Self::forbidden(text) },
-            Fault::Busy => Self::busy("Too many passwords are looked at: try again in some seconds."),
-            Fault::Hangs => Self::unavailable(fault.to_string()),
-            Fault::Stopped => Self::stopping(),
-            fault => Self::internal(&fault),
-        }
+        shore::Error::from(fault).into()
     }
 }
 
 impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
-        match error {
-            StoreError::Query(text) => Self::bad_request(text),
-            StoreError::Cancelled => Self::stopping(),
-            error => Self::internal(&error),
-        }
+        shore::Error::from(error).into()
+    }
+}
+
+impl From<Stopped> for ApiError {
+    fn from(stopped: Stopped) -> Self {
+        shore::Error::from(stopped).into()
     }
 }
 

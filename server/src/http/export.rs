@@ -1,11 +1,9 @@
 //! Exports: streamed as they are written, in constant memory, whole or visibly cut.
 
-use super::asked::Asked;
 use super::error::ApiError;
+use super::extract::Asked;
 use super::guard::Who;
-use crate::people::Principal;
-use crate::shore::AppState;
-use crate::shore::export::Export;
+use crate::AppState;
 use api::{ExportQuery, LogQuery, Role};
 use axum::Json;
 use axum::body::{Body, Bytes};
@@ -16,6 +14,8 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use futures_util::StreamExt as _;
 use serde_json::Value;
+use shore::history::export::Export;
+use shore::identity::Principal;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -68,7 +68,7 @@ pub(crate) async fn description(
         let selection = export.selection(reader, &may)?;
         store::describe_csv(reader, &selection, &options)
     };
-    Ok(Json(state.history.ask(describe).await?))
+    Ok(Json(state.shore.history.ask(describe).await?))
 }
 
 /// Whose data the person may take out.
@@ -92,10 +92,10 @@ async fn stream(
     let may = may(who, &export)?;
     let gzip = export.gzip;
     let name = format!("{}.{ending}{}", export.file_name(), if gzip { ".gz" } else { "" });
-    let Ok(place) = Arc::clone(&state.history.exports).try_acquire_owned() else {
+    let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
         return Err(ApiError::busy("As many exports as may are running; try again in a moment."));
     };
-    let history = state.history.clone();
+    let history = state.shore.history.clone();
     let (chunks, taken) = mpsc::channel(CHUNKS);
     let runtime = Handle::current();
     tokio::task::spawn_blocking(move || {

@@ -4,14 +4,14 @@ use super::history_tests::put;
 use super::serve::serve;
 use super::testing::FIRST;
 use super::tests::Shore;
-use crate::clock;
 use crate::config::Config;
-use crate::people::{open, persons, tokens};
 use api::{NewToken, Role};
 use axum::http::{StatusCode, header};
 use flate2::read::MultiGzDecoder;
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::{EntityList, EntityListOp, LogBookEntry, LogBookEntryType, Temperature, Voltage};
+use shore::clock;
+use shore::identity::{open, persons, tokens};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::time::Duration;
@@ -161,14 +161,14 @@ async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
 async fn exports_beyond_the_places_are_told_to_wait() {
     let shore = Shore::with(made_up);
     let token = shore.token(None, Role::Researcher).await;
-    let places = shore.state.history.exports.available_permits();
-    let taken = shore.state.history.exports.acquire_many(places as u32).await.unwrap();
+    let places = shore.state.shore.history.exports.available_permits();
+    let taken = shore.state.shore.history.exports.acquire_many(places as u32).await.unwrap();
     let busy = shore.get("/api/v1/export.csv?message=Voltage", &token).await;
     assert_eq!(busy.status, StatusCode::SERVICE_UNAVAILABLE);
     assert!(busy.headers.contains_key(header::RETRY_AFTER));
     drop(taken);
     assert_eq!(shore.get("/api/v1/export.csv?message=Voltage", &token).await.status, StatusCode::OK);
-    assert_eq!(shore.state.history.exports.available_permits(), places, "the place is free again");
+    assert_eq!(shore.state.shore.history.exports.available_permits(), places, "the place is free again");
 }
 
 /// How a whole answer in chunks ends.

@@ -3,7 +3,6 @@
 use super::charts_tests::archipelago;
 use super::testing::{Boats, FIRST, boat, packet};
 use super::tests::{Shore, bearer};
-use crate::{clock, plans};
 use api::{PlanDocument, Role};
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
@@ -13,6 +12,7 @@ use imc::messages::{
     PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, PlanSpecification,
 };
 use serde_json::{Value, json};
+use shore::{clock, plans};
 
 /// Open water where the demonstration's Otters sail, and a way over the shoal south of it.
 const OPEN: [[f64; 2]; 2] = [[63.4465, 10.3500], [63.4485, 10.3530]];
@@ -29,7 +29,7 @@ impl Scene {
     async fn start(fill: impl FnOnce(&std::path::Path)) -> Self {
         let shore = Shore::with(fill);
         let token = shore.token(Some(FIRST), Role::Operator).await;
-        let boats = Boats::join(&shore.state.relay).await;
+        let boats = Boats::join(&shore.state.shore.router).await;
         let now = clock::now();
         boats.say(boat(0, now)).await;
         let (lat, lon) = (63.446_f64.to_radians(), 10.345_f64.to_radians());

@@ -1,13 +1,12 @@
 //! Stands before every route: finds out who asks and lets through who may.
 
-use super::caller::Caller;
 use super::csrf;
 use super::error::ApiError;
 use super::listen::Peer;
+use super::remote::Remote;
 use super::route::{Kind, Need};
+use crate::AppState;
 use crate::pages;
-use crate::people::{Principal, Secret, Via};
-use crate::shore::AppState;
 use api::Role;
 use axum::RequestExt as _;
 use axum::extract::{FromRequestParts, RawPathParams, Request, State};
@@ -16,6 +15,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::Response;
 use imc::Address;
+use shore::identity::{Principal, Secret, Via};
 
 /// The cookie of a browser's session.
 pub(crate) const SESSION_COOKIE: &str = "lutra_session";
@@ -67,7 +67,7 @@ impl<S: Sync> FromRequestParts<S> for LinkOf {
 async fn link_of(state: &AppState, headers: &HeaderMap) -> Result<LinkOf, ApiError> {
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
     let token = given.and_then(|given| given.strip_prefix("Bearer ")).ok_or_else(ApiError::not_logged_in)?;
-    let vessel = state.people.by_link_token(token.trim()).await?;
+    let vessel = state.shore.people.by_link_token(token.trim()).await?;
     vessel.map(LinkOf).ok_or_else(ApiError::not_logged_in)
 }
 
@@ -76,8 +76,8 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
     let Some(peer) = request.extensions().get::<Peer>().copied() else {
         return refuse(&post, &request, ApiError::internal(&"a request without a connection"));
     };
-    let caller = Caller::of(peer, request.headers(), &post.state.config.http);
-    request.extensions_mut().insert(caller);
+    let remote = Remote::of(peer, request.headers(), &post.state.config.http);
+    request.extensions_mut().insert(remote);
     if post.need == Need::Link {
         return match link_of(&post.state, request.headers()).await {
             Ok(link) => {
@@ -87,17 +87,17 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
             Err(error) => {
                 if error.status == StatusCode::UNAUTHORIZED {
                     let why = "no token of a vessel's link, or one that does not hold any more";
-                    post.state.relay.ledger().refused(hub::Door::Link, caller.address, why);
+                    post.state.shore.router.ledger().refused(hub::Door::Link, remote.address, why);
                 }
                 refuse(&post, &request, error)
             }
         };
     }
-    let who = match identify(&post.state, request.headers(), caller).await {
+    let who = match identify(&post.state, request.headers(), remote).await {
         Ok(who) => who,
         Err(error) => return refuse(&post, &request, error),
     };
-    if let Err(error) = may(&post, &mut request, caller, who.as_ref()).await {
+    if let Err(error) = may(&post, &mut request, remote, who.as_ref()).await {
         return refuse(&post, &request, error);
     }
     let request = match comes_from_us(&post, request, who.as_ref()).await {
@@ -115,28 +115,28 @@ pub(crate) async fn guard(State(post): State<Post>, mut request: Request, next: 
 pub(super) async fn identify(
     state: &AppState,
     headers: &HeaderMap,
-    caller: Caller,
+    remote: Remote,
 ) -> Result<Option<Principal>, ApiError> {
     if let Some(given) = headers.get(header::AUTHORIZATION) {
         let token = given.to_str().ok().and_then(|given| given.strip_prefix("Bearer "));
         let Some(token) = token else { return Err(ApiError::not_logged_in()) };
-        return match state.people.by_token(token.trim()).await? {
+        return match state.shore.people.by_token(token.trim()).await? {
             Some(who) => Ok(Some(who)),
             None => Err(ApiError::not_logged_in()),
         };
     }
-    let Some(secret) = cookie(headers, &cookie_name(SESSION_COOKIE, caller)) else { return Ok(None) };
-    Ok(state.people.by_session(&secret).await?)
+    let Some(secret) = cookie(headers, &cookie_name(SESSION_COOKIE, remote)) else { return Ok(None) };
+    Ok(state.shore.people.by_session(&secret).await?)
 }
 
 /// Whether `who` may use the route.
 async fn may(
     post: &Post,
     request: &mut Request,
-    caller: Caller,
+    remote: Remote,
     who: Option<&Principal>,
 ) -> Result<(), ApiError> {
-    if post.need == Need::Anyone || (post.need == Need::Figures && caller.here) {
+    if post.need == Need::Anyone || (post.need == Need::Figures && remote.here) {
         return Ok(());
     }
     let who = who.ok_or_else(ApiError::not_logged_in)?;
@@ -175,7 +175,7 @@ async fn vessel_in_path(request: &mut Request) -> Result<u16, ApiError> {
         request.extract_parts::<RawPathParams>().await.map_err(|error| ApiError::internal(&error))?;
     let vessel = parameters.iter().find(|(name, _)| *name == "vessel").map(|(_, value)| value);
     let vessel = vessel.ok_or_else(|| ApiError::internal(&"a route for a vessel without {vessel}"))?;
-    crate::people::vessels::address(vessel)
+    shore::identity::vessels::address(vessel)
         .map_err(|error| ApiError::bad_request(format!("vessel in the path: {error}")))
 }
 
@@ -226,6 +226,6 @@ pub(crate) fn plain_cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a
 }
 
 /// Encrypted connections use a name that browsers accept from this very host only.
-pub(crate) fn cookie_name(name: &str, caller: Caller) -> String {
-    if caller.encrypted { format!("__Host-{name}") } else { name.to_owned() }
+pub(crate) fn cookie_name(name: &str, remote: Remote) -> String {
+    if remote.encrypted { format!("__Host-{name}") } else { name.to_owned() }
 }

@@ -6,18 +6,18 @@
 //! memory would be lost. systemd watches the process itself, which ends when an owner is lost. `/readyz` is for what leads
 //! people here: 503 while the server ends. Neither asks anybody: they answer from what is published.
 
-use crate::relay::PeerFigures;
-use crate::shore::AppState;
+use crate::AppState;
 use axum::Json;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use shore::router::PeerFigures;
 use std::collections::BTreeMap;
 
 /// `GET /readyz`.
 pub(crate) async fn readyz(State(state): State<AppState>) -> Response {
-    if state.owners.are_there() && !state.stop.is_cancelled() {
+    if state.shore.owners.are_there() && !state.shore.stop.is_cancelled() {
         return Json(json!({ "status": "ready" })).into_response();
     }
     (StatusCode::SERVICE_UNAVAILABLE, Json(json!({ "status": "ending" }))).into_response()
@@ -26,14 +26,14 @@ pub(crate) async fn readyz(State(state): State<AppState>) -> Response {
 /// `GET /healthz`. For anyone, so without the names of folders.
 pub(crate) async fn healthz(State(state): State<AppState>) -> Response {
     let recording =
-        || state.recorder.state().borrow().trouble.as_ref().map(|trouble| trouble.short.to_owned());
-    let trouble = state.owners.trouble().or_else(recording);
-    let trouble = trouble.or_else(|| state.people.trouble().map(str::to_owned));
+        || state.shore.recorder.state().borrow().trouble.as_ref().map(|trouble| trouble.short.to_owned());
+    let trouble = state.shore.owners.trouble().or_else(recording);
+    let trouble = trouble.or_else(|| state.shore.people.trouble().map(str::to_owned));
     let version = env!("CARGO_PKG_VERSION");
     match trouble {
         None => Json(json!({ "status": "ok", "version": version })).into_response(),
         Some(reason) => {
-            let more = if state.owners.are_there() {
+            let more = if state.shore.owners.are_there() {
                 "the log and /api/v1/recording say more; a restart does not help"
             } else {
                 "the log says where the fault is"
@@ -53,11 +53,11 @@ pub(crate) async fn metrics(State(state): State<AppState>) -> Response {
 
 /// Figures that others keep, as they are now.
 async fn measure(state: &AppState) {
-    let recorder = state.recorder.state().borrow().clone();
+    let recorder = state.shore.recorder.state().borrow().clone();
     metrics::gauge!("lutra_recording_trouble").set(f64::from(u8::from(recorder.trouble.is_some())));
     metrics::gauge!("lutra_history_behind").set(f64::from(u8::from(recorder.history_behind.is_some())));
-    metrics::gauge!("lutra_waiting_bytes").set(state.recorder.waiting_bytes() as f64);
-    let Ok(peers) = state.relay.peers().await else { return };
+    metrics::gauge!("lutra_waiting_bytes").set(state.shore.recorder.waiting_bytes() as f64);
+    let Ok(peers) = state.shore.router.peers().await else { return };
     let mut doors: BTreeMap<&str, u32> =
         ["link", "imcproxy", "tcp", "udp"].into_iter().map(|door| (door, 0)).collect();
     for PeerFigures { state, .. } in &peers {
@@ -66,7 +66,7 @@ async fn measure(state: &AppState) {
     for (door, count) in doors {
         metrics::gauge!("lutra_door_peers", "door" => door).set(f64::from(count));
     }
-    let Ok(counters) = state.relay.look(|hub, _| hub.counters()).await else { return };
+    let Ok(counters) = state.shore.router.counters().await else { return };
     for (what, count) in [
         ("received", counters.received),
         ("damaged", counters.damaged),

@@ -1,9 +1,9 @@
 //! The fleet as it is and as it was, for programs.
 
-use super::asked::{self, Asked};
 use super::error::ApiError;
+use super::extract::{self, Asked};
 use super::guard::{OfVessel, Who};
-use crate::shore::{AppState, Wanted, export, history};
+use crate::AppState;
 use api::{
     At, AtQuery, Buckets, BucketsQuery, Detections, Entity, EventsQuery, Gap, GapsQuery, LogBook, Recorded,
     Samples, SamplesQuery, Series, SeriesQuery, System, TrackPoint, TrackQuery,
@@ -11,6 +11,8 @@ use api::{
 use axum::Json;
 use axum::extract::State;
 use imc::Address;
+use shore::Wanted;
+use shore::history::{self, export};
 use std::sync::Arc;
 use store::Source;
 
@@ -23,7 +25,7 @@ pub(crate) async fn vessels(
     Who(who): Who,
 ) -> Result<Json<Vec<System>>, ApiError> {
     let wanted = Arc::new(Wanted { grants: who.grants, ..Wanted::default() });
-    let mut systems = state.fleet.systems(wanted).await.ok_or_else(ApiError::stopping)?;
+    let mut systems = state.shore.fleet.systems(wanted).await.ok_or_else(ApiError::stopping)?;
     // The server's own words, and those of its people, make no vessel.
     let shore = hub::Door::Shore.name();
     systems.retain(|system| system.doors.iter().any(|door| door != shore));
@@ -35,7 +37,7 @@ pub(crate) async fn recorded(
     State(state): State<AppState>,
     Who(who): Who,
 ) -> Result<Json<Vec<Recorded>>, ApiError> {
-    let mut recorded = state.history.ask(history::recorded).await?;
+    let mut recorded = state.shore.history.ask(history::recorded).await?;
     recorded.retain(|series| who.grants.on(series.system).is_some());
     Ok(Json(recorded))
 }
@@ -49,7 +51,7 @@ pub(crate) async fn series(
     let may = move |system: u16| {
         who.grants.on(system).is_some() && query.system.is_none_or(|wanted| wanted == system)
     };
-    Ok(Json(state.history.ask(move |reader| history::series(reader, may)).await?))
+    Ok(Json(state.shore.history.ask(move |reader| history::series(reader, may)).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/buckets`.
@@ -58,12 +60,12 @@ pub(crate) async fn buckets(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<BucketsQuery>,
 ) -> Result<Json<Buckets>, ApiError> {
-    let range = asked::range(query.from_us, query.to_us)?;
-    let pixels = asked::number("pixels", query.pixels, 1_000, 1..=10_000)?;
+    let range = extract::range(query.from_us, query.to_us)?;
+    let pixels = extract::number("pixels", query.pixels, 1_000, 1..=10_000)?;
     let source = source(vessel, query.entity, &query.message)?;
     let ask =
         move |reader: &mut store::Reader| history::buckets(reader, &source, &query.field, range, pixels);
-    Ok(Json(state.history.ask(ask).await?))
+    Ok(Json(state.shore.history.ask(ask).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/samples`.
@@ -72,15 +74,15 @@ pub(crate) async fn samples(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<SamplesQuery>,
 ) -> Result<Json<Samples>, ApiError> {
-    let range = asked::range(query.from_us, query.to_us)?;
-    let page = asked::page(query.limit, query.skip)?;
+    let range = extract::range(query.from_us, query.to_us)?;
+    let page = extract::page(query.limit, query.skip)?;
     let source = source(vessel, query.entity, &query.message)?;
     let fields = export::list(query.fields.as_deref());
     if fields.len() > FIELDS {
         return Err(ApiError::bad_request(format!("fields: more than {FIELDS}; ask for fewer")));
     }
     let ask = move |reader: &mut store::Reader| history::samples(reader, &source, &fields, range, page);
-    Ok(Json(state.history.ask(ask).await?))
+    Ok(Json(state.shore.history.ask(ask).await?))
 }
 
 fn source(vessel: Address, entity: u8, message: &str) -> Result<Source, ApiError> {
@@ -93,9 +95,9 @@ pub(crate) async fn track(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<TrackQuery>,
 ) -> Result<Json<Vec<TrackPoint>>, ApiError> {
-    let range = asked::range(query.from_us, query.to_us)?;
-    let points = asked::number("points", query.points, 2_000, 2..=20_000)?;
-    Ok(Json(state.history.ask(move |reader| history::track(reader, vessel, range, points)).await?))
+    let range = extract::range(query.from_us, query.to_us)?;
+    let points = extract::number("points", query.points, 2_000, 2..=20_000)?;
+    Ok(Json(state.shore.history.ask(move |reader| history::track(reader, vessel, range, points)).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/at`.
@@ -104,8 +106,8 @@ pub(crate) async fn at(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<AtQuery>,
 ) -> Result<Json<At>, ApiError> {
-    let time_us = asked::time("time_us", query.time_us)?;
-    Ok(Json(state.history.ask(move |reader| history::at(reader, vessel, time_us)).await?))
+    let time_us = extract::time("time_us", query.time_us)?;
+    Ok(Json(state.shore.history.ask(move |reader| history::at(reader, vessel, time_us)).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/entities`.
@@ -113,7 +115,7 @@ pub(crate) async fn entities(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
 ) -> Result<Json<Vec<Entity>>, ApiError> {
-    Ok(Json(state.history.ask(move |reader| history::entities(reader, vessel)).await?))
+    Ok(Json(state.shore.history.ask(move |reader| history::entities(reader, vessel)).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/detections`.
@@ -122,10 +124,10 @@ pub(crate) async fn detections(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<EventsQuery>,
 ) -> Result<Json<Detections>, ApiError> {
-    let range = asked::range(query.from_us, query.to_us)?;
-    let (order, page) = (asked::order(query.order.as_deref())?, asked::page(query.limit, query.skip)?);
+    let range = extract::range(query.from_us, query.to_us)?;
+    let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
     let ask = move |reader: &mut store::Reader| history::detections(reader, vessel, range, order, page);
-    Ok(Json(state.history.ask(ask).await?))
+    Ok(Json(state.shore.history.ask(ask).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/logbook`.
@@ -134,10 +136,10 @@ pub(crate) async fn log_book(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<EventsQuery>,
 ) -> Result<Json<LogBook>, ApiError> {
-    let range = asked::range(query.from_us, query.to_us)?;
-    let (order, page) = (asked::order(query.order.as_deref())?, asked::page(query.limit, query.skip)?);
+    let range = extract::range(query.from_us, query.to_us)?;
+    let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
     let ask = move |reader: &mut store::Reader| history::log_book(reader, vessel, range, order, page);
-    Ok(Json(state.history.ask(ask).await?))
+    Ok(Json(state.shore.history.ask(ask).await?))
 }
 
 /// `GET /api/v1/vessels/{vessel}/gaps`.
@@ -146,6 +148,6 @@ pub(crate) async fn gaps(
     OfVessel(vessel): OfVessel,
     Asked(query): Asked<GapsQuery>,
 ) -> Result<Json<Vec<Gap>>, ApiError> {
-    let range = asked::range(query.from_us, query.to_us)?;
-    Ok(Json(state.history.ask(move |reader| history::gaps(reader, vessel, range)).await?))
+    let range = extract::range(query.from_us, query.to_us)?;
+    Ok(Json(state.shore.history.ask(move |reader| history::gaps(reader, vessel, range)).await?))
 }

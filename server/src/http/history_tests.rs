@@ -4,7 +4,6 @@ use super::route::{Kind, Need};
 use super::routes;
 use super::testing::{FIRST, an_hour};
 use super::tests::Shore;
-use crate::clock;
 use api::{
     At, Buckets, Detections, Entity, Gap, GapKind, LogBook, Role, SampleRow, Samples, Series, TrackPoint,
 };
@@ -12,6 +11,7 @@ use axum::http::{Method, StatusCode};
 use imc::messages::{LogBookEntry, TBRFishTag};
 use imc::{Address, Header, Message, Packet};
 use serde::de::DeserializeOwned;
+use shore::clock;
 use std::path::Path;
 use store::{Accepted, Door, GapKind as Missing, Reader, Store, TimeRange};
 use units::UtcTime;

@@ -4,8 +4,6 @@
 use super::browser_tests::quiet;
 use super::serve::serve;
 use super::testing::{Boats, FIRST, boat, packet};
-use crate::clock;
-use crate::people::vessels;
 use bytes::Bytes;
 use imc::messages::{
     Announce, EntityInfo, EntityParameter, EntityParameters, EntityState, EntityStateState, LogBookEntry,
@@ -13,6 +11,8 @@ use imc::messages::{
     PlanControlType, PlanDB, PlanDBInformation, PlanDBOp, PlanDBState, PlanDBType, SystemType, TextMessage,
     VehicleState, VehicleStateOpMode, Voltage,
 };
+use shore::clock;
+use shore::identity::vessels;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -193,10 +193,10 @@ async fn whatever_vessels_say_stop_stays_on_the_screen_and_nothing_is_executed()
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
     let longest = "n".repeat(64);
-    let named = serving.state.people.change(move |db| vessels::add(db, FIRST, &longest, clock::now()));
+    let named = serving.state.shore.people.change(move |db| vessels::add(db, FIRST, &longest, clock::now()));
     named.await.unwrap();
     let round = Arc::new(AtomicU64::new(1));
-    tokio::spawn(speak(Boats::join(&serving.relay).await, Arc::clone(&round)));
+    tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, Arc::clone(&round)));
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let rounds = std::env::var("LUTRA_FUZZ_ROUNDS").unwrap_or_else(|_| "3".to_owned());

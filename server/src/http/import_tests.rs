@@ -1,7 +1,6 @@
 //! Uploads: what is taken, what is refused, and that nobody is disturbed.
 
 use super::tests::{Answer, Shore, bearer};
-use crate::shore::Imports;
 use api::{Import, ImportState, Role};
 use axum::body::{Body, Bytes};
 use axum::http::{Request, StatusCode, header};
@@ -10,6 +9,7 @@ use flate2::write::GzEncoder;
 use futures_util::stream;
 use imc::messages::Temperature;
 use imc::{Address, Header, Packet};
+use shore::history::Imports;
 use std::io::Write as _;
 use std::time::Duration;
 use store::Reader;
@@ -234,7 +234,7 @@ async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
     assert_eq!(list, [import.clone(), after.clone()]);
     list[1].state = ImportState::Running;
     std::fs::write(&path, serde_json::to_vec(&list).unwrap()).unwrap();
-    let again = Imports::new(&shore.state.config).all();
+    let again = Imports::new(&shore.state.config.shore()).all();
     assert_eq!((again[1].clone(), again[0].state), (import, ImportState::Failed));
     assert!(again[0].problems[0].contains("the server ended meanwhile"), "{again:?}");
 }
@@ -254,7 +254,7 @@ async fn an_import_waits_for_a_history_that_is_made_again() {
     let import = ended(&shore, &token, &upload(&shore, &token, "Data.lsf", log(60_001)).await).await;
     assert_eq!((import.state, import.added, import.problems.len()), (ImportState::Done, 1, 0), "{import:?}");
     assert_eq!(samples(&shore), 60_001);
-    let mut recorder = shore.state.recorder.state();
+    let mut recorder = shore.state.shore.recorder.state();
     let whole = recorder.wait_for(|state| state.history_behind.is_none());
     tokio::time::timeout(DEADLINE, whole).await.unwrap().unwrap();
 }

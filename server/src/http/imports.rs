@@ -3,18 +3,18 @@
 //! A log speaks for any vessel, and what it says stays in the archive: so it takes the role operator on all
 //! vessels. The body is the file as it is, plain or packed by gzip, written to the disk as it comes.
 
-use super::asked::{Asked, InPath};
-use super::caller::Caller;
 use super::error::ApiError;
+use super::extract::{Asked, InPath};
 use super::guard::Who;
-use crate::shore::AppState;
-use crate::shore::imports::{RESERVED_BYTES, Upload};
+use super::remote::Remote;
+use crate::AppState;
 use api::{Import, ImportQuery};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use futures_util::StreamExt as _;
+use shore::history::imports::{RESERVED_BYTES, Upload};
 use std::time::{Duration, Instant};
 
 /// Bytes that are written at once.
@@ -26,7 +26,7 @@ const SLOWEST: u64 = 4_096;
 
 /// `GET /api/v1/import`.
 pub(crate) async fn list(State(state): State<AppState>) -> Json<Vec<Import>> {
-    Json(state.imports.all())
+    Json(state.shore.imports.all())
 }
 
 /// `GET /api/v1/import/{id}`.
@@ -34,7 +34,7 @@ pub(crate) async fn one(
     State(state): State<AppState>,
     InPath(id): InPath<u32>,
 ) -> Result<Json<Import>, ApiError> {
-    let import = state.imports.get(id).map(Json);
+    let import = state.shore.imports.get(id).map(Json);
     import.ok_or_else(|| ApiError::not_found("There is no such import; GET /api/v1/import lists them."))
 }
 
@@ -42,25 +42,29 @@ pub(crate) async fn one(
 pub(crate) async fn cancel(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<u32>,
 ) -> Result<Json<Import>, ApiError> {
     let missing = || ApiError::not_found("There is no such import; GET /api/v1/import lists them.");
-    let import = state.imports.get(id).ok_or_else(missing)?;
+    let import = state.shore.imports.get(id).ok_or_else(missing)?;
     let subject = format!("{} (import {id})", import.name);
-    state.people.act(&who, caller.address.to_string(), "log.import.cancel", subject, |_| Ok(())).await?;
-    if !state.imports.cancel(id, who.name) {
+    state
+        .shore
+        .people
+        .act(&who, remote.address.to_string(), "log.import.cancel", subject, |_| Ok(()))
+        .await?;
+    if !state.shore.imports.cancel(id, who.name) {
         let text = "This import is at its end: GET /api/v1/import tells how it went.";
         return Err(ApiError::new(StatusCode::CONFLICT, "import_ended", text));
     }
-    state.imports.get(id).map(Json).ok_or_else(missing)
+    state.shore.imports.get(id).map(Json).ok_or_else(missing)
 }
 
 /// `POST /api/v1/import`.
 pub(crate) async fn upload(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     headers: HeaderMap,
     Asked(query): Asked<ImportQuery>,
     body: Body,
@@ -75,7 +79,7 @@ pub(crate) async fn upload(
     if announced.is_some_and(|length: u64| length > most) {
         return Err(too_long(most));
     }
-    let upload = state.imports.upload().map_err(|error| ApiError::internal(&error))?;
+    let upload = state.shore.imports.upload().map_err(|error| ApiError::internal(&error))?;
     let Some(upload) = upload else {
         let text = "Another log is being uploaded or imported: GET /api/v1/import tells how far it is.";
         return Err(ApiError::new(StatusCode::CONFLICT, "import_running", text));
@@ -86,9 +90,9 @@ pub(crate) async fn upload(
     }
     let upload = receive(upload, body, most).await?;
     let subject = format!("{name} ({} bytes)", upload.bytes);
-    state.people.act(&who, caller.address.to_string(), "log.import", subject, |_| Ok(())).await?;
-    let (recorder, stop) = (state.recorder.clone(), state.stop.clone());
-    Ok(Json(state.imports.begin(upload, name, who.name, recorder, &state.tasks, stop)))
+    state.shore.people.act(&who, remote.address.to_string(), "log.import", subject, |_| Ok(())).await?;
+    let (recorder, stop) = (state.shore.recorder.clone(), state.shore.stop.clone());
+    Ok(Json(state.shore.imports.begin(upload, name, who.name, recorder, &state.shore.tasks, stop)))
 }
 
 /// Writes the body to the disk, and looks early whether it is a log at all.

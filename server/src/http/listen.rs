@@ -1,9 +1,9 @@
 //! Accepts connections, encrypted or not, and serves HTTP/1.1 on them until told to stop.
 //!
-//! At most as many connections as allowed are open at once ([`super::places`]); further ones wait in the kernel's
+//! At most as many connections as allowed are open at once ([`super::connections`]); further ones wait in the kernel's
 //! queue. A peer that does not finish its TLS handshake or its request's head in ten seconds is dropped.
 
-use super::places::{Placed, Places};
+use super::connections::{Placed, Places};
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;

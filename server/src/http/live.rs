@@ -10,15 +10,11 @@
 //! What the client says is read beside all that, so that a stop is carried out however long a frame, or a look at the
 //! rights, takes. Only a client that takes nothing of what it is sent, or says more than is heeded, is not read.
 
-use super::caller::Caller;
 use super::error::ApiError;
 use super::guard::{Who, identify};
-use super::orders::Issuer;
 use super::outgoing::{Ended, Outgoing, PATIENCE, bounded};
-use super::stop;
-use crate::clock;
-use crate::people::{Principal, Via};
-use crate::shore::{AppState, Wanted, alarms};
+use super::remote::Remote;
+use crate::AppState;
 use api::{LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Role, Subscription, System, Update};
 use axum::extract::State;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
@@ -28,6 +24,10 @@ use bytes::Bytes;
 use futures_util::StreamExt as _;
 use futures_util::stream::{FuturesUnordered, SplitStream};
 use imc::Address;
+use shore::clock;
+use shore::commands::{Issuer, Stop};
+use shore::identity::{Principal, Via};
+use shore::{Wanted, alarms};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -59,13 +59,13 @@ const STOPS: usize = 32;
 pub(crate) async fn socket(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     bounded(upgrade, READ_BYTES, FRAME_BYTES).on_upgrade(move |socket| {
-        let tasks = state.tasks.clone();
-        let client = Client::new(state, who, caller, headers);
+        let tasks = state.shore.tasks.clone();
+        let client = Client::new(state, who, remote, headers);
         tasks.track_future(client.run(socket))
     })
 }
@@ -77,7 +77,7 @@ enum Said {
     /// A ping of ours was answered.
     Answered(Bytes),
     /// It stops a vessel.
-    Stop(LiveStop, Result<stop::Stop, ApiError>),
+    Stop(LiveStop, Result<Stop, ApiError>),
 }
 
 /// The half that reads.
@@ -91,7 +91,7 @@ struct Listener {
 struct Client {
     state: AppState,
     who: watch::Sender<Principal>,
-    caller: Caller,
+    remote: Remote,
     /// What the client showed when it came in, to be looked at again.
     headers: HeaderMap,
     wanted: Option<Arc<Wanted>>,
@@ -185,7 +185,7 @@ impl Listener {
     }
 
     /// Begins to stop a vessel, before anything else is looked at.
-    fn stop(&self, ask: &LiveStop) -> Result<stop::Stop, ApiError> {
+    fn stop(&self, ask: &LiveStop) -> Result<Stop, ApiError> {
         let who = self.who.borrow().clone();
         if who.grants.on(ask.vessel) < Some(Role::Operator) {
             let text = format!("{} may not stop vessel {}: it takes an operator.", who.name, ask.vessel);
@@ -195,14 +195,14 @@ impl Listener {
             return Err(ApiError::bad_request("key: give each stop a key of its own"));
         }
         let by = Issuer { who, from: self.from.clone(), window: ask.window.clone() };
-        stop::begin(&self.state, Address(ask.vessel), by, &ask.key)
+        Ok(self.state.shore.commands.begin_stop(Address(ask.vessel), by, &ask.key)?)
     }
 }
 
 /// What became of a stop, as the client is told.
-async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<stop::Stop, ApiError>) -> LiveAnswer {
+async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<Stop, ApiError>) -> LiveAnswer {
     let outcome = match stop {
-        Ok(stop) => stop.outcome().await,
+        Ok(stop) => stop.outcome().await.map_err(ApiError::from),
         Err(refused) => Err(refused),
     };
     let (ordered, refused) = match outcome {
@@ -213,12 +213,12 @@ async fn answered(LiveStop { vessel, key, .. }: LiveStop, stop: Result<stop::Sto
 }
 
 impl Client {
-    fn new(state: AppState, who: Principal, caller: Caller, headers: HeaderMap) -> Self {
+    fn new(state: AppState, who: Principal, remote: Remote, headers: HeaderMap) -> Self {
         let now = Instant::now();
         Self {
             state,
             who: watch::Sender::new(who),
-            caller,
+            remote,
             headers,
             wanted: None,
             every: Duration::from_millis(100),
@@ -239,7 +239,7 @@ impl Client {
         metrics::gauge!("lutra_live_clients").increment(1);
         let (sink, stream) = socket.split();
         let (told, said) = mpsc::channel(UNHEEDED);
-        let from = self.caller.address.to_string();
+        let from = self.remote.address.to_string();
         let listener = Listener { state: self.state.clone(), who: self.who.subscribe(), from, told };
         let mut out = Outgoing::new(sink);
         let (code, reason) = tokio::select! {
@@ -253,8 +253,8 @@ impl Client {
     }
 
     async fn converse(&mut self, out: &mut Outgoing, mut said: mpsc::Receiver<Said>) -> End {
-        let mut revision = self.state.fleet.revision();
-        let mut rights = self.state.people.changes();
+        let mut revision = self.state.shore.fleet.revision();
+        let mut rights = self.state.shore.people.changes();
         let mut rights_due = tokio::time::interval(RIGHTS_EVERY);
         let mut stops = FuturesUnordered::new();
         loop {
@@ -278,7 +278,7 @@ impl Client {
                 () = tokio::time::sleep_until(self.moved + PATIENCE), if free && self.full() => Err(TOO_SLOW),
                 _ = rights.changed() => self.check_rights().await,
                 _ = rights_due.tick() => self.check_rights().await,
-                () = self.state.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
+                () = self.state.shore.stop.cancelled() => Err((close_code::AWAY, "the server is stopping")),
             };
             if let Err(end) = step {
                 return end;
@@ -326,9 +326,14 @@ impl Client {
         let gone = (close_code::AWAY, "the server is stopping");
         let (begun, snapshot) = (Instant::now(), self.known == 0);
         let described = snapshot || begun >= self.systems_not_before;
-        let mut changes =
-            self.state.fleet.changes(self.known, self.known_control, wanted, described).await.ok_or(gone)?;
-        alarms::name(&self.state.people, &mut changes.alarms);
+        let mut changes = self
+            .state
+            .shore
+            .fleet
+            .changes(self.known, self.known_control, wanted, described)
+            .await
+            .ok_or(gone)?;
+        alarms::name(&self.state.shore.people, &mut changes.alarms);
         if described {
             self.systems_not_before = begun + SYSTEMS_EVERY;
             if snapshot {
@@ -349,7 +354,7 @@ impl Client {
             leases: changes.leases,
             commands: changes.commands,
             alarms: changes.alarms,
-            recording: self.state.recorder.state().borrow().problem(),
+            recording: self.state.shore.recorder.state().borrow().problem(),
         };
         self.known = changes.revision.max(1);
         self.known_control = changes.control;
@@ -376,7 +381,7 @@ impl Client {
     /// Whether the client may still be here, and what it may see now.
     async fn check_rights(&mut self) -> Result<(), End> {
         let ended = (close_code::POLICY, "not logged in any more");
-        let who = match identify(&self.state, &self.headers, self.caller).await {
+        let who = match identify(&self.state, &self.headers, self.remote).await {
             Ok(who) => who.ok_or(ended)?,
             Err(ApiError { status, .. }) if status.is_server_error() => return Ok(()),
             Err(_) => return Err(ended),

@@ -2,12 +2,12 @@
 
 use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat, event, voltage};
-use crate::clock;
 use crate::config::Config;
-use crate::people::{open, persons, sessions, tokens, vessels};
 use api::{LiveFrame, NewToken, Role};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::LogBookEntry;
+use shore::clock;
+use shore::identity::{open, persons, sessions, tokens, vessels};
 use std::time::Duration;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
@@ -34,7 +34,7 @@ impl Shore {
         config.http.listen = "127.0.0.1:0".parse().unwrap();
         config.imc.active = false;
         let serving = serve(config).await.unwrap();
-        let boats = Boats::join(&serving.relay).await;
+        let boats = Boats::join(&serving.state.shore.router).await;
         Self { serving, boats, folder }
     }
 
@@ -108,17 +108,17 @@ async fn an_alarm_calls_its_vessel_by_the_name_that_people_gave_it() {
     let shore = Shore::start().await;
     let token = shore.token(None, Role::Viewer);
     let named =
-        shore.serving.state.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
+        shore.serving.state.shore.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
     named.await.unwrap();
     shore.boats.say(boat(0, clock::now())).await;
     let mut socket = shore.subscribed(&token, "{\"messages\":[],\"every_ms\":5}").await;
-    let silent = |hub: &mut hub::Hub, now: hub::Now| {
-        hub.watch(
-            hub::Now { mono: now.mono + Duration::from_secs(20), ..now },
-            &hub::alarm::Outside::default(),
+    let silent = |operations: &mut operations::Operations, now: units::Now| {
+        operations.watch(
+            units::Now { mono: now.mono + Duration::from_secs(20), ..now },
+            &operations::alarms::ShoreState::default(),
         );
     };
-    shore.serving.relay.look(silent).await.unwrap();
+    shore.serving.state.shore.router.inspect(silent).await.unwrap();
     let alarm = loop {
         let alarms = frame(&mut socket).await.unwrap().alarms;
         if let Some(alarm) = alarms.into_iter().find(|alarm| alarm.vessel == Some(FIRST)) {

@@ -5,17 +5,15 @@ mod alarms;
 mod alarms_tests;
 #[cfg(test)]
 mod ashore_aboard_tests;
-mod asked;
 mod assets;
 #[cfg(test)]
 mod browser_tests;
-mod caller;
 mod charts;
 #[cfg(test)]
 mod charts_tests;
-mod commands;
 #[cfg(test)]
 mod commands_tests;
+mod connections;
 mod control;
 #[cfg(test)]
 mod control_tests;
@@ -27,7 +25,7 @@ mod error;
 mod export;
 #[cfg(test)]
 mod export_tests;
-mod grounding;
+mod extract;
 #[cfg(test)]
 mod grounding_tests;
 pub(crate) mod guard;
@@ -47,20 +45,20 @@ mod live;
 mod live_tests;
 mod measure;
 mod openapi;
-mod orders;
 pub(crate) mod outgoing;
-mod pace;
 mod people;
-mod places;
 mod plans;
 #[cfg(test)]
 mod plans_tests;
+mod remote;
+#[cfg(test)]
+mod reports_tests;
 mod route;
 mod routes;
 pub(crate) mod serve;
 #[cfg(test)]
 mod serve_tests;
-pub(crate) mod stop;
+mod slow_bodies;
 #[cfg(test)]
 mod stop_tests;
 mod teleop;
@@ -70,12 +68,9 @@ mod teleop_tests;
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
-mod told;
-#[cfg(test)]
-mod told_tests;
 
 pub(crate) use assets::path as asset_path;
-pub(crate) use caller::Caller;
+pub(crate) use remote::Remote;
 
 pub(crate) use error::ApiError;
 pub(crate) use guard::{OfVessel, SESSION_COOKIE, Who, cookie, cookie_name, plain_cookie};

@@ -121,7 +121,7 @@ fn needs(need: Need) -> String {
         Need::Anyone => "For anyone.".to_owned(),
         Need::Session => "For browsers that are logged in.".to_owned(),
         Need::Somewhere(role) => {
-            format!("Needs the role {role} on some vessel; shows what the caller may see.")
+            format!("Needs the role {role} on some vessel; shows what the remote may see.")
         }
         Need::OnVessel(role) => format!("Needs the role {role} on the vessel."),
         Need::Everywhere(role) => format!("Needs the role {role} on all vessels."),

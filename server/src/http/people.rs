@@ -1,29 +1,29 @@
 //! People, tokens and sessions for programs.
 
-use super::asked::{Asked, InPath};
-use super::caller::Caller;
 use super::error::ApiError;
+use super::extract::{Asked, InPath};
 use super::guard::Who;
-use crate::clock;
-use crate::people::{Via, audit, persons, sessions, tokens};
-use crate::shore::AppState;
+use super::remote::Remote;
+use crate::AppState;
 use api::{AuditEntry, Me, NewToken, Person, Role, Session, Token, TokenMade};
 use axum::Json;
 use axum::extract::State;
 use axum::extract::rejection::JsonRejection;
 use serde::Deserialize;
+use shore::clock;
+use shore::identity::{Via, audit, persons, sessions, tokens};
 use utoipa::IntoParams;
 
 /// `GET /api/v1/me`.
 pub(crate) async fn me(State(state): State<AppState>, Who(who): Who) -> Result<Json<Me>, ApiError> {
     let person = who.person;
-    let permissions = state.people.ask(move |db| persons::permissions(db, person)).await?;
+    let permissions = state.shore.people.ask(move |db| persons::permissions(db, person)).await?;
     Ok(Json(Me { name: who.name, permissions }))
 }
 
 /// `GET /api/v1/people`.
 pub(crate) async fn list(State(state): State<AppState>) -> Result<Json<Vec<Person>>, ApiError> {
-    Ok(Json(state.people.ask(persons::list).await?))
+    Ok(Json(state.shore.people.ask(persons::list).await?))
 }
 
 /// `GET /api/v1/tokens`: one's own, or for an admin all.
@@ -32,14 +32,14 @@ pub(crate) async fn token_list(
     Who(who): Who,
 ) -> Result<Json<Vec<Token>>, ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
-    Ok(Json(state.people.ask(move |db| tokens::list(db, person)).await?))
+    Ok(Json(state.shore.people.ask(move |db| tokens::list(db, person)).await?))
 }
 
 /// `POST /api/v1/tokens`.
 pub(crate) async fn token_make(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     new: Result<Json<NewToken>, JsonRejection>,
 ) -> Result<Json<TokenMade>, ApiError> {
     if matches!(who.via, Via::Token { .. }) {
@@ -48,7 +48,7 @@ pub(crate) async fn token_make(
     }
     let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
     let (person, subject) = (who.person, new.label.clone());
-    let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
+    let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, move |db| {
         tokens::make(db, person, &new, clock::now())
     });
     Ok(Json(made.await?))
@@ -58,7 +58,7 @@ pub(crate) async fn token_make(
 pub(crate) async fn token_revoke(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
@@ -69,7 +69,7 @@ pub(crate) async fn token_revoke(
         return Err(ApiError::forbidden("A token can revoke itself alone: log in with a browser."));
     }
     let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
-    Ok(state.people.act(&who, caller.address.to_string(), "token.revoke", id.to_string(), work).await?)
+    Ok(state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), work).await?)
 }
 
 /// `GET /api/v1/sessions`: one's own, or for an admin all.
@@ -78,14 +78,14 @@ pub(crate) async fn session_list(
     Who(who): Who,
 ) -> Result<Json<Vec<Session>>, ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
-    Ok(Json(state.people.ask(move |db| sessions::list(db, person)).await?))
+    Ok(Json(state.shore.people.ask(move |db| sessions::list(db, person)).await?))
 }
 
 /// `DELETE /api/v1/sessions/{id}`: one's own, or for an admin any.
 pub(crate) async fn session_end(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
@@ -94,7 +94,7 @@ pub(crate) async fn session_end(
         return Err(ApiError::forbidden("A token cannot end sessions: log in with a browser."));
     }
     let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
-    Ok(state.people.act(&who, caller.address.to_string(), "session.end", id.to_string(), work).await?)
+    Ok(state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), work).await?)
 }
 
 /// Which part of the audit log.
@@ -113,5 +113,5 @@ pub(crate) async fn audit_list(
     Asked(query): Asked<AuditQuery>,
 ) -> Result<Json<Vec<AuditEntry>>, ApiError> {
     let count = query.count.unwrap_or(100).min(1_000);
-    Ok(Json(state.people.ask(move |db| audit::entries(db, query.before, count)).await?))
+    Ok(Json(state.shore.people.ask(move |db| audit::entries(db, query.before, count)).await?))
 }

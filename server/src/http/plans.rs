@@ -3,16 +3,11 @@
 //! A plan of a vessel is seen by who may see the vessel and changed by its operators; one of no vessel by all and by
 //! whoever is operator somewhere. What is merely kept (drafts) is not audited: the revisions tell who it was.
 
-use super::asked::{Asked, InPath};
-use super::caller::Caller;
 use super::error::ApiError;
-use super::grounding::Judge;
+use super::extract::{Asked, InPath};
 use super::guard::Who;
-use super::orders::{self, Issuer};
-use crate::clock;
-use crate::people::{Fault, Principal};
-use crate::plans::{self, Change, Format, Row};
-use crate::shore::AppState;
+use super::remote::Remote;
+use crate::AppState;
 use api::{
     Command, ImportedPlan, PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery,
     PlanRevision, PlanSummary, PlanUploadAsk, Role, StoredPlan,
@@ -25,6 +20,10 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use imc::Address;
 use serde_json::json;
+use shore::clock;
+use shore::commands::Issuer;
+use shore::identity::{Fault, Principal};
+use shore::plans::{self, Change, Format, Row};
 use units::UtcTime;
 
 /// Letters of a file's name.
@@ -37,7 +36,7 @@ pub(crate) async fn list(
     State(state): State<AppState>,
     Who(who): Who,
 ) -> Result<Json<Vec<PlanSummary>>, ApiError> {
-    let mut rows = state.people.ask(plans::list).await?;
+    let mut rows = state.shore.people.ask(plans::list).await?;
     rows.retain(|row| may_see(&who, row.plan.vessel));
     let now = clock::now();
     Ok(Json(slow(move || rows.into_iter().map(|row| summary(row, now)).collect()).await?))
@@ -47,11 +46,11 @@ pub(crate) async fn list(
 pub(crate) async fn create(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     sent: Sent<PlanDocument>,
 ) -> Result<Json<StoredPlan>, ApiError> {
     let plan = taken(sent)?;
-    keep_new(&state, &who, caller, "plan.create", plan).await.map(Json)
+    keep_new(&state, &who, remote, "plan.create", plan).await.map(Json)
 }
 
 /// `GET /api/v1/plans/{id}`.
@@ -72,14 +71,14 @@ pub(crate) async fn revisions(
     InPath(id): InPath<i64>,
 ) -> Result<Json<Vec<PlanRevision>>, ApiError> {
     find(&state, &who, id, None).await?;
-    Ok(Json(state.people.ask(move |db| plans::revisions(db, id)).await?))
+    Ok(Json(state.shore.people.ask(move |db| plans::revisions(db, id)).await?))
 }
 
 /// `PUT /api/v1/plans/{id}`: 409 with the newer plan when there is one.
 pub(crate) async fn save(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
     sent: Sent<PlanChange>,
 ) -> Result<Response, ApiError> {
@@ -106,9 +105,9 @@ pub(crate) async fn save(
         plans::save(db, id, from, &plan, Change { author: &author, now, draft })
     };
     let done = if draft {
-        state.people.change(work).await
+        state.shore.people.change(work).await
     } else {
-        state.people.act(&who, caller.address.to_string(), "plan.save", subject, work).await
+        state.shore.people.act(&who, remote.address.to_string(), "plan.save", subject, work).await
     };
     let row = find(&state, &who, id, None).await?;
     match done {
@@ -126,41 +125,41 @@ pub(crate) async fn save(
 pub(crate) async fn duplicate(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
 ) -> Result<Json<StoredPlan>, ApiError> {
     let row = find(&state, &who, id, None).await?;
-    keep_new(&state, &who, caller, "plan.duplicate", row.plan).await.map(Json)
+    keep_new(&state, &who, remote, "plan.duplicate", row.plan).await.map(Json)
 }
 
 /// `DELETE /api/v1/plans/{id}`.
 pub(crate) async fn delete(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
 ) -> Result<(), ApiError> {
     let row = find(&state, &who, id, None).await?;
     may_change(&who, row.plan.vessel)?;
     let work = move |db: &rusqlite::Connection| plans::delete(db, id, clock::now());
-    Ok(state.people.act(&who, caller.address.to_string(), "plan.delete", row.plan.name, work).await?)
+    Ok(state.shore.people.act(&who, remote.address.to_string(), "plan.delete", row.plan.name, work).await?)
 }
 
 /// `POST /api/v1/plans/{id}/restore`.
 pub(crate) async fn restore(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
 ) -> Result<Json<StoredPlan>, ApiError> {
-    let row = state.people.ask(move |db| plans::load(db, id, None)).await?;
+    let row = state.shore.people.ask(move |db| plans::load(db, id, None)).await?;
     let row = row.filter(|row| may_see(&who, row.plan.vessel)).ok_or_else(no_such)?;
     may_change(&who, row.plan.vessel)?;
     let author = who.name.clone();
     let work = move |db: &rusqlite::Connection| {
         plans::restore(db, id, Change { author: &author, now: clock::now(), draft: false })
     };
-    state.people.act(&who, caller.address.to_string(), "plan.restore", row.plan.name, work).await?;
+    state.shore.people.act(&who, remote.address.to_string(), "plan.restore", row.plan.name, work).await?;
     stored(&state, &who, find(&state, &who, id, None).await?).await.map(Json)
 }
 
@@ -179,7 +178,7 @@ pub(crate) async fn check(
 pub(crate) async fn upload(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     InPath(id): InPath<i64>,
     sent: Sent<PlanUploadAsk>,
 ) -> Result<(StatusCode, Json<Command>), ApiError> {
@@ -197,9 +196,9 @@ pub(crate) async fn upload(
         return Err(refused("The plan is for another vessel; change that first.".to_owned()));
     }
     let specification = slow(move || plans::aboard(&row.plan, clock::now())).await?.map_err(refused)?;
-    let by = Issuer { who, from: caller.address.to_string(), window };
-    let order = hub::Order::Upload(Box::new(specification));
-    Ok((StatusCode::ACCEPTED, Json(orders::issue(&state, Address(vessel), &by, order).await?)))
+    let by = Issuer { who, from: remote.address.to_string(), window };
+    let order = operations::Order::Upload(Box::new(specification));
+    Ok((StatusCode::ACCEPTED, Json(state.shore.commands.issue(Address(vessel), &by, order).await?)))
 }
 
 /// `GET /api/v1/plans/{id}/export`.
@@ -226,7 +225,7 @@ pub(crate) async fn export(
 pub(crate) async fn import(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     Asked(query): Asked<PlanImportQuery>,
     body: Result<Bytes, BytesRejection>,
 ) -> Result<Json<ImportedPlan>, ApiError> {
@@ -239,14 +238,14 @@ pub(crate) async fn import(
     let told = file.clone();
     let read = slow(move || plans::read(&bytes, &file)).await?;
     let (plan, notes) = read.map_err(|text| refused(format!("{told} was not imported: {text}")))?;
-    let stored = keep_new(&state, &who, caller, "plan.import", plan).await?;
+    let stored = keep_new(&state, &who, remote, "plan.import", plan).await?;
     Ok(Json(ImportedPlan { stored, notes }))
 }
 
 async fn keep_new(
     state: &AppState,
     who: &Principal,
-    caller: Caller,
+    remote: Remote,
     action: &'static str,
     plan: PlanDocument,
 ) -> Result<StoredPlan, ApiError> {
@@ -256,7 +255,7 @@ async fn keep_new(
     let work = move |db: &rusqlite::Connection| {
         plans::create(db, plan, Change { author: &author, now: clock::now(), draft: true })
     };
-    let id = state.people.act(who, caller.address.to_string(), action, subject, work).await?;
+    let id = state.shore.people.act(who, remote.address.to_string(), action, subject, work).await?;
     stored(state, who, find(state, who, id, None).await?).await
 }
 
@@ -273,7 +272,7 @@ pub(crate) async fn seen_plan(
 
 /// A plan that the person may see.
 async fn find(state: &AppState, who: &Principal, id: i64, revision: Option<u32>) -> Result<Row, ApiError> {
-    let row = state.people.ask(move |db| plans::load(db, id, revision)).await?;
+    let row = state.shore.people.ask(move |db| plans::load(db, id, revision)).await?;
     row.filter(|row| !row.deleted && may_see(who, row.plan.vessel)).ok_or_else(no_such)
 }
 
@@ -313,7 +312,7 @@ async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> R
 /// What is told of a plan, by the chart too. Where its vessel is counts only for who may see the vessel.
 async fn judged(state: &AppState, who: &Principal, plan: PlanDocument) -> Result<PlanCheck, ApiError> {
     let seen = plan.vessel.filter(|vessel| who.grants.on(*vessel).is_some());
-    let judge = Judge::of_drawing(state, seen.map(Address)).await;
+    let judge = state.shore.grounding.of_drawing(seen.map(Address)).await;
     slow(move || plans::check_with(&plan, clock::now(), |plan| judge.guard(plan))).await
 }
 

@@ -1,6 +1,6 @@
 //! One row of the table of routes: from it come the router, the OpenAPI document and the test of who may what.
 
-use crate::shore::AppState;
+use crate::AppState;
 use api::Role;
 use axum::extract::DefaultBodyLimit;
 use axum::handler::Handler;

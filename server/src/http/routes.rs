@@ -3,11 +3,11 @@
 use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
-    alarms, assets, charts, commands, control, doors, error::ApiError, export, headers, health, history,
-    imports, live, measure, openapi, pace, people, plans, teleop, told,
+    alarms, assets, charts, control, doors, error::ApiError, export, headers, health, history, imports, live,
+    measure, openapi, people, plans, slow_bodies, teleop,
 };
+use crate::AppState;
 use crate::pages;
-use crate::shore::AppState;
 use api::{
     Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor,
     ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DoorPeer, Entity,
@@ -70,7 +70,7 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/api/v1/audit", admin, "Who did what, the newest first.", people::audit_list)
             .query::<people::AuditQuery>()
             .gives::<Vec<AuditEntry>>(),
-        Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", crate::doors::link::open),
+        Route::socket("/link", Need::Link, "A vessel's link: a WebSocket.", crate::transports::open_link),
         Route::get("/api/v1/vessels", viewer, "The fleet as it is.", history::vessels).gives::<Vec<System>>(),
         Route::socket("/api/live", viewer, "The fleet as it changes: a WebSocket.", live::socket)
             .takes::<LiveRequest>()
@@ -157,7 +157,7 @@ fn orders() -> Vec<Route> {
             "/api/v1/vessels/{vessel}/abort",
             Need::OnVessel(Role::Operator),
             "Stop: what the vessel does ends and its motors stand still. Never asks back.",
-            commands::abort,
+            control::abort,
         )
         .query::<StopQuery>()
         .gives::<Ordered>(),
@@ -219,7 +219,7 @@ fn told_by_vessels() -> Vec<Route> {
             "/api/v1/vessels/{vessel}/ask",
             viewer,
             "Ask a vessel for its parameters or plans. Commands nothing; the answer comes by itself, or never.",
-            told::ask,
+            control::ask,
         )
         .takes::<VesselAsk>()
         .gives::<VesselAsked>(),
@@ -227,14 +227,14 @@ fn told_by_vessels() -> Vec<Route> {
             "/api/v1/vessels/{vessel}/parameters",
             viewer,
             "The parameters of a vessel, as it told them last, with what those of Lutra mean.",
-            told::parameters,
+            control::parameters,
         )
         .gives::<VesselParameters>(),
         Route::get(
             "/api/v1/vessels/{vessel}/plan",
             viewer,
             "The plan that a vessel sails, as far as it is known ashore.",
-            told::plan,
+            control::plan,
         )
         .gives::<PlanUnderWay>(),
     ]
@@ -409,8 +409,11 @@ pub(crate) fn router(state: AppState) -> Router {
         let pack = CompressionLayer::new().compress_when(unpacked);
         let handler = if route.packed { route.handler.layer(pack) } else { route.handler };
         let guarded = handler.route_layer(axum::middleware::from_fn_with_state(post, guard));
-        let guarded =
-            if route.paces { guarded } else { guarded.route_layer(axum::middleware::from_fn(pace::keep)) };
+        let guarded = if route.paces {
+            guarded
+        } else {
+            guarded.route_layer(axum::middleware::from_fn(slow_bodies::keep))
+        };
         router = router.route(route.path, guarded);
     }
     router

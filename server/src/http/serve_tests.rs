@@ -2,10 +2,10 @@
 
 use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat};
-use crate::clock;
 use crate::config::Config;
 use http_body_util::BodyExt as _;
 use hyper_util::rt::TokioIo;
+use shore::clock;
 use std::path::Path;
 
 async fn start(folder: &Path) -> Serving {
@@ -35,19 +35,19 @@ async fn lose(serving: &Serving, owner: &str) {
     let state = serving.state.clone();
     match owner {
         "the hub" => {
-            let lost = state.relay.look(|_, _| -> () { panic!("a fault in the hub") }).await;
+            let lost = state.shore.router.inspect(|_, _| -> () { panic!("a fault in the hub") }).await;
             assert!(lost.is_err());
         }
         "the recorder" => {
-            let lost = state.recorder.with_store(|_| -> () { panic!("a fault in the recorder") }).await;
+            let lost = state.shore.recorder.with_store(|_| -> () { panic!("a fault in the recorder") }).await;
             assert!(lost.is_none(), "who asks gets an answer all the same");
         }
         "app.db" => {
-            let lost = state.people.ask(|_| -> Result<(), _> { panic!("a fault in app.db") }).await;
+            let lost = state.shore.people.ask(|_| -> Result<(), _> { panic!("a fault in app.db") }).await;
             assert!(lost.is_err());
         }
-        "the hashing of passwords" => state.people.lose_hashing(),
-        watched => assert!(serving.owners.lose(watched), "{watched}"),
+        "the hashing of passwords" => state.shore.people.lose_hashing(),
+        watched => assert!(serving.state.shore.owners.lose(watched), "{watched}"),
     }
 }
 
@@ -86,7 +86,7 @@ async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
         let serving = start(folder.path()).await;
         assert_eq!(get(&serving, "/healthz").await.0, 200);
         assert_eq!(get(&serving, "/readyz").await.0, 200);
-        let boats = Boats::join(&serving.relay).await;
+        let boats = Boats::join(&serving.state.shore.router).await;
         let said = boat(0, clock::now());
         boats.say(said.clone()).await;
         lose(&serving, owner).await;
@@ -117,14 +117,14 @@ async fn whatever_the_server_cannot_do_without_is_watched() {
         let serving = start(folder.path()).await;
         let lost = async {
             // Some begin a moment later.
-            while !serving.owners.lose(owner) {
+            while !serving.state.shore.owners.lose(owner) {
                 tokio::time::sleep(std::time::Duration::from_millis(5)).await;
             }
             serving.failed().await
         };
         let lost = tokio::time::timeout(std::time::Duration::from_secs(20), lost).await;
         assert_eq!(lost.expect(owner), owner);
-        let trouble = serving.owners.trouble().unwrap();
+        let trouble = serving.state.shore.owners.trouble().unwrap();
         assert!(trouble.contains(&format!("{owner} was lost to a fault")), "{trouble}");
         serving.stop().await;
     }

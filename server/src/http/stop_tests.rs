@@ -2,11 +2,11 @@
 
 use super::live_tests::{DEADLINE, Raw, Shore, Socket, exchange};
 use super::testing::{FIRST, boat, packet};
-use crate::clock;
 use api::{LiveAnswer, LiveStopped, Ordered, Role};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::PacketView;
 use imc::messages::{Abort, LogBookEntry, Payload as _};
+use shore::clock;
 use std::time::Duration;
 use tokio::io::AsyncWriteExt as _;
 use tokio::time::{Instant, timeout};
@@ -40,7 +40,7 @@ async fn stop(socket: &mut Socket, text: &str) -> LiveStopped {
 async fn aborts(shore: &Shore) -> usize {
     let mark = packet(1, 255, clock::now(), LogBookEntry::default());
     let mut count = 0;
-    let relay = &shore.serving.relay;
+    let relay = &shore.serving.state.shore.router;
     relay.send(addressed(&mark)).await.unwrap();
     loop {
         for heard in timeout(DEADLINE, shore.boats.heard_all()).await.unwrap() {
@@ -74,7 +74,7 @@ async fn a_stop_that_finds_no_room_is_said_to_wait_and_is_the_first_to_leave() {
     let entry = LogBookEntry { text: "x".repeat(60_000).as_str().into(), ..LogBookEntry::default() };
     for number in 0..30 {
         let mark = packet(1, 255, units::UtcTime::from_micros(clock::now().micros() + number), entry.clone());
-        shore.serving.relay.send(addressed(&mark)).await.unwrap();
+        shore.serving.state.shore.router.send(addressed(&mark)).await.unwrap();
     }
     shore.boats.say(boat(0, clock::now())).await;
     let ordered = post(&shore, &token, "").await;
@@ -82,9 +82,14 @@ async fn a_stop_that_finds_no_room_is_said_to_wait_and_is_the_first_to_leave() {
     shore.boats.reopen().await;
     let heard = timeout(DEADLINE, shore.boats.heard_all()).await.unwrap();
     assert_eq!(PacketView::new(&heard[0]).unwrap().id(), Abort::ID);
-    let look =
-        move |hub: &mut hub::Hub, _| hub.commands().get(hub::CommandId(ordered.id)).map(hub::Command::stage);
-    assert_eq!(shore.serving.relay.look(look).await.unwrap(), Some(hub::Stage::Waiting), "it is not refused");
+    let look = move |operations: &mut operations::Operations, _| {
+        operations.commands().get(hub::CommandId(ordered.id)).map(operations::Command::stage)
+    };
+    assert_eq!(
+        shore.serving.state.shore.router.inspect(look).await.unwrap(),
+        Some(operations::Stage::Waiting),
+        "it is not refused"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]

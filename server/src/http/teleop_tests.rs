@@ -2,17 +2,17 @@
 
 use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat};
-use crate::clock;
 use crate::config::Config;
-use crate::people::{audit, open, persons, tokens};
 use api::{NewToken, Role, TeleopPhase, TeleopTold};
 use futures_util::{SinkExt as _, StreamExt as _};
-use hub::{Holder, LeaseAsk};
 use imc::messages::{
     Payload as _, PlanControl, PlanControlState, PlanControlStateState, PlanControlType, RemoteActions,
     TeleoperationDone,
 };
 use imc::{Address, Header, Packet, PacketView};
+use operations::{Holder, LeaseAsk};
+use shore::clock;
+use shore::identity::{audit, open, persons, tokens};
 use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -37,7 +37,7 @@ impl Shore {
         config.http.listen = "127.0.0.1:0".parse().unwrap();
         config.imc.active = false;
         let serving = serve(config).await.unwrap();
-        let boats = Boats::join(&serving.relay).await;
+        let boats = Boats::join(&serving.state.shore.router).await;
         let boat_0 = boats.clone();
         let sailing = tokio::spawn(async move {
             let mut every = tokio::time::interval(Duration::from_millis(100));
@@ -60,8 +60,10 @@ impl Shore {
 
     async fn control(&self, (person, name): (i64, &str), ask: LeaseAsk) {
         let holder = Holder { person, name: name.to_owned(), key: "w".to_owned() };
-        let ask = move |hub: &mut hub::Hub, now| hub.leases_mut().ask(now, Address(FIRST), &holder, ask);
-        self.serving.relay.look(ask).await.unwrap().unwrap();
+        let ask = move |operations: &mut operations::Operations, now| {
+            operations.leases_mut().ask(now, Address(FIRST), &holder, ask)
+        };
+        self.serving.state.shore.router.inspect(ask).await.unwrap().unwrap();
     }
 
     /// Somebody with control of the vessel, which waits for their hands.
@@ -120,7 +122,7 @@ impl Shore {
             ..PlanControlState::default()
         };
         let answer = PlanControl { r#type: PlanControlType::Success, ..request };
-        self.boats.say(say(answer.into(), self.serving.relay.address())).await;
+        self.boats.say(say(answer.into(), self.serving.state.shore.router.address())).await;
         self.boats.say(say(state.into(), Address(0xFFFF))).await;
     }
 }

@@ -1,12 +1,12 @@
 //! Boats that tests make up, speaking IMC, and their history.
 
-use crate::relay::{Connection, Relay};
 use bytes::Bytes;
 use hub::{Door, Incoming, Peer, Role, Sources};
 use imc::messages::{
     Announce, EntityList, EntityListOp, EstimatedState, LogBookEntry, Message, SystemType, Voltage,
 };
 use imc::{Address, Header, Packet};
+use shore::router::{Connection, Router};
 use std::path::Path;
 use std::sync::Arc;
 use store::{Accepted, Store};
@@ -22,7 +22,7 @@ pub(crate) struct Boats(Arc<Connection>);
 
 impl Boats {
     /// Connects to the hub.
-    pub(crate) async fn join(relay: &Relay) -> Self {
+    pub(crate) async fn join(relay: &Router) -> Self {
         let peer =
             Peer { door: Door::Link, role: Role::Vessel, name: "boats".to_owned(), sources: Sources::Any };
         Self(Arc::new(relay.join(peer, 1 << 20).await.unwrap()))
@@ -70,11 +70,11 @@ impl Boats {
     pub(crate) fn sail(&self) {
         let boats = self.clone();
         tokio::spawn(async move {
-            boats.say(boat(2, crate::clock::now())).await;
+            boats.say(boat(2, shore::clock::now())).await;
             let mut interval = tokio::time::interval(std::time::Duration::from_millis(100));
             loop {
                 interval.tick().await;
-                let now = crate::clock::now();
+                let now = shore::clock::now();
                 boats.say(boat(0, now)).await;
                 boats.say(boat(1, now)).await;
                 boats.say(vec![packet(3, NOBODY, now, Voltage { value: 12.0 })]).await;

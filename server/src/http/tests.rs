@@ -2,25 +2,17 @@
 
 use super::listen::Peer;
 use super::route::{Kind, Need};
-use super::stop::Stops;
 use super::{routes, serve};
-use crate::charts::{Charts, ChartsAboard};
-use crate::clock;
+use crate::AppState;
 use crate::config::Config;
-use crate::doors::link::Links;
-use crate::owners::Owners;
-use crate::people::{People, persons, tokens, vessels};
-use crate::relay::{Recorder, Relay};
-use crate::shore::{AppState, Fleet, Helms, History, Imports};
 use api::{NewToken, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
+use shore::identity::{People, persons, tokens, vessels};
+use shore::{Opened, clock};
 use std::path::Path;
 use std::sync::Arc;
-use store::Store;
-use tokio_util::sync::CancellationToken;
-use tokio_util::task::TaskTracker;
 use tower::ServiceExt as _;
 
 /// The vessel on which some people have a role.
@@ -82,39 +74,13 @@ impl Shore {
     fn of(folder: tempfile::TempDir, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         change(&mut config);
-        let owners = Owners::default();
-        let (people, first) = People::start(&config.data, &config.people, &owners).unwrap();
-        let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
-        let metrics = serve::figures(&tasks, stop.clone());
-        let (recorder, _recording) =
-            Recorder::start(Store::open_at_once(&config.data).unwrap(), &owners).unwrap();
-        let relay = Relay::start(config.imc.settings(), recorder.clone(), &tasks, &owners, stop.clone());
-        let fleet = Fleet::new(relay.clone());
-        let people_too = people.clone();
-        let (history, imports) = (History::new(&config.data), Imports::new(&config));
-        let charts = Charts::new(&config);
-        charts.look();
-        let known = (charts.clone(), ChartsAboard::open(&config.data));
-        let links = Links::new(relay.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
-        let config = Arc::new(config);
-        let state = AppState {
-            config,
-            people: people_too,
-            fleet,
-            history,
-            imports,
-            charts,
-            metrics,
-            stop,
-            tasks,
-            relay,
-            recorder,
-            links,
-            influx: None,
-            helms: Helms::default(),
-            owners,
-            stops: Stops::default(),
-        };
+        // Nothing goes on by itself: tests drive what they test.
+        let running = Opened::open(config.shore()).unwrap().assemble().unwrap();
+        let metrics = serve::figures(&running.shore.tasks, running.shore.stop.clone());
+        let shore = running.shore.clone();
+        let state = AppState { config: Arc::new(config), shore, metrics };
+        let people = state.shore.people.clone();
+        let first = running.first_admin;
         let first_password = first.unwrap().one_time_password;
         Self { router: routes::router(state.clone()), people, first_password, state, folder }
     }

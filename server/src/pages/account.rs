@@ -3,16 +3,16 @@
 use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
 use super::rows::{self, SessionRow, TokenRow};
-use crate::clock;
-use crate::http::{ApiError, Caller, Who};
-use crate::people::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
-use crate::shore::AppState;
+use crate::AppState;
+use crate::http::{ApiError, Remote, Who};
 use api::{NewToken, Vessel};
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use shore::clock;
+use shore::identity::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
 
 #[derive(Template)]
 #[template(path = "account.html")]
@@ -64,7 +64,7 @@ async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> 
         Via::Session { id, must_change_password, .. } => (Some(*id), *must_change_password),
         Via::Token { .. } => (None, false),
     };
-    let read = state.people.ask(move |db| {
+    let read = state.shore.people.ask(move |db| {
         Ok((sessions::list(db, Some(person))?, tokens::list(db, Some(person))?, vessels::list(db)?))
     });
     let (sessions, tokens, vessels) = read.await?;
@@ -98,10 +98,10 @@ pub(super) async fn password(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(sent): Sent<NewPassword>,
 ) -> Result<Response, PageError> {
-    if let Err(problem) = change_password(&state, &who, caller, sent).await? {
+    if let Err(problem) = change_password(&state, &who, remote, sent).await? {
         return show(&state, &who, frame, Words { problem, ..Words::default() }).await;
     }
     Ok(Redirect::to("/account?done=password").into_response())
@@ -110,7 +110,7 @@ pub(super) async fn password(
 async fn change_password(
     state: &AppState,
     who: &Principal,
-    caller: Caller,
+    remote: Remote,
     sent: NewPassword,
 ) -> Result<Result<(), String>, ApiError> {
     if sent.new != sent.again {
@@ -122,18 +122,22 @@ async fn change_password(
     if let Err(problem) = password::check_new(&who.name, &sent.new, state.config.people.password_length) {
         return Ok(Err(problem));
     }
-    if let Err(refused) = state.people.confirm(who, sent.old, caller.address).await {
+    if let Err(refused) = state.shore.people.confirm(who, sent.old, remote.address).await {
         let error = ApiError::from(refused);
         return if error.status.is_server_error() { Err(error) } else { Ok(Err(error.text)) };
     }
-    let hash = state.people.hash(sent.new).await?;
+    let hash = state.shore.people.hash(sent.new).await?;
     let person = who.person;
     let keep = match who.via {
         Via::Session { id, .. } => Some(id),
         Via::Token { .. } => None,
     };
     let work = move |db: &rusqlite::Connection| persons::set_password(db, person, &hash, false, keep);
-    state.people.act(who, caller.address.to_string(), "password.change", who.name.clone(), work).await?;
+    state
+        .shore
+        .people
+        .act(who, remote.address.to_string(), "password.change", who.name.clone(), work)
+        .await?;
     Ok(Ok(()))
 }
 
@@ -146,12 +150,12 @@ pub(super) struct ById {
 pub(super) async fn session_end(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     let person = Some(who.person);
     let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
-    state.people.act(&who, caller.address.to_string(), "session.end", id.to_string(), work).await?;
+    state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), work).await?;
     Ok(Redirect::to("/account?done=session").into_response())
 }
 
@@ -168,7 +172,7 @@ pub(super) async fn token_make(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(wanted): Sent<Wanted>,
 ) -> Result<Response, PageError> {
     if matches!(who.via, Via::Token { .. }) {
@@ -181,7 +185,7 @@ pub(super) async fn token_make(
         days: wanted.days,
     };
     let (person, subject) = (who.person, new.label.clone());
-    let made = state.people.act(&who, caller.address.to_string(), "token.make", subject, move |db| {
+    let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, move |db| {
         tokens::make(db, person, &new, clock::now())
     });
     let words = match made.await {
@@ -196,11 +200,11 @@ pub(super) async fn token_make(
 pub(super) async fn token_revoke(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     let person = Some(who.person);
     let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
-    state.people.act(&who, caller.address.to_string(), "token.revoke", id.to_string(), work).await?;
+    state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), work).await?;
     Ok(Redirect::to("/account?done=token").into_response())
 }

@@ -2,12 +2,13 @@
 
 use super::frame::{Frame, PageError, html};
 use super::names_for;
+use crate::AppState;
 use crate::http::Who;
-use crate::shore::{AppState, Wanted};
 use api::{Role, System, Vessel};
 use askama::Template;
 use axum::extract::State;
 use axum::response::Response;
+use shore::Wanted;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -32,7 +33,7 @@ pub(super) async fn page(
     let names = names_for(&state, &who);
     let wanted = Arc::new(Wanted { grants: who.grants.clone(), ..Wanted::default() });
     let mut exportable: BTreeMap<u16, String> =
-        state.fleet.systems(wanted).await.unwrap_or_default().into_iter().map(named).collect();
+        state.shore.fleet.systems(wanted).await.unwrap_or_default().into_iter().map(named).collect();
     exportable.extend(names.clone());
     exportable.retain(|address, _| who.grants.on(*address) >= Some(Role::Researcher));
     let vessel = |(address, name)| Vessel { address, name };

@@ -2,11 +2,11 @@
 
 use super::frame::PageError;
 use crate::http::ApiError;
-use crate::people::vessels;
 use api::Role;
 use axum::extract::rejection::FormRejection;
 use axum::extract::{FromRequest, Request};
 use serde::de::DeserializeOwned;
+use shore::identity::vessels;
 
 /// A form; what is malformed is answered by a page.
 pub(super) struct Sent<T>(pub(super) T);

@@ -1,7 +1,6 @@
 //! What all pages share: head, navigation, palette, and how a refusal looks.
 
-use crate::http::{ApiError, Caller, Kind, asset_path, cookie_name, plain_cookie};
-use crate::people::{Grants, Principal, Via};
+use crate::http::{ApiError, Kind, Remote, asset_path, cookie_name, plain_cookie};
 use api::Role;
 use askama::Template;
 use axum::extract::{Form, FromRequestParts};
@@ -9,6 +8,7 @@ use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{Html, IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use shore::identity::{Grants, Principal, Via};
 use std::convert::Infallible;
 
 /// The cookie that remembers the palette.
@@ -80,20 +80,20 @@ pub(super) struct Chosen {
 }
 
 /// `POST /palette`.
-pub(super) async fn choose_palette(caller: Caller, Form(chosen): Form<Chosen>) -> Response {
-    let cookie = set_cookie(PALETTE_COOKIE, palette(&chosen.palette), 400 * 86_400, caller);
+pub(super) async fn choose_palette(remote: Remote, Form(chosen): Form<Chosen>) -> Response {
+    let cookie = set_cookie(PALETTE_COOKIE, palette(&chosen.palette), 400 * 86_400, remote);
     ([(header::SET_COOKIE, cookie)], Redirect::to(inside(&chosen.next))).into_response()
 }
 
 /// A cookie that scripts cannot read. `seconds` 0 removes it.
-pub(super) fn set_cookie(name: &str, value: &str, seconds: u32, caller: Caller) -> String {
-    let secure = if caller.encrypted { "; Secure" } else { "" };
+pub(super) fn set_cookie(name: &str, value: &str, seconds: u32, remote: Remote) -> String {
+    let secure = if remote.encrypted { "; Secure" } else { "" };
     format!("{name}={value}; Path=/; Max-Age={seconds}; HttpOnly; SameSite=Lax{secure}")
 }
 
 /// As [`set_cookie`], under the name for this connection.
-pub(super) fn set_secret_cookie(name: &str, value: &str, seconds: u32, caller: Caller) -> String {
-    set_cookie(&cookie_name(name, caller), value, seconds, caller)
+pub(super) fn set_secret_cookie(name: &str, value: &str, seconds: u32, remote: Remote) -> String {
+    set_cookie(&cookie_name(name, remote), value, seconds, remote)
 }
 
 /// `next` when it is a path of ours, else the first page.

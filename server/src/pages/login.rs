@@ -2,14 +2,14 @@
 
 use super::form::Sent;
 use super::frame::{Frame, PageError, html, inside, set_secret_cookie};
-use crate::http::{ApiError, Caller, SESSION_COOKIE, Who, cookie, cookie_name};
-use crate::people::{Attempt, Refused, Secret, Via, same, sessions};
-use crate::shore::AppState;
+use crate::AppState;
+use crate::http::{ApiError, Remote, SESSION_COOKIE, Who, cookie, cookie_name};
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{AppendHeaders, IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use shore::identity::{Attempt, Refused, Secret, Via, same, sessions};
 
 /// Ties the login form to the browser it was shown in.
 const FORM_COOKIE: &str = "lutra_login";
@@ -40,29 +40,29 @@ pub(super) struct Next {
 /// `GET /login`.
 pub(super) async fn page(
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     headers: HeaderMap,
     Query(query): Query<Next>,
 ) -> Response {
     if !frame.name.is_empty() {
         return Redirect::to(inside(&query.next)).into_response();
     }
-    show(frame, caller, &headers, query.next, String::new(), String::new())
+    show(frame, remote, &headers, query.next, String::new(), String::new())
 }
 
 fn show(
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     headers: &HeaderMap,
     next: String,
     name: String,
     problem: String,
 ) -> Response {
-    let known = cookie(headers, &cookie_name(FORM_COOKIE, caller));
+    let known = cookie(headers, &cookie_name(FORM_COOKIE, remote));
     let secret = known.unwrap_or_else(Secret::random);
-    let plain = !caller.encrypted && !caller.address.is_loopback();
+    let plain = !remote.encrypted && !remote.address.is_loopback();
     let page = LoginPage { frame, token: secret.derived("login"), next, name, problem, plain };
-    let cookie = set_secret_cookie(FORM_COOKIE, &secret.text(), FORM_SECONDS, caller);
+    let cookie = set_secret_cookie(FORM_COOKIE, &secret.text(), FORM_SECONDS, remote);
     ([(header::SET_COOKIE, cookie)], html(&page)).into_response()
 }
 
@@ -80,30 +80,30 @@ pub(super) struct Login {
 pub(super) async fn login(
     State(state): State<AppState>,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     headers: HeaderMap,
     Sent(login): Sent<Login>,
 ) -> Result<Response, PageError> {
     let Login { name, password, csrf, next } = login;
-    let form = cookie(&headers, &cookie_name(FORM_COOKIE, caller));
+    let form = cookie(&headers, &cookie_name(FORM_COOKIE, remote));
     if !form.is_some_and(|secret| same(&secret.derived("login"), &csrf)) {
         let problem = "The form was too old, or cookies are switched off. Try again.".to_owned();
-        return Ok(show(frame, caller, &headers, next, name, problem));
+        return Ok(show(frame, remote, &headers, next, name, problem));
     }
     let agent = headers.get(header::USER_AGENT).and_then(|agent| agent.to_str().ok()).unwrap_or_default();
     let attempt = Attempt {
         name: name.trim().to_owned(),
         password,
-        address: caller.address,
+        address: remote.address,
         agent: agent.to_owned(),
-        device: cookie(&headers, &cookie_name(DEVICE_COOKIE, caller)),
+        device: cookie(&headers, &cookie_name(DEVICE_COOKIE, remote)),
     };
-    let logged_in = match state.people.login(attempt).await {
+    let logged_in = match state.shore.people.login(attempt).await {
         Ok(logged_in) => logged_in,
         Err(Refused::Fault(fault)) => return Err(fault.into()),
         Err(refused) => {
             let error = ApiError::from(refused);
-            let mut response = show(frame, caller, &headers, next, name, error.text);
+            let mut response = show(frame, remote, &headers, next, name, error.text);
             *response.status_mut() = error.status;
             if let Some(wait_s) = error.wait_s {
                 response.headers_mut().insert(header::RETRY_AFTER, wait_s.into());
@@ -113,12 +113,12 @@ pub(super) async fn login(
     };
     let seconds = state.config.people.session_days * 86_400;
     let cookies = AppendHeaders([
-        (header::SET_COOKIE, set_secret_cookie(SESSION_COOKIE, &logged_in.session.text(), seconds, caller)),
+        (header::SET_COOKIE, set_secret_cookie(SESSION_COOKIE, &logged_in.session.text(), seconds, remote)),
         (
             header::SET_COOKIE,
-            set_secret_cookie(DEVICE_COOKIE, &logged_in.device.text(), DEVICE_SECONDS, caller),
+            set_secret_cookie(DEVICE_COOKIE, &logged_in.device.text(), DEVICE_SECONDS, remote),
         ),
-        (header::SET_COOKIE, set_secret_cookie(FORM_COOKIE, "", 0, caller)),
+        (header::SET_COOKIE, set_secret_cookie(FORM_COOKIE, "", 0, remote)),
     ]);
     let next = if logged_in.must_change_password { "/account" } else { inside(&next) };
     Ok((StatusCode::SEE_OTHER, cookies, [(header::LOCATION, next.to_owned())]).into_response())
@@ -128,12 +128,12 @@ pub(super) async fn login(
 pub(super) async fn logout(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
 ) -> Result<Response, PageError> {
     if let Via::Session { id, .. } = who.via {
         let work = move |db: &rusqlite::Connection| sessions::end(db, id, None);
-        state.people.act(&who, caller.address.to_string(), "logout", who.name.clone(), work).await?;
+        state.shore.people.act(&who, remote.address.to_string(), "logout", who.name.clone(), work).await?;
     }
-    let cookie = set_secret_cookie(SESSION_COOKIE, "", 0, caller);
+    let cookie = set_secret_cookie(SESSION_COOKIE, "", 0, remote);
     Ok(([(header::SET_COOKIE, cookie)], Redirect::to("/login")).into_response())
 }

@@ -12,10 +12,10 @@ mod vessel;
 
 pub(crate) use frame::refusal;
 
+use crate::AppState;
 use crate::http::{Need, Route};
-use crate::people::Principal;
-use crate::shore::AppState;
 use api::Role;
+use shore::identity::Principal;
 use std::collections::BTreeMap;
 
 /// All pages and forms.
@@ -57,7 +57,7 @@ pub(crate) fn routes() -> Vec<Route> {
 
 /// The names that people gave to the vessels that `who` may see, by address.
 fn names_for(state: &AppState, who: &Principal) -> BTreeMap<u16, String> {
-    let named = state.people.vessels();
+    let named = state.shore.people.vessels();
     let seen = named.iter().filter(|vessel| who.grants.on(vessel.address).is_some());
     seen.map(|vessel| (vessel.address, vessel.name.clone())).collect()
 }

@@ -2,13 +2,13 @@
 
 use super::frame::{Frame, PageError, html};
 use super::names_for;
+use crate::AppState;
 use crate::http::{Who, seen_plan};
-use crate::people::Principal;
-use crate::shore::AppState;
 use api::Role;
 use askama::Template;
 use axum::extract::{Path, State};
 use axum::response::Response;
+use shore::identity::Principal;
 
 #[derive(Template)]
 #[template(path = "plans.html")]

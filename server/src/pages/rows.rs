@@ -1,7 +1,7 @@
 //! Rows of tables, with everything written out for people.
 
-use crate::clock::written;
 use api::{AuditEntry, Person, Session, Token, Vessel};
+use shore::clock::written;
 use units::UtcTime;
 
 pub(super) struct PersonRow {

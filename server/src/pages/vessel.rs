@@ -2,8 +2,8 @@
 
 use super::frame::{Frame, PageError, html};
 use super::names_for;
+use crate::AppState;
 use crate::http::{OfVessel, Who};
-use crate::shore::AppState;
 use api::Role;
 use askama::Template;
 use axum::extract::State;

@@ -49,7 +49,7 @@ async fn a_vehicle_on_the_network_streams_and_obeys() {
     let ours = imc::decode::<Announce>(&PacketView::new(&announced).unwrap()).unwrap().unwrap();
     let services = ours.services.to_str_lossy().into_owned();
     assert_eq!(services, format!("imc+udp://{from}/"));
-    assert_eq!(Some(from), shore.serving.doors.udp);
+    assert_eq!(Some(from), shore.serving.transports.udp);
 
     // Telemetry of who did not announce itself goes nowhere; afterwards it does.
     vehicle.send_to(&voltage(1.0), from).await.unwrap();
@@ -121,7 +121,7 @@ async fn a_dune_that_echoes_gets_each_order_once() {
         config.doors.tcp.connect = vec![tcp_at];
     })
     .await;
-    let to = shore.serving.doors.udp.unwrap();
+    let to = shore.serving.transports.udp.unwrap();
     let mut console = Client::connect(shore.proxy()).await;
     let (mut reader, mut tcp) = node.accept().await.unwrap().0.into_split();
     for (socket, system, kind) in [(&udp, OTTER, SystemType::Usv), (&near, NEAR, SystemType::Ccu)] {
@@ -197,7 +197,7 @@ async fn a_dune_that_echoes_gets_each_order_once() {
 async fn a_burst_of_datagrams_is_recorded_whole() {
     let vehicle = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
     let shore = Shore::start(|config| udp_door(config, "127.0.0.1:0")).await;
-    let to = shore.serving.doors.udp.unwrap();
+    let to = shore.serving.transports.udp.unwrap();
     let mut console = Client::connect(shore.proxy()).await;
     let at = vehicle.local_addr().unwrap();
     vehicle
@@ -241,7 +241,7 @@ async fn a_vessel_that_streams_is_heard_at_once_after_a_restart() {
     let vehicle = UdpSocket::bind("127.0.0.1:0").await.unwrap();
     let at = vehicle.local_addr().unwrap();
     let Shore { serving, data } = Shore::start(|config| udp_door(config, "127.0.0.1:0")).await;
-    let (to, proxy) = (serving.doors.udp.unwrap(), serving.doors.imcproxy.unwrap());
+    let (to, proxy) = (serving.transports.udp.unwrap(), serving.transports.imcproxy.unwrap());
     let mut console = Client::connect(proxy).await;
     vehicle
         .send_to(&packet(OTTER, Address::ANNOUNCE, 1.0, announce("otter", SystemType::Usv, at)), to)
@@ -255,7 +255,7 @@ async fn a_vessel_that_streams_is_heard_at_once_after_a_restart() {
         udp_door(config, &to.to_string());
     })
     .await;
-    assert_eq!(shore.serving.doors.udp, Some(to));
+    assert_eq!(shore.serving.transports.udp, Some(to));
     let mut console = Client::connect(shore.proxy()).await;
     // From another port of the same computer it is not the vehicle.
     let other = UdpSocket::bind("127.0.0.1:0").await.unwrap();
@@ -272,7 +272,7 @@ async fn a_second_system_of_the_same_address_takes_neither_the_place_nor_the_sto
     let second = UdpSocket::bind("127.0.0.1:0").await.unwrap();
     let third = UdpSocket::bind("127.0.0.2:0").await.unwrap();
     let shore = Shore::start(|config| udp_door(config, "127.0.0.1:0")).await;
-    let to = shore.serving.doors.udp.unwrap();
+    let to = shore.serving.transports.udp.unwrap();
     let mut console = Client::connect(shore.proxy()).await;
     for (socket, time) in [(&first, 1.0), (&second, 2.0), (&third, 3.0)] {
         let told = announce("otter", SystemType::Usv, socket.local_addr().unwrap());

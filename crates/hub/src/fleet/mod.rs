@@ -13,12 +13,12 @@ mod system;
 
 pub use system::{Liveness, Series, SeriesKey, System};
 
-use crate::{Door, Now};
+use crate::Door;
 use bytes::Bytes;
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
 use std::collections::{BTreeMap, VecDeque};
-use units::UtcTime;
+use units::{Now, UtcTime};
 
 /// Systems that are known at once; beyond that the one silent for longest is forgotten.
 const SYSTEMS_KEPT: usize = 512;
@@ -91,7 +91,7 @@ pub fn is_event(id: u16) -> bool {
 impl Fleet {
     /// A packet that came, checked to be one. Whether it was new to the fleet's state (and not older than what
     /// is known of its series).
-    pub(crate) fn update(&mut self, now: Now, view: &PacketView<'_>, door: Door) -> bool {
+    pub fn update(&mut self, now: Now, view: &PacketView<'_>, door: Door) -> bool {
         let source = view.src();
         if !self.systems.contains_key(&source) && self.systems.len() >= SYSTEMS_KEPT {
             self.forget_longest_silent();

@@ -1,12 +1,12 @@
 //! One system: its name, its entities and the last packet of each of its series.
 
-use crate::{Door, Now};
+use crate::Door;
 use imc::catalogue::{self, FieldKind};
 use imc::messages::{Announce, EntityInfo, EntityList, EntityListOp, Payload as _, SystemType};
 use imc::{Address, PacketView};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Series that are kept of a system; a new one beyond that is not kept (its packets are still recorded and
 /// relayed). The largest real vehicle has about 400.

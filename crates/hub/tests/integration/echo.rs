@@ -1,8 +1,8 @@
 //! What DUNE echoes to its clients, and what people say twice.
 
-use crate::support::{CONSOLE, OTTER, at, hub, join, packet, pass, voltage};
+use crate::support::{CONSOLE, Hub, OTTER, at, hub, join, packet, pass, voltage};
 use bytes::Bytes;
-use hub::{Door, Hub, PeerId, Role};
+use hub::{Door, PeerId, Role};
 use imc::Address;
 use imc::messages::{Abort, Announce, Heartbeat, PlanControl, PlanControlOp, PlanControlType, RemoteActions};
 use proptest::prelude::*;

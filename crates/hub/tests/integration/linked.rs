@@ -1,8 +1,7 @@
 //! Who is believed when several speak in one vessel's name.
 
-use crate::support::{CONSOLE, OTTER, at, drain, hub, join, packet, pass, voltage};
-use hub::alarm::{Kind, Outside};
-use hub::{Door, Hub, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources};
+use crate::support::{CONSOLE, Hub, OTTER, at, drain, hub, join, packet, pass, voltage};
+use hub::{Contradiction, Door, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources};
 use imc::Address;
 use imc::messages::{Abort, Announce, EstimatedState, SystemType};
 
@@ -15,16 +14,8 @@ fn other(hub: &mut Hub, door: Door, role: Role) -> PeerId {
     hub.join(at(0.0), Peer { door, role, name: "192.0.2.66:40000".into(), sources: Sources::Any })
 }
 
-/// What is told of it, after a second.
-fn told(hub: &mut Hub, seconds: f64) -> Vec<(Kind, String)> {
-    hub.watch(at(seconds), &Outside::default());
-    hub.watch(at(seconds + 1.0), &Outside::default());
-    let standing = hub.alarms().standing().filter(|alarm| alarm.key.vessel == Some(OTTER));
-    standing.filter(|alarm| alarm.is_told()).map(|alarm| (alarm.key.kind, alarm.text.clone())).collect()
-}
-
 #[test]
-fn a_vessel_that_has_a_link_is_believed_there_only_and_who_contradicts_is_an_alarm() {
+fn a_vessel_that_has_a_link_is_believed_there_only_and_who_contradicts_is_told() {
     for door in [Door::Proxy, Door::Udp, Door::Tcp] {
         let mut hub = hub(false);
         let link = link(&mut hub);
@@ -37,7 +28,7 @@ fn a_vessel_that_has_a_link_is_believed_there_only_and_who_contradicts_is_an_ala
             Announce { sys_type: SystemType::Usv, ..Announce::default() },
         );
         assert_eq!(pass(&mut hub, at(0.0), link, &said), [console]);
-        assert_eq!(told(&mut hub, 0.0), []);
+        assert_eq!(hub.contradictions(at(0.0).mono), []);
         hub.drain_records();
         let forged =
             packet(OTTER, Address::NULL, 2.0, EstimatedState { lat: 1.0, ..EstimatedState::default() });
@@ -52,16 +43,12 @@ fn a_vessel_that_has_a_link_is_believed_there_only_and_who_contradicts_is_an_ala
                 .count(),
             usize::from(door == Door::Proxy)
         );
-        let alarms = told(&mut hub, 1.5);
-        let (kind, text) = &alarms[0];
-        assert_eq!((alarms.len(), *kind), (1, Kind::OtherSource));
-        assert!(text.contains(door.name()) && text.contains("192.0.2.66:40000"), "{text}");
-        // What the vessel itself said and somebody gives back contradicts nothing; the alarm ends after a while.
+        let peer = "192.0.2.66:40000".to_owned();
+        assert_eq!(hub.contradictions(at(1.5).mono), [Contradiction { vessel: OTTER, door, peer }]);
+        // What the vessel itself said and somebody gives back contradicts nothing.
         pass(&mut hub, at(70.0), link, &voltage(OTTER, Address::NULL, 70.0));
         pass(&mut hub, at(70.0), forger, &voltage(OTTER, Address::NULL, 70.0));
-        hub.watch(at(70.0), &Outside::default());
-        hub.watch(at(76.0), &Outside::default());
-        assert!(hub.alarms().standing().all(|alarm| alarm.state == hub::alarm::State::Returned));
+        assert_eq!(hub.contradictions(at(70.0).mono), []);
     }
 }
 
@@ -71,7 +58,7 @@ fn who_contradicts_a_vessel_that_is_silent_is_told_too() {
     link(&mut hub);
     let forger = other(&mut hub, Door::Tcp, Role::Vessel);
     pass(&mut hub, at(30.0), forger, &voltage(OTTER, Address::NULL, 1.0));
-    assert_eq!(told(&mut hub, 30.0).first().map(|(kind, _)| *kind), Some(Kind::OtherSource));
+    assert_eq!(hub.contradictions(at(30.0).mono).len(), 1);
 }
 
 #[test]
@@ -82,7 +69,7 @@ fn a_door_that_is_trusted_is_believed_beside_the_link() {
     let console = join(&mut hub, Door::Proxy, Role::Console);
     let tcp = other(&mut hub, Door::Tcp, Role::Vessel);
     assert_eq!(pass(&mut hub, at(0.0), tcp, &voltage(OTTER, Address::NULL, 1.0)), [console]);
-    assert_eq!(told(&mut hub, 1.0), []);
+    assert_eq!(hub.contradictions(at(1.0).mono), []);
 }
 
 #[test]

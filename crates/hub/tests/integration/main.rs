@@ -2,7 +2,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
-mod downlink;
 mod echo;
 mod linked;
 mod routing;

@@ -1,15 +1,15 @@
 //! `chart check`: a plan against the chart, as server and vessels hold it.
 
 use super::ask::{index, place};
-use crate::charts::{Limits, told};
 use crate::cli::say::say;
 use crate::config::Config;
-use crate::{people, plans};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use api::PlanDocument;
 use clap::Args;
 use imc::messages::{Message, PlanSpecification};
 use mission::check_plan;
+use shore::charts::{Limits, told};
+use shore::{identity, plans};
 use std::fs;
 use std::path::Path;
 use units::LatLon;
@@ -61,7 +61,7 @@ fn find(config: &Config, name: &str) -> anyhow::Result<PlanSpecification> {
         let Ok(id) = name.parse() else {
             bail!("{name}: there is no such file, and it is no number of a plan");
         };
-        let row = plans::load(&people::open(&config.data)?, id, None)?.filter(|row| !row.deleted);
+        let row = plans::load(&identity::open(&config.data)?, id, None)?.filter(|row| !row.deleted);
         let row =
             row.with_context(|| format!("the server keeps no plan {id} in {}", config.data.display()))?;
         return of_document(name, &row.plan);

@@ -2,12 +2,12 @@
 
 use crate::cli::data::Progress;
 use crate::cli::say::{complain, say};
-use crate::clock;
 use anyhow::ensure;
 use chartdb::{Chart, ChartDb, ImportOptions, Imported, Outcome};
 use charts::xyz::Vertical;
 use clap::Args;
 use serde_json::json;
+use shore::clock;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -85,7 +85,7 @@ pub(super) fn import(db: &Path, json: bool, arguments: &ImportArguments) -> anyh
         keep_going: arguments.keep_going,
         ..ImportOptions::new(clock::now())
     };
-    crate::private::begin();
+    shore::private::begin();
     let mut progress = Progress::new();
     let report = chartdb::import(db, &arguments.paths, &options, &mut |at| {
         progress.tell(|| format!("{} of {}: {}", at.done, at.of, at.name));

@@ -1,15 +1,15 @@
 //! `chart sync`: which chart each vessel holds, and the chart for a vessel that no link reaches.
 
-use crate::charts::{ChartsAboard, Parcel};
 use crate::cli::say::say;
-use crate::clock;
 use crate::config::Config;
-use crate::people::{open, vessels};
 use anyhow::{Context as _, ensure};
 use api::VesselChart;
 use clap::Args;
 use imc::Address;
 use serde_json::json;
+use shore::charts::{ChartsAboard, Parcel};
+use shore::clock;
+use shore::identity::{open, vessels};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use units::UtcTime;

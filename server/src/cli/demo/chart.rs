@@ -1,9 +1,9 @@
 //! The demo's chart: the fictitious archipelago, brought in as people bring in theirs.
 
 use crate::cli::say::say;
-use crate::clock;
 use anyhow::{Context as _, bail};
 use chartdb::{ImportOptions, index_path};
+use shore::clock;
 use std::fs;
 use std::path::{Path, PathBuf};
 

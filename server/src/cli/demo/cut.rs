@@ -5,10 +5,10 @@
 //! and during the cut are dead when it ends, so that the vessel's link must come back and bring what was missed.
 
 use super::fleet::Otter;
+use crate::AppState;
 use crate::cli::say::say;
-use crate::clock;
-use crate::shore::AppState;
 use imc::Address;
+use shore::clock;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
@@ -139,7 +139,7 @@ async fn filled(
             }
             positions(reader, vessel, TimeRange::new(Some(begun), Some(ended)), COUNTED).map(Some)
         };
-        if let Ok(Some(count)) = state.history.ask(look).await {
+        if let Ok(Some(count)) = state.shore.history.ask(look).await {
             return Some((count, since.elapsed()));
         }
     }

@@ -16,16 +16,13 @@ mod scratch;
 
 use super::Common;
 use super::say::say;
+use crate::AppState;
 use crate::Serving;
-use crate::clock;
 use crate::config::{self, Config, Overrides};
 use crate::log;
-use crate::people::{self, Fault, db, one_time_password, password, persons, tokens, vessels};
-use crate::plans as kept;
-use crate::shore::AppState;
 use anyhow::{Context as _, bail};
 use api::PlanDocument;
-use api::Role;
+use api::{NewToken, Role};
 use clap::Args;
 use cut::{Times, Wire};
 use fleet::{Link, Otter, World};
@@ -34,8 +31,12 @@ use imc::Address;
 use imc::messages::PlanSpecification;
 use past::Past;
 use plans::Pattern;
-use sail::{Report, Shore};
+use sail::{Crew, Report};
 use scratch::Scratch;
+use shore::clock;
+use shore::commands::Issuer;
+use shore::identity::{self, Fault, db, one_time_password, password, persons, tokens, vessels};
+use shore::plans as kept;
 use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
@@ -131,7 +132,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
         let ended = ended(enough)?;
         let serving = crate::serve(config).await?;
         say!("server    http://{}  log in as {ADMIN} with the password {}", serving.address, access.password);
-        let missing = run(serving, &stage, crew, &access.tokens, arguments.times(), under_way, ended).await?;
+        let missing = run(serving, &stage, crew, &access, arguments.times(), under_way, ended).await?;
         if missing.is_empty() { Ok(()) } else { bail!("{}", missing.join("; ")) }
     })
 }
@@ -175,12 +176,15 @@ async fn run(
     serving: Serving,
     stage: &Stage,
     crew: Vec<Member>,
-    tokens: &[String],
+    access: &Access,
     cut: Option<Times>,
     under_way: watch::Sender<BTreeSet<Address>>,
     ended: impl Future<Output = bool>,
 ) -> anyhow::Result<Vec<String>> {
     let (stop, mut sailing, mut beside) = (CancellationToken::new(), JoinSet::new(), JoinSet::new());
+    let shore = serving.state.shore.clone();
+    let who = shore.people.by_token(&access.script).await?.context("the demo's own token")?;
+    let by = Issuer { who, from: serving.address.ip().to_string(), window: String::new() };
     let (server, url) = (serving.address, format!("http://{}", serving.address));
     let Stage { program, folder, chart, fish, past } = stage;
     let world = World { chart, since: clock::now(), fish: *fish };
@@ -195,12 +199,12 @@ async fn run(
         Guide { url: &url, first: &crew[0].otter, fish: *fish, past: past.as_ref(), cut: cut.as_ref() };
     let (guide, count) = (guide.to_string(), crew.len());
     fleet::prepare(folder)?;
-    for (Member { otter, plan, .. }, token) in crew.into_iter().zip(tokens) {
+    for (Member { otter, plan, .. }, token) in crew.into_iter().zip(&access.tokens) {
         let by_wire = cut.as_ref().filter(|(_, one)| one.address == otter.address).and(wire.as_ref());
         let link = Link { server: by_wire.map_or(server, |wire| wire.address), token: token.clone() };
         fleet::write(folder, world, &otter, Some(&link))?;
-        let shore = Shore { relay: serving.relay.clone(), under_way: under_way.clone() };
-        sailing.spawn(sail::sail((otter, plan), program.clone(), folder.clone(), shore, stop.clone()));
+        let crew = Crew { shore: shore.clone(), by: by.clone(), under_way: under_way.clone() };
+        sailing.spawn(sail::sail((otter, plan), program.clone(), folder.clone(), crew, stop.clone()));
     }
     say!("{guide}");
     if let Some(((times, otter), wire)) = cut.zip(wire) {
@@ -244,7 +248,7 @@ async fn yesterday(
 /// Ends the server and tells what became of everything; what is missing.
 async fn report(serving: Serving, mut reports: Vec<Report>) -> Vec<String> {
     reports.sort_by(|one, other| one.name.cmp(&other.name));
-    let recording = serving.recorder.state();
+    let recording = serving.state.shore.recorder.state();
     serving.stop().await;
     for report in &reports {
         say!("{report}");
@@ -314,15 +318,17 @@ fn configuration(common: &Common, listen: SocketAddr, folder: &Path) -> anyhow::
     Ok(config)
 }
 
-/// What opens the server: the admin's password, and each Otter's link token in their order.
+/// What opens the server: the admin's password, the demo's own token, and each Otter's link token in their order.
 struct Access {
     password: String,
     tokens: Vec<String>,
+    /// The token by which the demo itself commands.
+    script: String,
 }
 
 /// Makes the admin, the vessels, their tokens and their plans in a new database of people.
 fn admit(data: &Path, crew: &[Member], past: Option<&Past>) -> Result<Access, Fault> {
-    let mut connection = people::open(data)?;
+    let mut connection = identity::open(data)?;
     db::within_transaction(&mut connection, |db| {
         let (now, password) = (clock::now(), one_time_password());
         let admin = persons::add(db, ADMIN, &password::hash(&password), false, now)?;
@@ -341,7 +347,9 @@ fn admit(data: &Path, crew: &[Member], past: Option<&Past>) -> Result<Access, Fa
         if let Some(past) = past {
             past::admit(db, past, now)?;
         }
-        Ok(Access { password, tokens: made })
+        let own = NewToken { label: "demo".to_owned(), vessel: None, role: Role::Operator, days: 30 };
+        let script = tokens::make(db, admin, &own, now)?.secret;
+        Ok(Access { password, tokens: made, script })
     })
 }
 

@@ -3,12 +3,12 @@
 
 use super::fleet::{self, Otter, World};
 use super::plans;
+use crate::AppState;
 use crate::cli::say::say;
-use crate::clock;
-use crate::people::Fault;
-use crate::shore::AppState;
 use anyhow::{Context as _, bail};
 use api::{Import, ImportState};
+use shore::clock;
+use shore::identity::Fault;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -124,17 +124,17 @@ async fn import(state: &AppState, log: &Path, name: String) -> anyhow::Result<Im
     let mut looks = tokio::time::interval(LOOK_EVERY);
     let upload = loop {
         looks.tick().await;
-        let (imports, log) = (state.imports.clone(), log.to_owned());
+        let (imports, log) = (state.shore.imports.clone(), log.to_owned());
         let upload = tokio::task::spawn_blocking(move || imports.take(&log)).await??;
         if let Some(upload) = upload {
             break upload;
         }
     };
-    let (recorder, stop) = (state.recorder.clone(), state.stop.clone());
-    let begun = state.imports.begin(upload, name, BY.to_owned(), recorder, &state.tasks, stop);
+    let (recorder, stop) = (state.shore.recorder.clone(), state.shore.stop.clone());
+    let begun = state.shore.imports.begin(upload, name, BY.to_owned(), recorder, &state.shore.tasks, stop);
     loop {
         looks.tick().await;
-        match state.imports.get(begun.id) {
+        match state.shore.imports.get(begun.id) {
             Some(import) if import.state == ImportState::Running => {}
             Some(import) => return Ok(import),
             None => bail!("{} is forgotten", begun.name),
@@ -156,7 +156,7 @@ pub(super) fn tell(past: &Past, url: &str, outcome: anyhow::Result<u64>) {
 
 /// Yesterday's Otter has a name, too.
 pub(super) fn admit(db: &rusqlite::Connection, past: &Past, now: UtcTime) -> Result<(), Fault> {
-    crate::people::vessels::add(db, past.otter.address.0, &past.otter.name, now)
+    shore::identity::vessels::add(db, past.otter.address.0, &past.otter.name, now)
 }
 
 #[cfg(test)]

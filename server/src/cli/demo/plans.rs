@@ -1,13 +1,13 @@
 //! What the Otters of a demo sail: plans that begin again at their end.
 
 use super::fleet::Otter;
-use crate::plans;
 use anyhow::anyhow;
 use api::PlanDocument;
 use imc::messages::{
     Goto, Loiter, LoiterDirection, LoiterType, Message, PlanManeuver, PlanSpecification, PlanTransition,
     Rows, SpeedUnits, StationKeeping, ZUnits,
 };
+use shore::plans;
 use std::f64::consts::FRAC_PI_2;
 use units::{LatLon, LocalFrame, LocalPoint};
 

@@ -4,16 +4,16 @@
 use super::agent::Agent;
 use super::fleet::Otter;
 use crate::cli::say::say;
-use crate::relay::{Relay, Stopped};
-use hub::{Door, Fleet, Liveness, Now};
-use imc::messages::{
-    EstimatedState, Payload, PlanControl, PlanControlOp, PlanControlState, PlanControlStateState,
-    PlanControlType, PlanSpecification, TBRFishTag,
-};
-use imc::{Address, PacketView};
+use api::{Liveness, Update};
+use imc::Address;
+use imc::messages::PlanSpecification;
+use operations::{LeaseAsk, Order};
+use shore::commands::Issuer;
+use shore::{Changes, Shore, Wanted, clock};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
@@ -26,13 +26,19 @@ const RESTART_AFTER: Duration = Duration::from_secs(3);
 /// How often the vessel is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// A state older than this says nothing.
-const FRESH: Duration = Duration::from_secs(2);
+const FRESH_US: i64 = 2_000_000;
 /// After a request to start the plan the next waits so long.
 const ASK_EVERY: Duration = Duration::from_secs(5);
+/// How long the demo keeps control for what becomes of a start; the start itself goes on.
+const STARTED_WITHIN: Duration = Duration::from_secs(10);
+/// What the demo looks at.
+const MESSAGES: [&str; 3] = ["PlanControlState", "PlanControl", "TBRFishTag"];
 
-/// The server, as an Otter's task knows it.
-pub(super) struct Shore {
-    pub(super) relay: Relay,
+/// Who the demo is towards the shore: it commands as a script does.
+pub(super) struct Crew {
+    pub(super) shore: Shore,
+    /// A script in the admin's name.
+    pub(super) by: Issuer,
     /// The Otters that have begun to sail.
     pub(super) under_way: watch::Sender<BTreeSet<Address>>,
 }
@@ -84,10 +90,10 @@ pub(super) async fn sail(
     (otter, plan): (Otter, PlanSpecification),
     program: PathBuf,
     folder: PathBuf,
-    shore: Shore,
+    crew: Crew,
     stop: CancellationToken,
 ) -> Report {
-    let mut watch = Watch::new(otter, plan, shore);
+    let mut watch = Watch::new(otter, plan, crew);
     for start in 0..=RESTARTS {
         let name = &watch.otter.name;
         let mut agent = match Agent::start(&program, &watch.otter, &folder) {
@@ -122,11 +128,14 @@ pub(super) async fn sail(
     watch.report
 }
 
-/// What the server knows of an Otter.
+/// What the shore knows of an Otter.
 #[derive(Debug, Default)]
 struct Seen {
     linked: bool,
-    plan: Option<PlanControlState>,
+    /// The plan that it executes.
+    executes: Option<String>,
+    /// Whether it could begin a plan.
+    is_ready: bool,
     /// What the vessel said last of why it does not start a plan.
     refusal: Option<String>,
     place: Option<(LatLon, f64)>,
@@ -136,44 +145,50 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(fleet: &Fleet, now: Now, address: Address) -> Self {
-        let Some(system) = fleet.system(address) else { return Self::default() };
-        let live = system.liveness(now.mono) == Liveness::Live;
-        let fresh = |id| system.latest(id).is_some_and(|(_, series)| series.age(now.mono) < FRESH);
-        let reply: Option<PlanControl> = latest(fleet, address);
+    fn of(all: &Changes) -> Self {
+        let Some(system) = all.systems.first() else { return Self::default() };
+        let last = |abbrev: &str| {
+            all.values.iter().filter(|one| one.abbrev == abbrev).max_by_key(|one| one.received_us)
+        };
+        let fresh = |one: &&Update| clock::now().micros() - one.received_us < FRESH_US;
+        let plan = last("PlanControlState").filter(fresh);
+        let is = |state: &str| plan.is_some_and(|plan| meaning(plan, "state") == Some(state));
+        let failed = last("PlanControl").filter(|reply| meaning(reply, "type") == Some("FAILURE"));
         Self {
-            linked: live && system.doors().any(|(door, _)| door == Door::Link),
-            plan: latest(fleet, address).filter(|_| fresh(PlanControlState::ID)),
-            refusal: reply
-                .filter(|reply| reply.r#type == PlanControlType::Failure)
-                .map(|reply| reply.info.to_str_lossy().into_owned()),
-            place: latest::<EstimatedState>(fleet, address).and_then(|state| {
-                Some((imc::position::place(&state).ok()?, imc::position::ground_speed_mps(&state)))
-            }),
-            tags: system.latest(TBRFishTag::ID).map_or(0, |(_, series)| series.count()),
-            commanded: false,
+            linked: system.liveness == Liveness::Live && system.doors.iter().any(|door| door == "link"),
+            executes: plan.filter(|_| is("EXECUTING")).and_then(|plan| text(plan, "plan_id")),
+            is_ready: is("READY"),
+            refusal: failed.and_then(|reply| text(reply, "info")),
+            place: system
+                .fix
+                .as_ref()
+                .and_then(|fix| Some((LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()?, fix.speed_mps?))),
+            tags: last("TBRFishTag").map_or(0, |tags| tags.count),
+            commanded: all.leases.iter().any(|lease| lease.holder.is_some()),
         }
     }
 }
 
-fn latest<T: Payload>(fleet: &Fleet, address: Address) -> Option<T> {
-    let (_, series) = fleet.system(address)?.latest(T::ID)?;
-    imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()?
+fn meaning<'u>(update: &'u Update, name: &str) -> Option<&'u str> {
+    update.fields.iter().find(|field| field.name == name)?.meaning.as_deref()
+}
+
+fn text(update: &Update, name: &str) -> Option<String> {
+    Some(update.fields.iter().find(|field| field.name == name)?.value.as_str()?.to_owned())
 }
 
 /// Looks after a vessel through the server.
 struct Watch {
     otter: Otter,
     plan: PlanSpecification,
-    shore: Shore,
-    requests: u16,
+    crew: Crew,
     report: Report,
 }
 
 impl Watch {
-    fn new(otter: Otter, plan: PlanSpecification, shore: Shore) -> Self {
+    fn new(otter: Otter, plan: PlanSpecification, crew: Crew) -> Self {
         let report = Report { name: otter.name.clone(), ..Report::default() };
-        Self { otter, plan, shore, requests: 0, report }
+        Self { otter, plan, crew, report }
     }
 
     /// Tells how it gets on, and starts its plan whenever it is ready for one; returns when the server ends.
@@ -183,7 +198,7 @@ impl Watch {
         let mut looks = tokio::time::interval(LOOK_EVERY);
         loop {
             looks.tick().await;
-            let Ok(seen) = self.look().await else { return };
+            let Some(seen) = self.look().await else { return };
             if seen.linked && !linked {
                 if self.report.linked {
                     say!("{name:<9} link up again");
@@ -193,8 +208,10 @@ impl Watch {
             }
             linked = seen.linked;
             self.report.linked |= linked;
-            let Some(state) = seen.plan.filter(|_| linked) else { continue };
-            let own = state.state == PlanControlStateState::Executing && state.plan_id == self.plan.plan_id;
+            if !linked {
+                continue;
+            }
+            let own = seen.executes.is_some_and(|plan| self.plan.plan_id.to_str_lossy() == plan);
             if own && !sailing {
                 say!(
                     "{name:<9} sails {} after {:.1} s",
@@ -202,61 +219,69 @@ impl Watch {
                     begun.elapsed().as_secs_f64()
                 );
                 if !std::mem::replace(&mut self.report.sailed, true) {
-                    self.shore.under_way.send_modify(|all| {
+                    self.crew.under_way.send_modify(|all| {
                         all.insert(self.otter.address);
                     });
                 }
             }
             sailing = own;
             let waited = asked.is_none_or(|asked| asked.elapsed() >= ASK_EVERY);
-            if state.state == PlanControlStateState::Ready && waited && !seen.commanded {
+            if seen.is_ready && waited && !seen.commanded {
                 if let Some(reason) = seen.refusal.filter(|_| asked.is_some()) {
                     say!("{name:<9} does not sail: {reason}; asked again");
                 }
                 asked = Some(Instant::now());
-                if self.ask().await.is_err() {
-                    return;
+                if let Err(why) = self.start().await {
+                    say!("{name:<9} is not started: {why}");
                 }
             }
         }
     }
 
-    async fn look(&self) -> Result<Seen, Stopped> {
-        let address = self.otter.address;
-        let seen = move |hub: &mut hub::Hub, now| {
-            let commanded = hub.leases().of(address).held.is_some();
-            Seen { commanded, ..Seen::of(hub.fleet(), now, address) }
+    /// How it is now; `None` once the server ends.
+    async fn look(&self) -> Option<Seen> {
+        let Crew { shore, by, .. } = &self.crew;
+        let wanted = Wanted {
+            grants: by.who.grants.clone(),
+            systems: Some([self.otter.address.0].into()),
+            messages: Some(MESSAGES.map(str::to_owned).into()),
+            events: false,
         };
-        self.shore.relay.look(seen).await
+        let all = shore.fleet.changes(0, (0, 0, 0), Arc::new(wanted), true).await?;
+        Some(Seen::of(&all))
     }
 
-    /// Sends the plan with the request to start it, as from a console.
-    async fn ask(&mut self) -> Result<bool, Stopped> {
-        self.requests = self.requests.wrapping_add(1);
-        let start = PlanControl {
-            r#type: PlanControlType::Request,
-            op: PlanControlOp::Start,
-            request_id: self.requests,
-            plan_id: self.plan.plan_id.clone(),
-            arg: self.plan.clone().into(),
-            ..PlanControl::default()
-        };
-        let header = imc::Header {
-            timestamp: self.shore.relay.clock().now().utc.seconds(),
-            src: self.shore.relay.address(),
-            dst: self.otter.address,
-            ..imc::Header::default()
-        };
-        match imc::Packet::new(header, start).encode() {
-            Ok(packet) => self.shore.relay.send(packet.into()).await,
-            // Plans of a demo are small.
-            Err(_) => Ok(false),
+    /// Takes control, sends the plan, has it started, and gives control back: as a person does from a browser.
+    async fn start(&self) -> shore::Result<()> {
+        let (commands, vessel) = (&self.crew.shore.commands, self.otter.address);
+        let by = Issuer { window: format!("demo-{}", self.otter.name), ..self.crew.by.clone() };
+        let reason = "the demo gives it its plan";
+        let lease = commands.ask_lease(vessel, by.clone(), LeaseAsk::Request(reason.to_owned()), reason);
+        lease.await?;
+        let begun = self.order(&by).await;
+        // Whoever wants it need not ask for it.
+        commands.ask_lease(vessel, by, LeaseAsk::Release, "").await?;
+        begun
+    }
+
+    async fn order(&self, by: &Issuer) -> shore::Result<()> {
+        let (commands, vessel) = (&self.crew.shore.commands, self.otter.address);
+        commands.issue(vessel, by, Order::Upload(Box::new(self.plan.clone()))).await?;
+        let plan_id = self.plan.plan_id.to_str_lossy().into_owned();
+        let start = commands.issue(vessel, by, Order::StartPlan { plan_id }).await?;
+        let (begun, mut looks) = (Instant::now(), tokio::time::interval(LOOK_EVERY));
+        while begun.elapsed() < STARTED_WITHIN {
+            looks.tick().await;
+            if commands.one(vessel, start.id).await?.is_none_or(|start| start.over) {
+                break;
+            }
         }
+        Ok(())
     }
 
     /// Takes down where it is.
     async fn remember(&mut self) {
-        let Ok(seen) = self.look().await else { return };
+        let Some(seen) = self.look().await else { return };
         let frame = LocalFrame::new(self.otter.start);
         self.report.place = seen.place.map(|(place, speed_mps)| {
             let from_start = frame.to_local(place);

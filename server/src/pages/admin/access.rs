@@ -1,16 +1,16 @@
 //! Everybody's tokens and sessions, and the audit log.
 
 use super::act;
-use crate::http::{Caller, Who};
+use crate::AppState;
+use crate::http::{Remote, Who};
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, AuditRow, SessionRow, TokenRow};
-use crate::people::{Via, audit as log, sessions as session, tokens as token, vessels};
-use crate::shore::AppState;
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use shore::identity::{Via, audit as log, sessions as session, tokens as token, vessels};
 
 /// Entries on one page of the audit log.
 const PAGE: u32 = 100;
@@ -27,7 +27,8 @@ pub(in crate::pages) async fn tokens(
     State(state): State<AppState>,
     frame: Frame,
 ) -> Result<Response, PageError> {
-    let (tokens, vessels) = state.people.ask(|db| Ok((token::list(db, None)?, vessels::list(db)?))).await?;
+    let (tokens, vessels) =
+        state.shore.people.ask(|db| Ok((token::list(db, None)?, vessels::list(db)?))).await?;
     let tokens = tokens.into_iter().map(|token| rows::token(token, &vessels)).collect();
     Ok(html(&TokensPage { frame, tokens }))
 }
@@ -41,12 +42,12 @@ pub(in crate::pages) struct ById {
 pub(in crate::pages) async fn token_revoke(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     // Revoked by somebody else already is as good.
     drop(
-        act(&state, (&who, caller), "token.revoke", &id.to_string(), move |db| token::revoke(db, id, None))
+        act(&state, (&who, remote), "token.revoke", &id.to_string(), move |db| token::revoke(db, id, None))
             .await?,
     );
     Ok(Redirect::to("/admin/tokens").into_response())
@@ -69,7 +70,7 @@ pub(in crate::pages) async fn sessions(
         Via::Session { id, .. } => Some(id),
         Via::Token { .. } => None,
     };
-    let sessions = state.people.ask(|db| session::list(db, None)).await?;
+    let sessions = state.shore.people.ask(|db| session::list(db, None)).await?;
     let sessions = sessions.into_iter().map(|session| rows::session(session, own)).collect();
     Ok(html(&SessionsPage { frame, sessions }))
 }
@@ -78,12 +79,12 @@ pub(in crate::pages) async fn sessions(
 pub(in crate::pages) async fn session_end(
     State(state): State<AppState>,
     Who(who): Who,
-    caller: Caller,
+    remote: Remote,
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     // Ended by itself already is as good.
     drop(
-        act(&state, (&who, caller), "session.end", &id.to_string(), move |db| session::end(db, id, None))
+        act(&state, (&who, remote), "session.end", &id.to_string(), move |db| session::end(db, id, None))
             .await?,
     );
     Ok(Redirect::to("/admin/sessions").into_response())
@@ -109,7 +110,7 @@ pub(in crate::pages) async fn audit(
     frame: Frame,
     Query(Before { before }): Query<Before>,
 ) -> Result<Response, PageError> {
-    let entries = state.people.ask(move |db| log::entries(db, before, PAGE)).await?;
+    let entries = state.shore.people.ask(move |db| log::entries(db, before, PAGE)).await?;
     let older = if entries.len() == PAGE as usize { entries.last().map_or(0, |entry| entry.id) } else { 0 };
     Ok(html(&AuditPage { frame, entries: entries.into_iter().map(rows::audit).collect(), older }))
 }

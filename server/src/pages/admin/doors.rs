@@ -1,17 +1,17 @@
 //! The ways in for IMC: where they are open, who is there, whom they refused, what went wrong.
 
-use crate::clock::{self, written};
+use crate::AppState;
 use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
-use crate::relay::{DoorRecord, Happened, PeerFigures};
-use crate::shore::AppState;
 use api::Vessel;
 use askama::Template;
 use axum::extract::State;
 use axum::response::Response;
 use hub::Door;
 use link::ShoreStatus;
+use shore::clock::{self, written};
+use shore::router::{DoorRecord, Happened, PeerFigures};
 use units::UtcTime;
 
 /// Every door, what it is, and the key that opens it; empty for the one that is always open.
@@ -74,9 +74,9 @@ pub(in crate::pages) async fn page(
     State(state): State<AppState>,
     frame: Frame,
 ) -> Result<Response, PageError> {
-    let known = state.people.vessels();
-    let peers = state.relay.peers().await.map_err(|_| ApiError::stopping())?;
-    let (ledger, status) = (state.relay.ledger(), state.links.status());
+    let known = state.shore.people.vessels();
+    let peers = state.shore.router.peers().await.map_err(|_| ApiError::stopping())?;
+    let (ledger, status) = (state.shore.router.ledger(), state.shore.links.status());
     let nodes = &state.config.doors.tcp.connect;
     let doors = DOORS.map(|(door, name, key)| {
         let mut record = ledger.of(door);

@@ -7,10 +7,10 @@ pub(super) mod people;
 pub(super) mod storage;
 pub(super) mod vessels;
 
-use crate::http::{ApiError, Caller};
-use crate::people::{Fault, Principal};
-use crate::shore::AppState;
+use crate::AppState;
+use crate::http::{ApiError, Remote};
 use rusqlite::Connection;
+use shore::identity::{Fault, Principal};
 
 /// What a page says above its table.
 #[derive(Debug, Default)]
@@ -36,12 +36,12 @@ impl Words {
 /// Does something with its line in the audit log; a refusal becomes words for the page.
 async fn act<R: Send + 'static>(
     state: &AppState,
-    (who, caller): (&Principal, Caller),
+    (who, remote): (&Principal, Remote),
     action: &'static str,
     subject: &str,
     work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
 ) -> Result<Result<R, Words>, ApiError> {
-    match state.people.act(who, caller.address.to_string(), action, subject.to_owned(), work).await {
+    match state.shore.people.act(who, remote.address.to_string(), action, subject.to_owned(), work).await {
         Ok(done) => Ok(Ok(done)),
         Err(Fault::Refused(text)) => Ok(Err(Words::problem(text))),
         Err(fault) => Err(fault.into()),

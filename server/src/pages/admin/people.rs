@@ -1,19 +1,19 @@
 //! Accounts: adding, roles, one-time passwords, removing.
 
 use super::{Words, act};
-use crate::clock;
-use crate::http::{Caller, Who};
+use crate::AppState;
+use crate::http::{Remote, Who};
 use crate::pages::form::{Sent, role as read_role, vessel as read_vessel};
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, PersonRow};
-use crate::people::{one_time_password, persons, sessions, tokens, vessels};
-use crate::shore::AppState;
 use api::{Role, Vessel};
 use askama::Template;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Response;
 use serde::Deserialize;
+use shore::clock;
+use shore::identity::{one_time_password, persons, sessions, tokens, vessels};
 
 #[derive(Template)]
 #[template(path = "admin_people.html")]
@@ -34,6 +34,7 @@ pub(in crate::pages) async fn page(
 
 async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, PageError> {
     let (people, vessels, (sessions, tokens)) = state
+        .shore
         .people
         .ask(|db| {
             Ok((persons::list(db)?, vessels::list(db)?, (sessions::list(db, None)?, tokens::list(db, None)?)))
@@ -62,15 +63,15 @@ pub(in crate::pages) async fn add(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(new): Sent<NewPerson>,
 ) -> Result<Response, PageError> {
     let (role, vessel) = (read_role(&new.role)?, read_vessel(&new.vessel)?);
     let secret = one_time_password();
-    let hash = state.people.hash(secret.clone()).await?;
+    let hash = state.shore.people.hash(secret.clone()).await?;
     let name = new.name.trim().to_owned();
     let added = name.clone();
-    let done = act(&state, (&who, caller), "person.add", &name, move |db| {
+    let done = act(&state, (&who, remote), "person.add", &name, move |db| {
         let id = persons::add(db, &added, &hash, true, clock::now())?;
         persons::set_permission(db, id, vessel, Some(role))
     });
@@ -94,7 +95,7 @@ pub(in crate::pages) async fn role(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(new): Sent<NewRole>,
 ) -> Result<Response, PageError> {
     let role: Option<Role> = if new.role == "none" { None } else { Some(read_role(&new.role)?) };
@@ -102,7 +103,7 @@ pub(in crate::pages) async fn role(
     let place = vessel.map_or_else(|| "all vessels".to_owned(), |vessel| format!("0x{vessel:04X}"));
     let subject = format!("{}: {} on {place}", new.name, role.map_or("nothing", Role::name));
     let name = new.name;
-    let done = act(&state, (&who, caller), "person.role", &subject, move |db| {
+    let done = act(&state, (&who, remote), "person.role", &subject, move |db| {
         persons::set_permission(db, persons::known(db, &name)?.id, vessel, role)
     });
     let words = match done.await? {
@@ -122,13 +123,13 @@ pub(in crate::pages) async fn password(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(ByName { name }): Sent<ByName>,
 ) -> Result<Response, PageError> {
     let secret = one_time_password();
-    let hash = state.people.hash(secret.clone()).await?;
+    let hash = state.shore.people.hash(secret.clone()).await?;
     let reset = name.clone();
-    let done = act(&state, (&who, caller), "person.password", &name, move |db| {
+    let done = act(&state, (&who, remote), "person.password", &name, move |db| {
         persons::set_password(db, persons::known(db, &reset)?.id, &hash, true, None)
     });
     let words = match done.await? {
@@ -143,11 +144,11 @@ pub(in crate::pages) async fn remove(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(ByName { name }): Sent<ByName>,
 ) -> Result<Response, PageError> {
     let removed = name.clone();
-    let done = act(&state, (&who, caller), "person.remove", &name, move |db| persons::remove(db, &removed));
+    let done = act(&state, (&who, remote), "person.remove", &name, move |db| persons::remove(db, &removed));
     let words = match done.await? {
         Ok(()) => Words::notice(format!("{name} is removed.")),
         Err(words) => words,

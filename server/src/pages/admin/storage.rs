@@ -1,19 +1,20 @@
 //! What is kept and where: the disk, archive and history, what may go, backups, other stores, and whether all is well.
 
-use crate::clock::{self, written};
+use crate::AppState;
 use crate::config::Config;
 use crate::doctor;
 use crate::http::ApiError;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{bytes, vessel_name};
-use crate::relay::RecorderState;
-use crate::shore::{AppState, alarms};
-use crate::sinks::SinkState;
 use api::Vessel;
 use askama::Template;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use serde::Deserialize;
+use shore::alarms;
+use shore::clock::{self, written};
+use shore::recorder::RecorderState;
+use shore::sinks::SinkState;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -120,8 +121,8 @@ pub(in crate::pages) async fn page(
     let config = state.config.clone();
     let looked = tokio::task::spawn_blocking(move || look(&config, before));
     let looked = looked.await.map_err(|error| ApiError::internal(&error))??;
-    let known = state.people.vessels();
-    let recorder: RecorderState = state.recorder.state().borrow().clone();
+    let known = state.shore.people.vessels();
+    let recorder: RecorderState = state.shore.recorder.state().borrow().clone();
     let (free, total) = looked.room.unwrap_or_default();
     let usage = &looked.usage;
     let page = StoragePage {
@@ -136,14 +137,14 @@ pub(in crate::pages) async fn page(
         charts: bytes(looked.charts),
         people: bytes(looked.people),
         months: usage.history.iter().map(|(name, size)| (name.clone(), bytes(*size))).collect(),
-        vessels: vessel_rows(usage, &looked.samples, &known, state.relay.address()),
+        vessels: vessel_rows(usage, &looked.samples, &known, state.shore.router.address()),
         problem: recorder.problem().unwrap_or_default(),
         recorded: recorder.recorded,
         not_recorded: recorder.not_recorded,
-        waiting: bytes(state.recorder.waiting_bytes() as u64),
+        waiting: bytes(state.shore.recorder.waiting_bytes() as u64),
         removals: looked.removals,
         program: program(&state.config.data),
-        sinks: state.influx.iter().map(|sink| sink_row(&sink.borrow())).collect(),
+        sinks: state.shore.influx.iter().map(|sink| sink_row(&sink.borrow())).collect(),
         checks: looked.checks.into_iter().map(check_row).collect(),
     };
     Ok(html(&page))

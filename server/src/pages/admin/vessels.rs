@@ -1,18 +1,18 @@
 //! Vessels' names and the tokens of their links.
 
 use super::{Words, act};
-use crate::clock;
-use crate::http::{ApiError, Caller, Who};
+use crate::AppState;
+use crate::http::{ApiError, Remote, Who};
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
-use crate::people::tokens::{self, NewLink};
-use crate::people::vessels;
-use crate::shore::AppState;
 use askama::Template;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use serde::Deserialize;
+use shore::clock;
+use shore::identity::tokens::{self, NewLink};
+use shore::identity::vessels;
 
 struct VesselRow {
     name: String,
@@ -68,7 +68,8 @@ async fn show_with(
     words: Words,
     aboard: Option<Aboard>,
 ) -> Result<Response, PageError> {
-    let (vessels, tokens) = state.people.ask(|db| Ok((vessels::list(db)?, tokens::list(db, None)?))).await?;
+    let (vessels, tokens) =
+        state.shore.people.ask(|db| Ok((vessels::list(db)?, tokens::list(db, None)?))).await?;
     let links = |address: u16| {
         let of = |token: &&api::Token| token.role.is_none() && token.vessel == Some(address);
         tokens.iter().filter(of).count()
@@ -99,7 +100,7 @@ pub(in crate::pages) async fn add(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(new): Sent<NewVessel>,
 ) -> Result<Response, PageError> {
     let name = new.name.trim().to_owned();
@@ -108,7 +109,7 @@ pub(in crate::pages) async fn add(
         Err(problem) => return show(&state, frame, Words::problem(problem)).await,
     };
     let added = name.clone();
-    let done = act(&state, (&who, caller), "vessel.add", &name, move |db| {
+    let done = act(&state, (&who, remote), "vessel.add", &name, move |db| {
         vessels::add(db, address, &added, clock::now())
     });
     let words = match done.await? {
@@ -128,11 +129,11 @@ pub(in crate::pages) async fn remove(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     Sent(ByAddress { address }): Sent<ByAddress>,
 ) -> Result<Response, PageError> {
     let subject = format!("0x{address:04X}");
-    let done = act(&state, (&who, caller), "vessel.remove", &subject, move |db| vessels::remove(db, address));
+    let done = act(&state, (&who, remote), "vessel.remove", &subject, move |db| vessels::remove(db, address));
     let words = match done.await? {
         Ok(()) => Words::notice("Forgotten, and its link tokens are revoked. Its archive and history stay."),
         Err(words) => words,
@@ -145,17 +146,17 @@ pub(in crate::pages) async fn token(
     State(state): State<AppState>,
     Who(who): Who,
     frame: Frame,
-    caller: Caller,
+    remote: Remote,
     headers: HeaderMap,
     Sent(ByAddress { address }): Sent<ByAddress>,
 ) -> Result<Response, PageError> {
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("SERVER");
-    let encrypted = caller.encrypted;
-    let known = state.people.vessels();
+    let encrypted = remote.encrypted;
+    let known = state.shore.people.vessels();
     let vessel = known.iter().find(|vessel| vessel.address == address).cloned();
     let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
     let label = vessel.name.clone();
-    let done = act(&state, (&who, caller), "token.make", &vessel.name, move |db| {
+    let done = act(&state, (&who, remote), "token.make", &vessel.name, move |db| {
         tokens::make_link(db, &NewLink { label: &label, vessel: address, days: None }, clock::now())
     });
     let secret = match done.await? {

@@ -44,7 +44,7 @@ impl Shore {
     }
 
     pub(crate) fn proxy(&self) -> SocketAddr {
-        self.serving.doors.imcproxy.unwrap()
+        self.serving.transports.imcproxy.unwrap()
     }
 }
 

@@ -1,15 +1,18 @@
 //! Peers and packets for tests of the hub.
 
 use bytes::Bytes;
-use hub::{Door, Hub, Incoming, Now, Peer, PeerId, Role, Settings, Sources};
+use hub::{Door, Incoming, Peer, PeerId, Role, Settings, Sources};
 use imc::messages::{self, Message};
 use imc::{Address, Header, Packet};
 use std::collections::BTreeMap;
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 pub(crate) const SERVER: Address = Address(0x4F00);
 pub(crate) const CONSOLE: Address = Address(0x4001);
 pub(crate) const OTTER: Address = Address(0x2810);
+
+/// A hub that only routes.
+pub(crate) type Hub = hub::Hub<()>;
 
 pub(crate) fn at(seconds: f64) -> Now {
     let us = (seconds * 1e6) as u64;
@@ -17,7 +20,7 @@ pub(crate) fn at(seconds: f64) -> Now {
 }
 
 pub(crate) fn hub(active: bool) -> Hub {
-    Hub::new(Settings { address: SERVER, name: "shore".into(), active })
+    Hub::new(Settings { address: SERVER, name: "shore".into(), active }, ())
 }
 
 pub(crate) fn join(hub: &mut Hub, door: Door, role: Role) -> PeerId {

@@ -1,0 +1,479 @@
+//! What is wrong at the moment, read from the fleet's live state.
+//!
+//! How old a reading is counts to the moment when its vessel was last heard: what stops with the link is the link's
+//! silence and nothing else. Of a vessel that is silent nothing else is said at all.
+
+use super::{Key, Kind, Priority, Trouble};
+use hub::{Contradiction, Door, Fleet, Liveness, Series, SeriesKey, System};
+use imc::messages::{
+    Abort, EntityState, EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Payload,
+    SystemType, TBRSensor, Teleoperation, VehicleState, VehicleStateOpMode,
+};
+use imc::{Address, PacketView};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+use units::{MonoTime, Now, UtcTime};
+
+/// Charge below which an operator is warned and alarmed (%), as the vessels' own monitor has it by default.
+const BATTERY_WARNING: f32 = 30.0;
+const BATTERY_ALARM: f32 = 20.0;
+/// So much more is needed before the charge counts as better (%).
+const BATTERY_HYSTERESIS: f32 = 2.0;
+/// Positions that are older are none.
+const POSITION_OLD: Duration = Duration::from_secs(10);
+/// A hydrophone is silent after three of its periods, but not before this.
+const HYDROPHONE_SILENT: Duration = Duration::from_mins(2);
+/// Clocks may differ by this (s).
+const CLOCK_OFFSET_S: f64 = 0.1;
+/// Part of that below which they agree again.
+const CLOCK_HYSTERESIS: f64 = 0.8;
+/// An error in a log book is an alarm for so long.
+const LOG_BOOK_LASTS: Duration = Duration::from_mins(1);
+/// What a log book says of an abort so soon after the order is no trouble.
+const ABORT_TOLD: Duration = Duration::from_secs(10);
+/// Errors of log books that are kept; the oldest goes first.
+const LOG_BOOK_KEPT: usize = 1_000;
+/// Free space of the server's disk below which that is told (bytes, and part of the whole).
+const DISK_CAUTION: (u64, f64) = (10 << 30, 0.05);
+const DISK_WARNING: u64 = 1 << 30;
+
+/// What a vessel's link knows of its clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkClock {
+    /// The vessel.
+    pub vessel: Address,
+    /// The vessel's clock minus the shore's (s).
+    pub ahead_s: f64,
+    /// By how much that may be wrong (s).
+    pub uncertainty_s: f64,
+}
+
+/// What the server says of itself.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ShoreState {
+    /// The clocks of vessels whose link is up.
+    pub clocks: Vec<LinkClock>,
+    /// Vessels that are expected to come in by their link.
+    pub expected: Vec<Address>,
+    /// Vessels with a link that is up that hold another sea chart than the shore, and what of it.
+    pub charts: Vec<(Address, String)>,
+    /// Who else speaks in the name of vessels that have a link.
+    pub contradictions: Vec<Contradiction>,
+    /// Why nothing is recorded.
+    pub recording: Option<String>,
+    /// Why the history lags behind.
+    pub history: Option<String>,
+    /// Free and all bytes of the disk on which is recorded; `None` while unknown.
+    pub disk: Option<(u64, u64)>,
+}
+
+/// What was seen.
+#[derive(Debug, Default)]
+pub(super) struct Observed {
+    pub(super) troubles: Vec<Trouble>,
+    heard: BTreeSet<Address>,
+    silent: BTreeSet<Address>,
+}
+
+impl Observed {
+    /// Whether nobody can say at the moment if this holds.
+    pub(super) fn unknown(&self, key: &Key) -> bool {
+        key.vessel.is_some_and(|vessel| match key.kind {
+            // Whether it came in since the start, whether it is expected and who else speaks is always known.
+            Kind::NeverHeard | Kind::OtherSource => false,
+            Kind::NotHeard => !self.heard.contains(&vessel) && !self.silent.contains(&vessel),
+            _ => !self.heard.contains(&vessel),
+        })
+    }
+}
+
+/// Whether this follows from a lost position.
+pub(super) fn is_of_position(key: &Key) -> bool {
+    let part = key.part.to_lowercase();
+    key.kind == Kind::Part
+        && ["gps", "compass", "navigation", "path control"].iter().any(|word| part.contains(word))
+}
+
+/// What must be remembered between two observations.
+#[derive(Debug, Default)]
+pub(super) struct Observer {
+    /// Events up to here were read.
+    events: u64,
+    /// When each vessel was last told to abort.
+    aborts: BTreeMap<Address, MonoTime>,
+    /// Errors in log books, by vessel and part.
+    entries: BTreeMap<(Address, String), (MonoTime, Priority, String)>,
+    /// What was beyond its threshold when it was observed last.
+    beyond: BTreeMap<(Address, Kind), Priority>,
+    /// When it was looked first.
+    began: Option<UtcTime>,
+}
+
+impl Observer {
+    pub(super) fn observe(&mut self, now: Now, fleet: &Fleet, shore: &ShoreState) -> Observed {
+        let mut seen = Observed::default();
+        self.read_log_books(now, fleet);
+        for system in fleet.systems().filter(|system| is_vessel(system)) {
+            if system.liveness(now.mono) == Liveness::Lost {
+                seen.silent.insert(system.address());
+                seen.troubles.push(not_heard(system));
+            } else {
+                seen.heard.insert(system.address());
+                let of_vessel = self.of_vessel(now, system, shore);
+                seen.troubles.extend(of_vessel);
+            }
+        }
+        self.beyond.retain(|(vessel, _), _| fleet.system(*vessel).is_some());
+        let began = *self.began.get_or_insert(now.utc);
+        let never = shore.expected.iter().filter(|vessel| !came_in(fleet, **vessel));
+        seen.troubles.extend(never.map(|vessel| never_heard(*vessel, began)));
+        seen.troubles.extend(shore.contradictions.iter().map(other_source));
+        seen.troubles.extend(of_server(shore));
+        seen
+    }
+
+    fn of_vessel(&mut self, now: Now, system: &System, shore: &ShoreState) -> Vec<Trouble> {
+        let vessel = system.address();
+        let mut parts = Parts::default();
+        for (label, state) in states(now, system) {
+            parts.take(&label, &state);
+        }
+        if let Some(text) = old_position(now, system) {
+            parts.position = Some(text);
+        }
+        let mut all = parts.troubles(vessel, Work::of(system));
+        all.extend(self.battery(system, parts.battery));
+        all.extend(self.clock(vessel, parts.clock, shore));
+        if let Some(text) = parts.hydrophone.or_else(|| silent_hydrophone(now, system)) {
+            all.push(trouble(vessel, Kind::Hydrophone, "", Priority::Warning, text));
+        }
+        if Work::of(system) != Work::Rest {
+            let other = shore.charts.iter().find(|(of, _)| *of == vessel);
+            all.extend(other.map(|(_, text)| {
+                trouble(vessel, Kind::Chart, "", Priority::Caution, format!("sea chart: {text}"))
+            }));
+        }
+        // What a part says of itself needs no log book.
+        for part in parts.bad {
+            self.entries.remove(&(vessel, part));
+        }
+        let written = self.entries.iter().filter(|((of, _), _)| *of == vessel);
+        all.extend(written.map(|((_, part), (_, priority, text))| {
+            trouble(vessel, Kind::LogBook, part, *priority, text.clone())
+        }));
+        all
+    }
+
+    fn read_log_books(&mut self, now: Now, fleet: &Fleet) {
+        self.aborts.retain(|_, at| now.mono.since(*at) < ABORT_TOLD);
+        let wanted = |_, key: SeriesKey| matches!(key.id, LogBookEntry::ID | Abort::ID);
+        let changes = fleet.changes(self.events, usize::MAX, wanted);
+        self.events = changes.revision;
+        for event in &changes.events {
+            let Ok(view) = PacketView::unchecked(&event.packet) else { continue };
+            if view.id() == Abort::ID && fleet.system(view.dst()).is_some() {
+                self.aborts.insert(view.dst(), now.mono);
+            }
+            let Ok(Some(entry)) = imc::decode::<LogBookEntry>(&view) else { continue };
+            let priority = match entry.r#type {
+                LogBookEntryType::Critical => Priority::Warning,
+                LogBookEntryType::Error => Priority::Caution,
+                _ => continue,
+            };
+            let words = entry.text.to_str_lossy();
+            if self.aborts.contains_key(&view.src()) && words.to_lowercase().contains("abort") {
+                // It does what it was told.
+                continue;
+            }
+            let label = fleet.system(view.src()).and_then(|system| system.entity(view.src_ent()));
+            let part = label.map_or_else(|| format!("entity {}", view.src_ent()), str::to_owned);
+            let text = format!("{part}: {words}");
+            self.entries.insert((view.src(), part), (now.mono, priority, text));
+        }
+        self.entries.retain(|_, (at, ..)| now.mono.since(*at) < LOG_BOOK_LASTS);
+        while self.entries.len() > LOG_BOOK_KEPT {
+            let oldest = self.entries.iter().min_by_key(|(_, (at, ..))| *at).map(|(key, _)| key.clone());
+            oldest.map(|key| self.entries.remove(&key));
+        }
+    }
+
+    fn battery(&mut self, system: &System, told: Option<(Priority, String)>) -> Option<Trouble> {
+        let vessel = system.address();
+        let before = self.beyond.get(&(vessel, Kind::Battery)).copied();
+        let limit = |limit: f32, priority: Priority| {
+            if before.is_some_and(|before| before >= priority) { limit + BATTERY_HYSTERESIS } else { limit }
+        };
+        let level = charge(system);
+        let low = level.and_then(|level| {
+            if level < limit(BATTERY_ALARM, Priority::Alarm) {
+                Some(Priority::Alarm)
+            } else if level < limit(BATTERY_WARNING, Priority::Warning) {
+                Some(Priority::Warning)
+            } else {
+                None
+            }
+        });
+        match low {
+            Some(priority) => self.beyond.insert((vessel, Kind::Battery), priority),
+            None => self.beyond.remove(&(vessel, Kind::Battery)),
+        };
+        let low = low.zip(level).map(|(priority, level)| (priority, format!("{level:.0} % charge left")));
+        let (priority, text) = match (low, told) {
+            (Some((low, text)), Some((told, words))) => (low.max(told), format!("{text}; {words}")),
+            (one, other) => one.or(other)?,
+        };
+        Some(trouble(vessel, Kind::Battery, "", priority, text))
+    }
+
+    fn clock(&mut self, vessel: Address, told: Option<String>, shore: &ShoreState) -> Option<Trouble> {
+        let key = (vessel, Kind::Clock);
+        let off = shore.clocks.iter().find(|clock| clock.vessel == vessel).filter(|clock| {
+            let part = if self.beyond.contains_key(&key) { CLOCK_HYSTERESIS } else { 1.0 };
+            // Only what the measurement's own doubt cannot explain.
+            clock.ahead_s.abs() - clock.uncertainty_s > CLOCK_OFFSET_S * part
+        });
+        match off {
+            Some(_) => self.beyond.insert(key, Priority::Warning),
+            None => self.beyond.remove(&key),
+        };
+        let off = off.map(|clock| {
+            let way = if clock.ahead_s > 0.0 { "ahead of" } else { "behind" };
+            format!("the vessel's clock is {:.1} s {way} the server's", clock.ahead_s.abs())
+        });
+        let text = off.or(told)?;
+        Some(trouble(vessel, Kind::Clock, "", Priority::Warning, text))
+    }
+}
+
+/// What a vessel does, for how urgent its troubles are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
+enum Work {
+    Rest,
+    Plan,
+    Steered,
+}
+
+impl Work {
+    fn of(system: &System) -> Self {
+        let Some(state) = latest::<VehicleState>(system) else { return Self::Rest };
+        match state.op_mode {
+            VehicleStateOpMode::Maneuver if state.maneuver_type == Teleoperation::ID => Self::Steered,
+            VehicleStateOpMode::External => Self::Steered,
+            VehicleStateOpMode::Maneuver | VehicleStateOpMode::Calibration => Self::Plan,
+            _ => Self::Rest,
+        }
+    }
+}
+
+/// What the parts of one vessel say, sorted by what it means.
+#[derive(Debug, Default)]
+struct Parts {
+    /// Labels of those that are not well.
+    bad: Vec<String>,
+    grounding: Option<(Priority, String)>,
+    position: Option<String>,
+    motors: Vec<String>,
+    battery: Option<(Priority, String)>,
+    hydrophone: Option<String>,
+    clock: Option<String>,
+    console: Option<String>,
+    others: Vec<(String, Priority, String)>,
+}
+
+impl Parts {
+    fn take(&mut self, label: &str, state: &EntityState) {
+        let word = match state.state {
+            EntityStateState::Fault => "fault",
+            EntityStateState::Error => "error",
+            EntityStateState::Failure => "failure",
+            _ => return,
+        };
+        let bad = state.state != EntityStateState::Fault;
+        self.bad.push(label.to_owned());
+        let said = state.description.to_str_lossy();
+        let text =
+            if said.is_empty() { format!("{label}: {word}") } else { format!("{label}: {word}: {said}") };
+        let low = label.to_lowercase();
+        let is = |words: &[&str]| words.iter().any(|one| low.contains(one));
+        if is(&["grounding"]) {
+            // The supervisor cannot work: nothing is known of any danger.
+            let blind = said.contains("not watched");
+            let priority = match (blind, bad) {
+                (true, _) => Priority::Warning,
+                (false, true) => Priority::Emergency,
+                (false, false) => Priority::Alarm,
+            };
+            self.grounding = Some((priority, text));
+        } else if is(&["navigation"]) && bad {
+            self.position = Some(text);
+        } else if is(&["motor", "torqeedo"]) {
+            self.motors.push(text);
+        } else if is(&["fuel", "battery"]) {
+            let priority = if bad { Priority::Alarm } else { Priority::Warning };
+            let worse = self.battery.as_ref().is_none_or(|(known, _)| *known < priority);
+            if worse {
+                self.battery = Some((priority, text));
+            }
+        } else if is(&["hydrophone", "tbr"]) {
+            self.hydrophone = Some(text);
+        } else if is(&["clock"]) {
+            self.clock = Some(text);
+        } else if is(&["lost comm", "lostcomm"]) {
+            self.console = Some(text);
+        } else {
+            let priority = if bad { Priority::Warning } else { Priority::Caution };
+            self.others.push((label.to_owned(), priority, text));
+        }
+    }
+
+    fn troubles(&self, vessel: Address, work: Work) -> Vec<Trouble> {
+        let mut all = Vec::new();
+        let mut push = |kind, part: &str, priority, text: &String| {
+            all.push(trouble(vessel, kind, part, priority, text.clone()));
+        };
+        if let Some((priority, text)) = &self.grounding {
+            push(Kind::Grounding, "", *priority, text);
+        }
+        if let Some(text) = &self.position {
+            let priority = if work == Work::Rest { Priority::Warning } else { Priority::Alarm };
+            push(Kind::Position, "", priority, text);
+        }
+        if !self.motors.is_empty() {
+            let priority = if self.motors.len() > 1 { Priority::Alarm } else { Priority::Warning };
+            push(Kind::Motor, "", priority, &self.motors.join("; "));
+        }
+        if let Some(text) = &self.console {
+            push(Kind::NoConsole, "", Priority::Warning, text);
+        }
+        for (label, priority, text) in &self.others {
+            push(Kind::Part, label, *priority, text);
+        }
+        all
+    }
+}
+
+/// Whether somebody has to be told about this system: what sails, not consoles nor what was imported.
+fn is_vessel(system: &System) -> bool {
+    let sails = match system.kind() {
+        Some(kind) => {
+            matches!(kind, SystemType::Uuv | SystemType::Usv | SystemType::Uav | SystemType::Ugv)
+        }
+        None => !system.address().is_ccu() && system.latest(VehicleState::ID).is_some(),
+    };
+    sails && is_there(system)
+}
+
+/// Whether anything came from the system itself, and not only from what was recorded of it.
+fn is_there(system: &System) -> bool {
+    system.doors().any(|(door, _)| !matches!(door, Door::Shore | Door::Import))
+}
+
+fn came_in(fleet: &Fleet, vessel: Address) -> bool {
+    fleet.system(vessel).is_some_and(is_there)
+}
+
+fn never_heard(vessel: Address, began: UtcTime) -> Trouble {
+    let at = began.civil();
+    let day = format!("{:04}-{:02}-{:02}", at.year, at.month, at.day);
+    let text = format!("not heard since the server started at {day} {}", clock_text(began));
+    trouble(vessel, Kind::NeverHeard, "", Priority::Caution, text)
+}
+
+fn other_source(claim: &Contradiction) -> Trouble {
+    let Contradiction { vessel, door, peer } = claim;
+    let text =
+        format!("{peer} speaks in its name by the door {door} and is refused: it is believed by its link");
+    trouble(*vessel, Kind::OtherSource, door.name(), Priority::Warning, text)
+}
+
+fn not_heard(system: &System) -> Trouble {
+    let priority = match Work::of(system) {
+        Work::Rest => Priority::Caution,
+        Work::Plan => Priority::Warning,
+        Work::Steered => Priority::Alarm,
+    };
+    let text = format!("not heard since {}", clock_text(system.last_heard_utc()));
+    trouble(system.address(), Kind::NotHeard, "", priority, text)
+}
+
+fn of_server(shore: &ShoreState) -> Vec<Trouble> {
+    let mut all = Vec::new();
+    let mut push = |kind, priority, text: String| {
+        let key = Key { vessel: None, kind, part: String::new() };
+        all.push(Trouble { key, priority, text });
+    };
+    if let Some(text) = &shore.recording {
+        push(Kind::Recording, Priority::Alarm, text.clone());
+    }
+    if let Some(text) = &shore.history {
+        push(Kind::History, Priority::Warning, text.clone());
+    }
+    if let Some((free, whole)) = shore.disk {
+        let low = free < DISK_CAUTION.0 && (free as f64) < whole as f64 * DISK_CAUTION.1;
+        let text = format!("{:.1} GiB are free on the server's disk", free as f64 / (1_u64 << 30) as f64);
+        if free < DISK_WARNING {
+            push(Kind::Disk, Priority::Warning, text);
+        } else if low {
+            push(Kind::Disk, Priority::Caution, text);
+        }
+    }
+    all
+}
+
+/// What the parts of a vessel said of themselves last, by label.
+fn states(now: Now, system: &System) -> Vec<(String, EntityState)> {
+    let said = system.all_series().filter(|(key, _)| key.id == EntityState::ID);
+    // What a part said long before its vessel was last heard is no news: another took its number, or it is gone.
+    let fresh = said.filter(|(_, series)| age_then(now, system, series) < Duration::from_mins(1));
+    let read = |(key, series): (SeriesKey, &Series)| {
+        let label = system.entity(key.entity).map_or_else(|| format!("entity {}", key.entity), str::to_owned);
+        Some((label, decode::<EntityState>(series)?))
+    };
+    fresh.filter_map(read).collect()
+}
+
+fn old_position(now: Now, system: &System) -> Option<String> {
+    let (_, series) = system.latest(EstimatedState::ID)?;
+    let old = age_then(now, system, series) > POSITION_OLD;
+    old.then(|| format!("no position since {}", clock_text(series.received())))
+}
+
+fn silent_hydrophone(now: Now, system: &System) -> Option<String> {
+    let (_, series) = system.latest(TBRSensor::ID)?;
+    series.period_s()?;
+    let silent = age_then(now, system, series) > series.fresh_for().max(HYDROPHONE_SILENT);
+    silent.then(|| format!("the hydrophone is silent since {}", clock_text(series.received())))
+}
+
+/// The charge (%): what the monitor says, or the lowest of those that say one.
+fn charge(system: &System) -> Option<f32> {
+    let all = system.all_series().filter(|(key, _)| key.id == FuelLevel::ID);
+    let read = |(key, series): (SeriesKey, &Series)| {
+        let monitor = system.entity(key.entity).is_some_and(|label| label.to_lowercase().contains("fuel"));
+        Some((!monitor, decode::<FuelLevel>(series)?.value))
+    };
+    let known = all.filter_map(read).filter(|(_, value)| value.is_finite());
+    known.min_by(|one, other| one.0.cmp(&other.0).then(one.1.total_cmp(&other.1))).map(|(_, value)| value)
+}
+
+/// How old a series was when its vessel was last heard.
+fn age_then(now: Now, system: &System, series: &Series) -> Duration {
+    series.age(now.mono).saturating_sub(now.mono.since(system.last_heard()))
+}
+
+fn latest<T: Payload>(system: &System) -> Option<T> {
+    decode(system.latest(T::ID)?.1)
+}
+
+fn decode<T: Payload>(series: &Series) -> Option<T> {
+    imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()?
+}
+
+fn trouble(vessel: Address, kind: Kind, part: &str, priority: Priority, text: String) -> Trouble {
+    Trouble { key: Key { vessel: Some(vessel), kind, part: part.to_owned() }, priority, text }
+}
+
+fn clock_text(at: UtcTime) -> String {
+    let at = at.civil();
+    format!("{:02}:{:02}:{:02}Z", at.hour, at.minute, at.second)
+}

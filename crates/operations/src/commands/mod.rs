@@ -1,0 +1,556 @@
+//! What becomes of an order: accepted, sent, received, executing, effect seen; or refused, expired, timed out.
+//!
+//! A vessel's answers are events, not one answer (DUNE's plan engine answers each change of state): a start is answered several times
+//! under one request id, and a failure may come minutes later. So answers move a command on while it is open, and
+//! the effect is what telemetry shows: the plan that PlanControlState says is executed, the digest that the plan
+//! database gives. Telemetry that could be from before the order counts only after an answer.
+//!
+//! A command that timed out is not forgotten: what shows later that the vessel has it, does it or refuses it moves it on,
+//! and says that it came late.
+//!
+//! Commands are kept, [`KEPT`] for each vessel, the oldest finished ones go first.
+
+mod answers;
+mod dispatch;
+mod order;
+mod reports;
+#[cfg(test)]
+mod tests;
+
+pub use order::{GOTO_PLAN, Order, TELEOPERATION_PLAN};
+pub use reports::{EntityReport, ParameterReport, PlanReport, Question, Reports, is_same_value};
+
+use hub::{CALLED_OFF, CommandId, STOP_LIFE, TIME_TO_LIVE, Tag, Telecommand, Urgency};
+use imc::{Address, Header, Packet};
+use order::Effect;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+use units::{MonoTime, Now, UtcTime};
+
+/// Commands kept for each vessel.
+const KEPT: usize = 100;
+/// Commands of one vessel that may be open at once.
+const OPEN: usize = 20;
+/// Answers kept for each vessel: they are large.
+const ANSWERS_KEPT: usize = 10;
+/// Vessels of which it is kept which plans they store: a peer may speak for any number of addresses.
+const VESSELS: usize = 256;
+/// Most characters of what a stage says.
+const TEXT_CHARS: usize = 500;
+/// How long each stage may take. The link gives its own verdict before the first.
+const RECEIVED_WITHIN: Duration = Duration::from_secs(15);
+const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
+const EFFECT_WITHIN: Duration = Duration::from_secs(15);
+/// So long after it timed out the state of the vessel still tells of a command that it never answered.
+const LATE_STATE: Duration = Duration::from_mins(1);
+/// At rest so long after a stop was sent, a vessel that rested before has obeyed it.
+const REST_SEEN: Duration = Duration::from_secs(2);
+/// What happened to commands and was not fetched yet; the oldest goes first, counted.
+const EVENTS: usize = 10_000;
+
+/// How far a command is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// It is to be written into the audit log.
+    Asked,
+    /// It is in the audit log.
+    Accepted,
+    /// No way leads to the vessel: it waits for one, until its life ends.
+    Waiting,
+    /// It is on its way.
+    Sent,
+    /// The vessel has it.
+    Received,
+    /// The vessel does it.
+    Executing,
+    /// What the vessel tells shows that it is done.
+    EffectSeen,
+    /// The vessel or the server refuses.
+    Refused,
+    /// It was not delivered in time and never will be.
+    Expired,
+    /// A stage did not come in time. Whether the vessel obeys is not known.
+    TimedOut,
+}
+
+impl Stage {
+    /// A stable word for people and machines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Asked => "asked",
+            Self::Accepted => "accepted",
+            Self::Waiting => "waiting",
+            Self::Sent => "sent",
+            Self::Received => "received",
+            Self::Executing => "executing",
+            Self::EffectSeen => "effect seen",
+            Self::Refused => "refused",
+            Self::Expired => "expired",
+            Self::TimedOut => "timed out",
+        }
+    }
+
+    /// Whether nothing follows.
+    pub fn is_last(self) -> bool {
+        self >= Self::EffectSeen
+    }
+}
+
+/// A stage that was reached.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Step {
+    /// Which.
+    pub stage: Stage,
+    /// When.
+    pub at: UtcTime,
+    /// The vessel's words, or why.
+    pub text: String,
+}
+
+/// What a vessel answered to a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// A plan.
+    Plan(Box<imc::messages::PlanSpecification>),
+    /// An entity's parameters, names and values.
+    Parameters(Vec<(String, String)>),
+}
+
+/// A plan that a vessel stores.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlanAboard {
+    /// Its name.
+    pub plan_id: String,
+    /// Bytes of its specification.
+    pub size: u16,
+    /// When it was changed, by the vessel's clock.
+    pub changed: Option<UtcTime>,
+    /// Who changed it.
+    pub changed_by: String,
+    /// Its digest.
+    pub md5: Vec<u8>,
+}
+
+/// The plans that a vessel stores, as it said last.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlansAboard {
+    /// When it said so.
+    pub at: UtcTime,
+    /// By name.
+    pub plans: Vec<PlanAboard>,
+}
+
+/// An order and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Command {
+    /// Its number.
+    pub id: CommandId,
+    /// To whom.
+    pub vessel: Address,
+    /// Who ordered it.
+    pub by: Asked,
+    /// The lease under which it was ordered; 0 for what takes none.
+    pub epoch: u64,
+    /// Like `plan.start`.
+    pub verb: &'static str,
+    /// What it is about.
+    pub subject: String,
+    /// The stages reached, in order.
+    pub steps: Vec<Step>,
+    /// What the vessel answered.
+    pub answer: Option<Answer>,
+    /// Parameters that the vessel did not take, with its words.
+    refusals: BTreeMap<String, String>,
+    order: Option<Order>,
+    /// Whether it commands, or only asks.
+    commands: bool,
+    effect: Effect,
+    request_id: u16,
+    /// What ran when it was sent.
+    ran: Option<String>,
+    answered: bool,
+    /// When it was sent, and when it timed out.
+    sent: Option<MonoTime>,
+    timed_out: Option<MonoTime>,
+    deadline: Option<MonoTime>,
+    revision: u64,
+}
+
+impl Command {
+    /// How far it is.
+    pub fn stage(&self) -> Stage {
+        self.steps.last().map_or(Stage::Asked, |step| step.stage)
+    }
+
+    /// The furthest stage that it reached, whatever did not come in time.
+    fn furthest(&self) -> Stage {
+        let reached = self.steps.iter().map(|step| step.stage).filter(|stage| *stage != Stage::TimedOut);
+        reached.max().unwrap_or(Stage::Asked)
+    }
+
+    /// Whether what the vessel says of itself, which is no answer to anything, still tells of it.
+    fn listens(&self, now: MonoTime) -> bool {
+        self.answered || self.timed_out.is_none_or(|at| now.since(at) < LATE_STATE)
+    }
+
+    /// Whether nothing more is expected.
+    pub fn is_over(&self) -> bool {
+        // Nothing shows the effect of this one: that the vessel has it is all that is ever known.
+        self.stage().is_last() || (self.effect == Effect::Silent && self.stage() >= Stage::Received)
+    }
+}
+
+/// What became of a command on the vessel link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Receipt {
+    /// The vessel has it.
+    Received,
+    /// It came too late, or never.
+    Expired,
+    /// The vessel refuses it.
+    Refused(String),
+    /// It was sent and the vessel did not say.
+    Unanswered,
+}
+
+/// Who ordered something.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// The person.
+    pub name: String,
+    /// As the audit log names them: a script in a person's name is told from the person.
+    pub actor: String,
+    /// From which network address.
+    pub from: String,
+}
+
+/// That a command got further, for the audit log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CommandEvent {
+    /// To whom.
+    pub vessel: Address,
+    /// Who ordered it.
+    pub by: Asked,
+    /// Like `plan.start`.
+    pub verb: &'static str,
+    /// What it is about.
+    pub subject: String,
+    /// How far it is.
+    pub step: Step,
+}
+
+/// The commands of all vessels.
+#[derive(Debug)]
+pub struct Commands {
+    own: Address,
+    all: BTreeMap<CommandId, Command>,
+    /// With the time by which the one that told longest ago is found.
+    aboard: BTreeMap<Address, (MonoTime, PlansAboard)>,
+    reports: Reports,
+    next_request: u16,
+    last_id: u64,
+    revision: u64,
+    events: VecDeque<CommandEvent>,
+    forgotten: u64,
+    /// Stops that were ordered, of each vessel that was ever stopped.
+    stops: BTreeMap<Address, u64>,
+}
+
+impl Commands {
+    /// None yet, to be sent from this address.
+    pub fn new(own: Address) -> Self {
+        Self {
+            own,
+            all: BTreeMap::new(),
+            aboard: BTreeMap::new(),
+            reports: Reports::new(own),
+            next_request: 0,
+            last_id: 0,
+            revision: 0,
+            events: VecDeque::new(),
+            forgotten: 0,
+            stops: BTreeMap::new(),
+        }
+    }
+
+    /// Takes an order that `by` gives under a lease, before it is written into the audit log.
+    ///
+    /// # Errors
+    /// It is none, or too many of this vessel are open.
+    pub fn begin(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        by: &Asked,
+        epoch: u64,
+        order: Order,
+    ) -> Result<CommandId, String> {
+        order.check()?;
+        let open = self.all.values().filter(|one| one.vessel == vessel && !one.is_over()).count();
+        // Nothing is so urgent as a stop, however much else is under way.
+        if open >= OPEN && !order.is_stop() {
+            return Err(format!("{open} commands to this vessel are open: wait for them"));
+        }
+        if order.is_stop() {
+            self.call_off_unsent(now, vessel);
+        }
+        // Milliseconds of UTC are exact in JavaScript.
+        let millis = u64::try_from(now.utc.micros() / 1_000).unwrap_or_default();
+        self.last_id = (self.last_id + 1).max(millis);
+        let id = CommandId(self.last_id);
+        // In the upper half, from somewhere else at each start: what others of this address asked, or an earlier
+        // start, is answered under other numbers.
+        let next =
+            if self.next_request == 0 { self.last_id as u16 } else { self.next_request.wrapping_add(2) };
+        self.next_request = (next & 0x7FFE) | 0x8000;
+        self.revision += 1;
+        let command = Command {
+            id,
+            vessel,
+            by: by.clone(),
+            epoch,
+            verb: order.verb(),
+            subject: self.subjects(vessel, &order).join("; "),
+            steps: Vec::new(),
+            answer: None,
+            refusals: BTreeMap::new(),
+            effect: order.effect(),
+            commands: order.commands(),
+            order: Some(order),
+            request_id: self.next_request,
+            ran: None,
+            answered: false,
+            sent: None,
+            timed_out: None,
+            deadline: Some(now.mono + RECEIVED_WITHIN),
+            revision: self.revision,
+        };
+        self.all.insert(id, command);
+        self.forget(vessel);
+        Ok(id)
+    }
+
+    /// Stops that were ordered of a vessel. Whoever prepares an order looks before and after: one that a stop came in
+    /// between of is not given.
+    pub fn stops(&self, vessel: Address) -> u64 {
+        self.stops.get(&vessel).copied().unwrap_or_default()
+    }
+
+    /// A stop is ordered: what was asked for before it and was not sent is not sent after it.
+    fn call_off_unsent(&mut self, now: Now, vessel: Address) {
+        if self.stops.len() < VESSELS || self.stops.contains_key(&vessel) {
+            *self.stops.entry(vessel).or_default() += 1;
+        }
+        let unsent =
+            |one: &&Command| one.vessel == vessel && one.commands && one.order.is_some() && !one.is_over();
+        let off: Vec<CommandId> = self.all.values().filter(unsent).map(|one| one.id).collect();
+        for id in off {
+            self.refused(now, id, CALLED_OFF.to_owned());
+        }
+    }
+
+    /// It is in the audit log: what to send. `ran` is the plan that the vessel said it executes. Nothing for a
+    /// command that is over or was sent.
+    pub fn accepted(&mut self, now: Now, id: CommandId, ran: Option<String>) -> Option<Telecommand> {
+        let own = self.own;
+        let command = self.all.get_mut(&id).filter(|one| one.stage() == Stage::Asked)?;
+        let order = command.order.take()?;
+        let header = Header {
+            timestamp: now.utc.seconds(),
+            src: own,
+            src_ent: u8::MAX,
+            dst: command.vessel,
+            dst_ent: u8::MAX,
+        };
+        command.ran = ran;
+        let (vessel, epoch, request_id) = (command.vessel, command.epoch, command.request_id);
+        let (urgency, life) =
+            if order.is_stop() { (Urgency::Stop, STOP_LIFE) } else { (Urgency::Command, TIME_TO_LIVE) };
+        let tag = Tag { id: Some(id), epoch, expires: now.mono + life, urgency };
+        self.step(now, id, Stage::Accepted, String::new());
+        match Packet::new(header, order.message(request_id)).encode() {
+            Ok(packet) => Some(Telecommand { vessel, tag, packet: packet.into() }),
+            Err(error) => {
+                self.refused(now, id, format!("it fits no packet: {error}"));
+                None
+            }
+        }
+    }
+
+    /// The server does not send it, or the vessel does not take it.
+    pub fn refused(&mut self, now: Now, id: CommandId, why: String) {
+        self.advance(now, id, Stage::Refused, why);
+    }
+
+    /// What the vessel link says of it.
+    pub fn receipt(&mut self, now: Now, id: CommandId, receipt: Receipt) {
+        let one_of_several = self.all.get(&id).is_some_and(|one| one.effect == Effect::Aborts);
+        match receipt {
+            // A stop takes several ways; that one of them failed is not its end.
+            Receipt::Expired | Receipt::Refused(_) if one_of_several => {
+                let mut text =
+                    "not by the link; perhaps by another connection: look at the vessel".to_owned();
+                if let Receipt::Refused(why) = receipt {
+                    text = format!("{text} ({why})");
+                }
+                self.advance(now, id, Stage::TimedOut, text);
+            }
+            Receipt::Received => self.advance(now, id, Stage::Received, String::new()),
+            Receipt::Refused(why) => self.advance(now, id, Stage::Refused, why),
+            Receipt::Expired => {
+                let text = "the vessel was not reached in time; it will not get it any more".to_owned();
+                self.advance(now, id, Stage::Expired, text);
+            }
+            Receipt::Unanswered => {
+                let text = "sent, and the vessel did not say that it has it".to_owned();
+                self.advance(now, id, Stage::TimedOut, text);
+            }
+        }
+    }
+
+    /// Time passes: what was to come by now and did not is told. Call it about once a second.
+    pub fn tick(&mut self, now: Now) {
+        let due =
+            |one: &&Command| !one.is_over() && one.deadline.is_some_and(|deadline| now.mono >= deadline);
+        let late: Vec<(CommandId, Stage)> =
+            self.all.values().filter(due).map(|one| (one.id, one.stage())).collect();
+        for (id, stage) in late {
+            let text = match stage {
+                Stage::Asked | Stage::Accepted | Stage::Waiting => "it was not sent",
+                Stage::Sent => "the vessel did not say that it has it",
+                Stage::Received => "the vessel has it and does not answer",
+                _ => "the vessel answered, but nothing shows the effect",
+            };
+            self.advance(now, id, Stage::TimedOut, text.to_owned());
+        }
+    }
+
+    /// One command.
+    pub fn get(&self, id: CommandId) -> Option<&Command> {
+        self.all.get(&id)
+    }
+
+    /// The commands of a vessel, the newest first.
+    pub fn of(&self, vessel: Address) -> impl Iterator<Item = &Command> {
+        self.all.values().rev().filter(move |one| one.vessel == vessel)
+    }
+
+    /// All commands that changed after `revision`, in order of their numbers.
+    pub fn changed(&self, revision: u64) -> impl Iterator<Item = &Command> {
+        self.all.values().filter(move |one| one.revision > revision)
+    }
+
+    /// The plans that a vessel stores, as far as it said: kept of the 256 vessels that said so last, unknown again of
+    /// others until they are asked anew.
+    pub fn aboard(&self, vessel: Address) -> Option<&PlansAboard> {
+        self.aboard.get(&vessel).map(|(_, plans)| plans)
+    }
+
+    /// What vessels tell of themselves.
+    pub fn reports(&self) -> &Reports {
+        &self.reports
+    }
+
+    /// What vessels tell of themselves, to ask them.
+    pub fn reports_mut(&mut self) -> &mut Reports {
+        &mut self.reports
+    }
+
+    /// What an order to a vessel is about, in words: of parameters what they were and shall be, one by one.
+    pub fn subjects(&self, vessel: Address, order: &Order) -> Vec<String> {
+        let Order::SetParameters { entity, values } = order else { return vec![order.subject()] };
+        let change = |(name, value): &(String, String)| {
+            let before =
+                self.reports.parameter(vessel, entity, name).map_or("?", |known| known.value.as_str());
+            format!("{entity}: {name} {} -> {}", reports::brief(before), reports::brief(value))
+        };
+        values.iter().map(change).collect()
+    }
+
+    /// Counts changes.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// What happened to commands since the last call, and how much before it was forgotten because nobody fetched it.
+    pub fn drain(&mut self) -> (Vec<CommandEvent>, u64) {
+        (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
+    }
+
+    /// Goes on to a later stage; what is over stays as it is, but for what timed out: later evidence tells more than that
+    /// none came in time.
+    fn advance(&mut self, now: Now, id: CommandId, stage: Stage, text: String) {
+        let Some(command) = self.all.get(&id) else { return };
+        let goes_on = !command.is_over() && command.stage() < stage;
+        let revives =
+            command.stage() == Stage::TimedOut && command.furthest() < stage && stage != Stage::TimedOut;
+        if !(goes_on || revives) {
+            return;
+        }
+        let late = command.timed_out.is_some() && stage != Stage::TimedOut;
+        let text = match (late, text.as_str()) {
+            (false, _) => text,
+            (true, "") => "late".to_owned(),
+            (true, text) => format!("late: {text}"),
+        };
+        self.step(now, id, stage, text);
+    }
+
+    fn step(&mut self, now: Now, id: CommandId, stage: Stage, mut text: String) {
+        let Some(command) = self.all.get_mut(&id) else { return };
+        self.revision += 1;
+        command.revision = self.revision;
+        if let Some((end, _)) = text.char_indices().nth(TEXT_CHARS) {
+            text.truncate(end);
+        }
+        let step = Step { stage, at: now.utc, text };
+        match stage {
+            Stage::Sent => command.sent = Some(now.mono),
+            Stage::TimedOut => command.timed_out = Some(now.mono),
+            _ => {}
+        }
+        // Questions are nobody's act; what is asked and accepted is written down by who asks.
+        if command.commands && stage >= Stage::Waiting {
+            let event = CommandEvent {
+                vessel: command.vessel,
+                by: command.by.clone(),
+                verb: command.verb,
+                subject: command.subject.clone(),
+                step: step.clone(),
+            };
+            if self.events.len() >= EVENTS {
+                self.events.pop_front();
+                self.forgotten += 1;
+            }
+            self.events.push_back(event);
+        }
+        command.steps.push(step);
+        command.deadline = match stage {
+            Stage::Asked | Stage::Accepted | Stage::Sent => Some(now.mono + RECEIVED_WITHIN),
+            // Its life ends before, and tells so.
+            Stage::Waiting => Some(now.mono + STOP_LIFE + RECEIVED_WITHIN),
+            Stage::Received => Some(now.mono + ANSWERED_WITHIN),
+            Stage::Executing => Some(now.mono + EFFECT_WITHIN),
+            _ => None,
+        };
+    }
+
+    /// Keeps what is to be kept of a vessel's commands.
+    fn forget(&mut self, vessel: Address) {
+        // Of the last stop it must be known whether it arrived.
+        let stop = self.of(vessel).find(|one| one.effect == Effect::Aborts).map(|one| one.id);
+        let over = self.of(vessel).filter(|one| one.is_over() && Some(one.id) != stop);
+        let over: Vec<CommandId> = over.map(|one| one.id).collect();
+        let all = self.of(vessel).count();
+        for id in over.iter().rev().take(all.saturating_sub(KEPT)) {
+            self.all.remove(id);
+        }
+        let answered: Vec<CommandId> =
+            self.of(vessel).filter(|one| one.answer.is_some()).map(|one| one.id).skip(ANSWERS_KEPT).collect();
+        for id in answered {
+            if let Some(command) = self.all.get_mut(&id) {
+                command.answer = None;
+            }
+        }
+    }
+}

@@ -1,0 +1,439 @@
+//! Who commands a vessel: one lease per vessel, asked for, granted, renewed, taken over, and ending by itself.
+//!
+//! A lease has an epoch that grows with every grant, also over restarts of the server, because a grant takes the
+//! greater of the last one plus one and UTC in µs. The vessel is told the epoch and obeys nobody else while the
+//! lease lives, so that an order of a former holder is void however late it comes.
+//!
+//! | asked | while free | while another has it | by its holder |
+//! |---|---|---|---|
+//! | request | granted | waits for an answer, granted after [`ANSWER_WITHIN`] | renewed, or moved to this window |
+//! | grant, decline | refused | the one who asked may withdraw | decides about the request |
+//! | take | granted | granted at once; who waits waits anew | as request |
+//! | renew | refused | refused | lasts [`LASTS`] from now |
+//! | release | refused | refused | ends; who waits has it then |
+
+#[cfg(test)]
+mod tests;
+
+use imc::Address;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+use units::{MonoTime, Now, UtcTime};
+
+/// A lease ends by itself so long after its holder's page was last heard.
+pub const LASTS: Duration = Duration::from_mins(1);
+/// A request that the holder does not answer within this is granted.
+pub const ANSWER_WITHIN: Duration = Duration::from_secs(30);
+/// Most characters of a reason.
+pub const REASON_CHARS: usize = 200;
+/// Most characters of what tells windows of one person apart.
+const KEY_CHARS: usize = 64;
+/// What happened and was not fetched yet; the oldest goes first, counted.
+const EVENTS_KEPT: usize = 1_000;
+
+/// A person in one window, or one of their scripts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Holder {
+    /// The person's number.
+    pub person: i64,
+    /// The person's name.
+    pub name: String,
+    /// Tells the windows of a person apart; empty for scripts.
+    pub key: String,
+}
+
+/// A lease that somebody has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held {
+    /// Who.
+    pub holder: Holder,
+    /// Grows with every grant.
+    pub epoch: u64,
+    /// Since when.
+    pub since: UtcTime,
+    /// Until when unless it is renewed, by UTC as it was at the last renewal.
+    pub until: UtcTime,
+    expires: MonoTime,
+}
+
+/// Somebody who asked for a lease that another has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Waiting {
+    /// Who.
+    pub who: Holder,
+    /// Why, in their words; may be empty.
+    pub reason: String,
+    /// Since when.
+    pub since: UtcTime,
+    /// When it is granted without an answer.
+    pub granted_at: UtcTime,
+    due: MonoTime,
+}
+
+/// How a lease changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// It was free and is somebody's.
+    Granted,
+    /// Somebody waits for it.
+    Requested,
+    /// The holder gave it to the one who asked.
+    HandedOver,
+    /// The holder did not answer in time, so that the one who asked has it.
+    Unanswered,
+    /// The holder keeps it.
+    Declined,
+    /// The one who asked does not want it any more.
+    Withdrawn,
+    /// The holder gave it back.
+    Released,
+    /// The holder's page was not heard for too long.
+    Expired,
+    /// Somebody took it without asking.
+    TakenOver,
+}
+
+impl Change {
+    /// A stable word for people and machines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Granted => "granted",
+            Self::Requested => "requested",
+            Self::HandedOver => "handed over",
+            Self::Unanswered => "granted without an answer",
+            Self::Declined => "declined",
+            Self::Withdrawn => "withdrawn",
+            Self::Released => "released",
+            Self::Expired => "expired",
+            Self::TakenOver => "taken over",
+        }
+    }
+}
+
+/// Something that happened to a lease.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeaseEvent {
+    /// The vessel.
+    pub vessel: Address,
+    /// When.
+    pub at: UtcTime,
+    /// What.
+    pub change: Change,
+    /// Who did it, or to whom it happened where nobody did.
+    pub who: String,
+    /// Who had the lease before, where that is another.
+    pub from: Option<String>,
+    /// Why, in their words; may be empty.
+    pub reason: String,
+}
+
+/// The lease of one vessel.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Lease {
+    /// Who has it; nobody while it is free.
+    pub held: Option<Held>,
+    /// Who waits for it.
+    pub waiting: Option<Waiting>,
+    /// What happened last.
+    pub last: Option<LeaseEvent>,
+    /// The greatest epoch that was given out.
+    pub last_epoch: u64,
+    revision: u64,
+}
+
+/// What somebody wants of a lease.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LeaseAsk {
+    /// To have it, for this reason, if the holder agrees or does not answer.
+    Request(String),
+    /// To give it to the one who waits.
+    Grant,
+    /// Not to give it; by the one who waits: not to wait any more.
+    Decline,
+    /// To give it back.
+    Release,
+    /// To keep it.
+    Renew,
+    /// To have it at once, for this reason.
+    Take(String),
+}
+
+/// Why somebody does not get what they want.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum LeaseRefused {
+    /// Only the holder may do that.
+    #[error("you do not have control of this vessel: {0}")]
+    NotYours(String),
+    /// Nobody waits.
+    #[error("nobody waits for control of this vessel")]
+    NobodyWaits,
+    /// Another waits already.
+    #[error("{0} has asked already and gets an answer within {n} s", n = ANSWER_WITHIN.as_secs())]
+    AnotherWaits(String),
+    /// Taking over needs a reason.
+    #[error("say why you take over: {0} is told")]
+    NoReason(String),
+    /// A text is too long.
+    #[error("{what} is longer than {most} characters")]
+    TooLong {
+        /// Which.
+        what: &'static str,
+        /// What it may have.
+        most: usize,
+    },
+}
+
+/// The leases of all vessels.
+#[derive(Debug, Default)]
+pub struct Leases {
+    vessels: BTreeMap<Address, Lease>,
+    events: VecDeque<LeaseEvent>,
+    forgotten: u64,
+    revision: u64,
+}
+
+impl Leases {
+    /// Does what `who` wants, or says why not. Nothing changes in that case.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn ask(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        who: &Holder,
+        ask: LeaseAsk,
+    ) -> Result<(), LeaseRefused> {
+        if who.key.chars().count() > KEY_CHARS {
+            return Err(LeaseRefused::TooLong { what: "the window's key", most: KEY_CHARS });
+        }
+        self.tick(now);
+        match ask {
+            LeaseAsk::Request(reason) => self.request(now, vessel, who, reason),
+            LeaseAsk::Take(reason) => self.take(now, vessel, who, reason),
+            LeaseAsk::Grant => {
+                self.of_holder(vessel, who)?;
+                let waiting = self.stop_waiting(vessel).ok_or(LeaseRefused::NobodyWaits)?;
+                self.grant(now, vessel, waiting.who, Change::HandedOver, waiting.reason);
+                Ok(())
+            }
+            LeaseAsk::Decline => {
+                let withdrawn = self.of(vessel).waiting.as_ref().is_some_and(|one| same(&one.who, who));
+                if !withdrawn {
+                    self.of_holder(vessel, who)?;
+                }
+                let waiting = self.stop_waiting(vessel).ok_or(LeaseRefused::NobodyWaits)?;
+                let change = if withdrawn { Change::Withdrawn } else { Change::Declined };
+                self.note(now, vessel, change, who.name.clone(), Some(waiting.who.name), String::new());
+                Ok(())
+            }
+            LeaseAsk::Release => {
+                self.of_holder(vessel, who)?;
+                self.end(now, vessel, Change::Released);
+                Ok(())
+            }
+            LeaseAsk::Renew => {
+                let held = self.of_holder(vessel, who)?;
+                if held.holder.key != who.key {
+                    let text = "another of your windows has it".to_owned();
+                    return Err(LeaseRefused::NotYours(text));
+                }
+                let lease = self.vessels.entry(vessel).or_default();
+                if let Some(held) = &mut lease.held {
+                    (held.expires, held.until) = (now.mono + LASTS, later(now, LASTS));
+                }
+                self.revision += 1;
+                lease.revision = self.revision;
+                Ok(())
+            }
+        }
+    }
+
+    /// Time passes: leases end, and requests without an answer are granted. Call it about once a second.
+    pub fn tick(&mut self, now: Now) {
+        let due: Vec<Address> = self
+            .vessels
+            .iter()
+            .filter(|(_, lease)| {
+                lease.held.as_ref().is_some_and(|held| now.mono >= held.expires)
+                    || lease.waiting.as_ref().is_some_and(|waiting| now.mono >= waiting.due)
+            })
+            .map(|(vessel, _)| *vessel)
+            .collect();
+        for vessel in due {
+            let expired = self.of(vessel).held.as_ref().is_some_and(|held| now.mono >= held.expires);
+            if expired {
+                self.end(now, vessel, Change::Expired);
+            } else if let Some(waiting) = self.stop_waiting(vessel) {
+                self.grant(now, vessel, waiting.who, Change::Unanswered, waiting.reason);
+            }
+        }
+    }
+
+    /// The lease of a vessel.
+    pub fn of(&self, vessel: Address) -> &Lease {
+        static FREE: Lease = Lease { held: None, waiting: None, last: None, last_epoch: 0, revision: 0 };
+        self.vessels.get(&vessel).unwrap_or(&FREE)
+    }
+
+    /// The epoch under which `who` may command a vessel at present, from this very window.
+    ///
+    /// # Errors
+    /// Who may instead.
+    pub fn epoch(&self, now: Now, vessel: Address, who: &Holder) -> Result<u64, LeaseRefused> {
+        let held = self.of_holder(vessel, who)?;
+        if held.holder.key != who.key {
+            return Err(LeaseRefused::NotYours(
+                "another of your windows has it; take it here first".to_owned(),
+            ));
+        }
+        if now.mono >= held.expires {
+            return Err(LeaseRefused::NotYours("it expired; take it anew".to_owned()));
+        }
+        Ok(held.epoch)
+    }
+
+    /// All leases that changed after `revision`.
+    pub fn changed(&self, revision: u64) -> impl Iterator<Item = (Address, &Lease)> {
+        self.vessels
+            .iter()
+            .filter(move |(_, one)| one.revision > revision)
+            .map(|(vessel, one)| (*vessel, one))
+    }
+
+    /// Counts changes.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// What happened since the last call, and how much before it was forgotten because nobody fetched it.
+    pub fn drain(&mut self) -> (Vec<LeaseEvent>, u64) {
+        (self.events.drain(..).collect(), std::mem::take(&mut self.forgotten))
+    }
+
+    fn of_holder(&self, vessel: Address, who: &Holder) -> Result<&Held, LeaseRefused> {
+        match &self.of(vessel).held {
+            Some(held) if held.holder.person == who.person => Ok(held),
+            Some(held) => Err(LeaseRefused::NotYours(format!("{} has it", held.holder.name))),
+            None => Err(LeaseRefused::NotYours("it is free; take it first".to_owned())),
+        }
+    }
+
+    fn request(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        who: &Holder,
+        reason: String,
+    ) -> Result<(), LeaseRefused> {
+        bounded(&reason)?;
+        let lease = self.of(vessel);
+        match (&lease.held, &lease.waiting) {
+            (None, _) => {
+                self.grant(now, vessel, who.clone(), Change::Granted, reason);
+                Ok(())
+            }
+            (Some(held), _) if held.holder == *who => self.ask(now, vessel, who, LeaseAsk::Renew),
+            (Some(held), _) if held.holder.person == who.person => {
+                self.grant(now, vessel, who.clone(), Change::TakenOver, "in another window".to_owned());
+                Ok(())
+            }
+            (Some(_), Some(waiting)) if !same(&waiting.who, who) => {
+                Err(LeaseRefused::AnotherWaits(waiting.who.name.clone()))
+            }
+            (Some(held), waiting) => {
+                let from = Some(held.holder.name.clone());
+                let (since, due) =
+                    waiting.as_ref().map_or((now.utc, now.mono + ANSWER_WITHIN), |one| (one.since, one.due));
+                let granted_at = later(now, due.since(now.mono));
+                let waiting = Waiting { who: who.clone(), reason: reason.clone(), since, granted_at, due };
+                self.vessels.entry(vessel).or_default().waiting = Some(waiting);
+                self.note(now, vessel, Change::Requested, who.name.clone(), from, reason);
+                Ok(())
+            }
+        }
+    }
+
+    fn take(&mut self, now: Now, vessel: Address, who: &Holder, reason: String) -> Result<(), LeaseRefused> {
+        bounded(&reason)?;
+        match &self.of(vessel).held {
+            Some(held) if held.holder.person != who.person => {
+                if reason.trim().is_empty() {
+                    return Err(LeaseRefused::NoReason(held.holder.name.clone()));
+                }
+                // Whoever else waited asks the one who has it now, who gets the whole time to answer.
+                if let Some(waiting) = self.stop_waiting(vessel).filter(|one| !same(&one.who, who)) {
+                    let (granted_at, due) = (later(now, ANSWER_WITHIN), now.mono + ANSWER_WITHIN);
+                    let waiting = Waiting { granted_at, due, ..waiting };
+                    self.vessels.entry(vessel).or_default().waiting = Some(waiting);
+                }
+                self.grant(now, vessel, who.clone(), Change::TakenOver, reason);
+                Ok(())
+            }
+            Some(_) | None => self.request(now, vessel, who, reason),
+        }
+    }
+
+    fn stop_waiting(&mut self, vessel: Address) -> Option<Waiting> {
+        self.vessels.get_mut(&vessel)?.waiting.take()
+    }
+
+    fn grant(&mut self, now: Now, vessel: Address, who: Holder, change: Change, reason: String) {
+        let lease = self.vessels.entry(vessel).or_default();
+        let utc_us = u64::try_from(now.utc.micros()).unwrap_or_default();
+        let epoch = (lease.last_epoch + 1).max(utc_us);
+        lease.last_epoch = epoch;
+        let name = who.name.clone();
+        let held =
+            Held { holder: who, epoch, since: now.utc, until: later(now, LASTS), expires: now.mono + LASTS };
+        let from = lease.held.replace(held).map(|before| before.holder.name);
+        self.note(now, vessel, change, name, from, reason);
+    }
+
+    /// Ends a lease; who waits has it then.
+    fn end(&mut self, now: Now, vessel: Address, change: Change) {
+        let Some(lease) = self.vessels.get_mut(&vessel) else { return };
+        let Some(held) = lease.held.take() else { return };
+        let waiting = lease.waiting.take();
+        self.note(now, vessel, change, held.holder.name, None, String::new());
+        if let Some(waiting) = waiting {
+            self.grant(now, vessel, waiting.who, Change::Granted, waiting.reason);
+        }
+    }
+
+    fn note(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        change: Change,
+        who: String,
+        from: Option<String>,
+        reason: String,
+    ) {
+        let event = LeaseEvent { vessel, at: now.utc, change, who, from, reason };
+        self.revision += 1;
+        let lease = self.vessels.entry(vessel).or_default();
+        (lease.last, lease.revision) = (Some(event.clone()), self.revision);
+        if self.events.len() >= EVENTS_KEPT {
+            self.events.pop_front();
+            self.forgotten += 1;
+        }
+        self.events.push_back(event);
+    }
+}
+
+fn same(one: &Holder, other: &Holder) -> bool {
+    one.person == other.person
+}
+
+fn bounded(reason: &str) -> Result<(), LeaseRefused> {
+    if reason.chars().count() > REASON_CHARS {
+        return Err(LeaseRefused::TooLong { what: "the reason", most: REASON_CHARS });
+    }
+    Ok(())
+}
+
+fn later(now: Now, span: Duration) -> UtcTime {
+    // A minute at most.
+    UtcTime::from_micros(now.utc.micros().saturating_add(span.as_micros() as i64))
+}

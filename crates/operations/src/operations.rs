@@ -1,0 +1,159 @@
+//! The hub and what people do with it, as one machine.
+
+use crate::alarms::{Alarms, ShoreState};
+use crate::commands::{Asked, Commands, Order};
+use crate::leases::{Holder, LeaseRefused, Leases};
+use hub::{CALLED_OFF, CommandId, Dispatched, Fleet, Hub, OrderLog as _, Settings};
+use imc::messages::{Payload as _, PlanControlState, PlanControlStateState};
+use imc::{Address, PacketView};
+use units::Now;
+
+/// The hub, and who commands, what was ordered and what is wrong.
+#[derive(Debug)]
+pub struct Operations {
+    hub: Hub<Commands>,
+    leases: Leases,
+    alarms: Alarms,
+}
+
+/// Why an order is not taken.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NotOrdered {
+    /// Somebody else commands the vessel.
+    #[error(transparent)]
+    NoControl(#[from] LeaseRefused),
+    /// The order is none, or cannot be taken now.
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl Operations {
+    /// No peers, no orders, no alarms.
+    pub fn new(settings: Settings) -> Self {
+        let commands = Commands::new(settings.address);
+        Self { hub: Hub::new(settings, commands), leases: Leases::default(), alarms: Alarms::default() }
+    }
+
+    /// Routing.
+    pub fn hub(&self) -> &Hub<Commands> {
+        &self.hub
+    }
+
+    /// Routing, to hand it packets and to drain it.
+    pub fn hub_mut(&mut self) -> &mut Hub<Commands> {
+        &mut self.hub
+    }
+
+    /// What the fleet looks like.
+    pub fn fleet(&self) -> &Fleet {
+        self.hub.fleet()
+    }
+
+    /// Who commands which vessel.
+    pub fn leases(&self) -> &Leases {
+        &self.leases
+    }
+
+    /// Who commands which vessel, to change it.
+    pub fn leases_mut(&mut self) -> &mut Leases {
+        &mut self.leases
+    }
+
+    /// What people ordered, and what became of it.
+    pub fn commands(&self) -> &Commands {
+        self.hub.orders()
+    }
+
+    /// What people ordered, to add to it.
+    pub fn commands_mut(&mut self) -> &mut Commands {
+        self.hub.orders_mut()
+    }
+
+    /// What is wrong, and who knows of it.
+    pub fn alarms(&self) -> &Alarms {
+        &self.alarms
+    }
+
+    /// What is wrong, to say something to it.
+    pub fn alarms_mut(&mut self) -> &mut Alarms {
+        &mut self.alarms
+    }
+
+    /// Time passes. Call it once a second.
+    pub fn tick(&mut self, now: Now) {
+        self.leases.tick(now);
+        self.hub.tick(now);
+        self.hub.orders_mut().tick(now);
+    }
+
+    /// Derives what is wrong from the fleet and from what the shore says of itself. Call it once a second.
+    pub fn watch(&mut self, now: Now, shore: &ShoreState) {
+        let contradictions = self.hub.contradictions(now.mono);
+        self.alarms.watch(now, self.hub.fleet(), &ShoreState { contradictions, ..shore.clone() });
+    }
+
+    /// Takes an order under the lease of whoever gives it, before it is written into the audit log. `stops` is what
+    /// [`Commands::stops`] was when the order began to be prepared: one that a stop came in between of is not given.
+    ///
+    /// # Errors
+    /// Somebody else commands the vessel, a stop came in between, or the order is none.
+    pub fn begin(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        (asked, holder): (&Asked, &Holder),
+        order: Order,
+        stops: u64,
+    ) -> Result<CommandId, NotOrdered> {
+        let epoch = if order.takes_lease() { self.leases.epoch(now, vessel, holder)? } else { 0 };
+        if order.commands() && self.commands().stops(vessel) != stops {
+            return Err(NotOrdered::Refused(CALLED_OFF.to_owned()));
+        }
+        self.commands_mut().begin(now, vessel, asked, epoch, order).map_err(NotOrdered::Refused)
+    }
+
+    /// Sends an order that is in the audit log, if the lease that it was given under still holds; `holder` is `None` for
+    /// what takes none. `None` if it is not sent.
+    pub fn dispatch(&mut self, now: Now, id: CommandId, holder: Option<&Holder>) -> Option<Dispatched> {
+        let command = self.commands().get(id)?;
+        let (vessel, epoch) = (command.vessel, command.epoch);
+        if epoch != 0 && holder.is_none_or(|holder| self.leases.epoch(now, vessel, holder) != Ok(epoch)) {
+            self.commands_mut().refused(now, id, "control was lost before it was sent".to_owned());
+            return None;
+        }
+        let ran = self.running(vessel);
+        let order = self.commands_mut().accepted(now, id, ran)?;
+        let dispatched = self.hub.dispatch(now, order);
+        self.commands_mut().dispatched(now, id, &dispatched);
+        Some(dispatched)
+    }
+
+    /// Stops a vessel. It takes no lease and waits for nothing.
+    ///
+    /// # Errors
+    /// Never for a stop of a vessel's own address; what [`Commands::begin`] refuses.
+    pub fn stop(
+        &mut self,
+        now: Now,
+        vessel: Address,
+        asked: &Asked,
+    ) -> Result<(CommandId, Option<Dispatched>), String> {
+        let id = self.commands_mut().begin(now, vessel, asked, 0, Order::Stop)?;
+        Ok((id, self.dispatch(now, id, None)))
+    }
+
+    /// The plan that a vessel said it executes.
+    pub fn running(&self, vessel: Address) -> Option<String> {
+        let state = self.plan_state(vessel)?;
+        Some(state.plan_id.to_str_lossy().into_owned())
+    }
+
+    /// What a vessel said last of the plan that it executes; `None` while it executes none.
+    pub fn plan_state(&self, vessel: Address) -> Option<PlanControlState> {
+        let (_, series) = self.fleet().system(vessel)?.latest(PlanControlState::ID)?;
+        let state: PlanControlState = imc::decode(&PacketView::unchecked(series.packet()).ok()?).ok()??;
+        let runs =
+            matches!(state.state, PlanControlStateState::Executing | PlanControlStateState::Initializing);
+        runs.then_some(state)
+    }
+}

@@ -1,0 +1,129 @@
+//! What is asked for in path and query, checked: every refusal is JSON that names the parameter.
+
+use super::error::ApiError;
+use axum::Json;
+use axum::extract::rejection::{JsonRejection, PathRejection, QueryRejection};
+use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::http::request::Parts;
+use serde::de::DeserializeOwned;
+use std::ops::RangeInclusive;
+use store::{Order, TimeRange};
+
+/// Times that JavaScript holds exactly (µs since 1970 UTC): from 1970 until 2255.
+const TIMES_US: RangeInclusive<i64> = 0..=9_007_199_254_740_991;
+/// Most rows or events of one answer.
+const ROWS: RangeInclusive<u32> = 1..=10_000;
+/// Rows of an answer when nothing else is asked for.
+const ROWS_UNASKED: u32 = 1_000;
+/// Most rows that may be passed over.
+const SKIP: RangeInclusive<u32> = 0..=100_000;
+
+/// The query.
+#[derive(Debug)]
+pub(crate) struct Asked<T>(pub(crate) T);
+
+impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
+        let query = Query::<T>::from_request_parts(parts, state).await;
+        query.map(|Query(query)| Self(query)).map_err(|error: QueryRejection| {
+            ApiError::bad_request(format!("{}; /api/v1/openapi.json tells them all", error.body_text()))
+        })
+    }
+}
+
+/// What stands in the path.
+#[derive(Debug)]
+pub(crate) struct InPath<T>(pub(crate) T);
+
+impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for InPath<T> {
+    type Rejection = ApiError;
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ApiError> {
+        let path = Path::<T>::from_request_parts(parts, state).await;
+        path.map(|Path(path)| Self(path))
+            .map_err(|error: PathRejection| ApiError::malformed(error.status(), error.body_text()))
+    }
+}
+
+/// A time.
+///
+/// # Errors
+/// It is none.
+pub(crate) fn time(name: &str, time_us: i64) -> Result<i64, ApiError> {
+    if TIMES_US.contains(&time_us) {
+        return Ok(time_us);
+    }
+    let (first, last) = TIMES_US.into_inner();
+    Err(ApiError::bad_request(format!(
+        "{name}: {time_us} is no time: give µs since 1970 UTC, {first} to {last}"
+    )))
+}
+
+/// A stretch of time.
+///
+/// # Errors
+/// A time is none, or it ends before it begins.
+pub(crate) fn range(from_us: i64, to_us: i64) -> Result<TimeRange, ApiError> {
+    for (name, time_us) in [("from_us", from_us), ("to_us", to_us)] {
+        time(name, time_us)?;
+    }
+    if to_us < from_us {
+        return Err(ApiError::bad_request("to_us: is before from_us"));
+    }
+    Ok(TimeRange { from_us, to_us })
+}
+
+/// A number within bounds.
+///
+/// # Errors
+/// It is not.
+pub(crate) fn number(
+    name: &str,
+    asked: Option<u32>,
+    unasked: u32,
+    bounds: RangeInclusive<u32>,
+) -> Result<usize, ApiError> {
+    let number = asked.unwrap_or(unasked);
+    if bounds.contains(&number) {
+        return Ok(number as usize);
+    }
+    let (first, last) = bounds.into_inner();
+    Err(ApiError::bad_request(format!("{name}: {number} is not within {first} to {last}")))
+}
+
+/// Which end of a stretch of time comes first.
+///
+/// # Errors
+/// It is neither.
+pub(crate) fn order(order: Option<&str>) -> Result<Order, ApiError> {
+    match order {
+        None | Some("oldest") => Ok(Order::Oldest),
+        Some("newest") => Ok(Order::Newest),
+        Some(_) => Err(ApiError::bad_request("order: give `oldest` or `newest`, which comes first")),
+    }
+}
+
+/// A page of an answer.
+///
+/// # Errors
+/// A number is not within its bounds.
+pub(crate) fn page(limit: Option<u32>, skip: Option<u32>) -> Result<store::Page, ApiError> {
+    let rows = number("limit", limit, ROWS_UNASKED, ROWS)?;
+    Ok(shore::history::page(rows, number("skip", skip, 0, SKIP)?))
+}
+
+/// JSON in the body; a refusal says what is wrong with it.
+pub(crate) struct InBody<T>(pub(crate) T);
+
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for InBody<T> {
+    type Rejection = ApiError;
+    async fn from_request(request: Request, state: &S) -> Result<Self, ApiError> {
+        let body = Json::<T>::from_request(request, state).await;
+        body.map(|Json(body)| Self(body)).map_err(|error: JsonRejection| {
+            ApiError::malformed(
+                error.status(),
+                format!("{}; /api/v1/openapi.json tells all", error.body_text()),
+            )
+        })
+    }
+}

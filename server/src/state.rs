@@ -1,0 +1,17 @@
+//! What every handler may reach.
+
+use crate::config::Config;
+use metrics_exporter_prometheus::PrometheusHandle;
+use shore::Shore;
+use std::sync::Arc;
+
+/// Shared by all handlers; cheap to clone.
+#[derive(Clone)]
+pub(crate) struct AppState {
+    /// As the server was started.
+    pub(crate) config: Arc<Config>,
+    /// The services.
+    pub(crate) shore: Shore,
+    /// Figures for Prometheus.
+    pub(crate) metrics: PrometheusHandle,
+}

@@ -1,0 +1,165 @@
+//! A stream to an IMC node, such as DUNE's TCP server: everything it says comes in, what is for it goes out.
+//!
+//! No announcement and no heartbeat is needed for the stream to start. A stream is cut by nobody but the node and the
+//! kernel: while either side stalls TCP keeps the bytes, and a new stream would begin without them. So a node that
+//! says nothing for [`SILENCE`] is told, and only one whose computer does not answer for [`DEAD_AFTER`] is connected to
+//! anew.
+
+use bytes::Bytes;
+use hub::{Door, Incoming, Peer, Role, Sources};
+use imc::{Deframer, Frame};
+use shore::router::{Connection, Ledger, Router, Stopped};
+use socket2::{SockRef, TcpKeepalive};
+use std::time::{Duration, Instant};
+use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::TcpStream;
+use tokio::net::tcp::OwnedWriteHalf;
+use tokio_util::sync::CancellationToken;
+
+/// Bytes that may wait for the node: commands are few. When they have no room they are dropped, which is told.
+const OUTBOX_BYTES: usize = 256 * 1024;
+const READ_BYTES: usize = 64 * 1024;
+/// A node that was silent for this long is told: vehicles say something each second.
+const SILENCE: Duration = Duration::from_secs(10);
+/// A computer that acknowledges nothing for this long is gone.
+const DEAD_AFTER: Duration = Duration::from_secs(30);
+/// After how long without a word the kernel asks whether it is there, and how often.
+const ASK: Duration = Duration::from_secs(10);
+/// After how long a packet that waits for its rest is looked behind.
+const REST: Duration = Duration::from_secs(2);
+/// How often a stream on which nothing comes is looked at.
+const LOOK: Duration = Duration::from_millis(500);
+const CONNECT: Duration = Duration::from_secs(5);
+/// Waits between attempts double from the first to the second of these.
+const BACK_OFF: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(15));
+
+/// Between a half and one and a half, so that what was cut off at once does not come back at once.
+fn jitter() -> f64 {
+    // Without a source of randomness all wait alike, which is no harm.
+    let word = getrandom::u32().unwrap_or(u32::MAX / 2);
+    0.5 + f64::from(word) / f64::from(u32::MAX)
+}
+
+/// Connects to `node` (host:port) again and again until `stop`.
+pub(super) async fn keep_connected(node: String, router: Router, stop: CancellationToken) {
+    let mut wait = BACK_OFF.0;
+    let mut told = false;
+    loop {
+        let attempt = async {
+            let stream = tokio::time::timeout(CONNECT, TcpStream::connect(&node)).await??;
+            tracing::info!(%node, "connected");
+            (wait, told) = (BACK_OFF.0, false);
+            converse(stream, &node, &router).await
+        };
+        let outcome = stop.run_until_cancelled(attempt).await;
+        let Some(outcome) = outcome else { return };
+        if let Err(reason) = outcome {
+            router.ledger().failed(Door::Tcp, &format!("{node}: {reason}"));
+            // Said once, not at each attempt of a night in harbour.
+            if !told {
+                tracing::warn!(%node, %reason, "not connected; trying again");
+                told = true;
+            }
+        }
+        let pause = wait.mul_f64(jitter());
+        if stop.run_until_cancelled(tokio::time::sleep(pause)).await.is_none() {
+            return;
+        }
+        wait = (wait * 2).min(BACK_OFF.1);
+    }
+}
+
+async fn converse(stream: TcpStream, node: &str, router: &Router) -> anyhow::Result<()> {
+    stream.set_nodelay(true)?;
+    let socket = SockRef::from(&stream);
+    socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(ASK).with_interval(ASK))?;
+    socket.set_tcp_user_timeout(Some(DEAD_AFTER))?;
+    let (reader, writer) = stream.into_split();
+    let peer = Peer { door: Door::Tcp, role: Role::Vessel, name: node.to_owned(), sources: Sources::Any };
+    let connection = router.join(peer, OUTBOX_BYTES).await?;
+    let outcome = tokio::select! {
+        outcome = receive(reader, node, router.ledger(), |batch| connection.give(batch)) => outcome,
+        outcome = send(writer, node, router.ledger(), &connection) => outcome,
+    };
+    connection.leave().await;
+    outcome
+}
+
+async fn receive<Given: Future<Output = Result<(), Stopped>>>(
+    mut reader: impl AsyncRead + Unpin,
+    node: &str,
+    ledger: &Ledger,
+    mut give: impl FnMut(Vec<Incoming>) -> Given,
+) -> anyhow::Result<()> {
+    let (mut deframer, mut buffer) = (Deframer::new(), vec![0; READ_BYTES]);
+    let (mut heard, mut told, mut looked) = (Instant::now(), false, false);
+    loop {
+        if let Ok(length) = tokio::time::timeout(LOOK, reader.read(&mut buffer)).await {
+            let length = length?;
+            if length == 0 {
+                anyhow::bail!("the node closed the stream");
+            }
+            if std::mem::take(&mut told) {
+                tracing::info!(%node, silent_s = heard.elapsed().as_secs(), "the stream goes on");
+            }
+            (heard, looked) = (Instant::now(), false);
+            deframer.push(&buffer[..length]);
+        } else if heard.elapsed() >= SILENCE && !std::mem::replace(&mut told, true) {
+            let silent = format!("silent for {} s; the stream stands", SILENCE.as_secs());
+            tracing::warn!(%node, "{silent}");
+            ledger.failed(Door::Tcp, &format!("{node}: {silent}"));
+        }
+        let mut batch = packets(&mut deframer, node);
+        if batch.is_empty() && !looked && heard.elapsed() >= REST {
+            looked = true;
+            // A damaged length claims what never comes, and whole packets wait behind it. Where there are none, the
+            // rest of a packet is on its way.
+            let mut before = usize::MAX;
+            while deframer.pending() < before && deframer.holds_packet() {
+                before = deframer.pending();
+                deframer.give_up();
+                batch.extend(packets(&mut deframer, node));
+            }
+        }
+        if !batch.is_empty() {
+            give(batch).await?;
+        }
+    }
+}
+
+/// The whole packets that came so far.
+fn packets(deframer: &mut Deframer, node: &str) -> Vec<Incoming> {
+    let mut batch = Vec::new();
+    while let Some(frame) = deframer.next_frame() {
+        match frame {
+            Frame::Packet { view, .. } => batch.push(Incoming::from(Bytes::copy_from_slice(view.bytes()))),
+            Frame::Damage(damage) => {
+                metrics::counter!("lutra_damaged_bytes_total", "door" => "tcp").increment(damage.bytes);
+                tracing::debug!(%node, ?damage, "bytes that are no packet");
+            }
+        }
+    }
+    batch
+}
+
+async fn send(
+    mut writer: OwnedWriteHalf,
+    node: &str,
+    ledger: &Ledger,
+    connection: &Connection,
+) -> anyhow::Result<()> {
+    loop {
+        match connection.outbox.take_packets().await {
+            Ok(packets) => {
+                for packet in packets {
+                    writer.write_all(&packet).await?;
+                }
+            }
+            Err(overflow) => {
+                tracing::error!(%node, %overflow, "what waited for the node is lost");
+                ledger.failed(Door::Tcp, &format!("{node}: {overflow}: it is lost"));
+                connection.outbox.reopen();
+            }
+        }
+    }
+}

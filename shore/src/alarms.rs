@@ -1,0 +1,431 @@
+//! Alarms in the words of the API, and the task that looks for them.
+//!
+//! Once a second the task gathers what the hub cannot know (the links' clocks, recording, the disk) and lets it look.
+//! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
+
+use crate::Wanted;
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::{Fault, People, Principal};
+use crate::links::Links;
+use crate::owners::Owners;
+use crate::recorder::Recorder;
+use crate::router::Router;
+use api::{AlarmList, AlarmNote, AlarmShelf, AlarmWord, Role};
+use hub::Fleet;
+use imc::Address;
+use operations::Operations;
+use operations::alarms::{
+    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, Priority, Said, Saved, ShoreState, State,
+};
+use rusqlite::{Connection, params};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use units::{Now, UtcTime};
+
+/// How often it looks.
+const EVERY: Duration = Duration::from_secs(1);
+/// The disk, and which vessels are expected, are looked at each so many looks.
+const SLOW_EVERY: u32 = 30;
+
+/// Calls vessels by the names that people gave them, as everywhere else; others go on as they announce themselves.
+pub fn name(people: &People, alarms: &mut [api::Alarm]) {
+    let given = people.vessels();
+    for alarm in alarms {
+        let given = given.iter().find(|given| Some(given.address) == alarm.vessel);
+        if let Some(given) = given {
+            alarm.vessel_name = Some(given.name.clone());
+        }
+    }
+}
+
+/// An alarm as the hub knows it; [`name`] is for its vessel's name.
+pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
+    let advice = alarm.key.kind.advice();
+    let word = |said: &Said| AlarmWord { by: said.by.clone(), time_us: said.at.micros() };
+    api::Alarm {
+        id: alarm.id.0,
+        vessel: alarm.key.vessel.map(|vessel| vessel.0),
+        vessel_name: alarm.key.vessel.map(|vessel| fleet.title(vessel)),
+        kind: alarm.key.kind.name().to_owned(),
+        part: alarm.key.part.clone(),
+        state: alarm.state.name().to_owned(),
+        priority: alarm.priority.name().to_owned(),
+        text: alarm.text.clone(),
+        cause: advice.cause.to_owned(),
+        consequence: advice.consequence.to_owned(),
+        action: advice.action.to_owned(),
+        since_us: alarm.since.micros(),
+        count: alarm.count,
+        acknowledged: alarm.acknowledged.as_ref().map(word),
+        escalated: alarm.escalated,
+        chatters: alarm.chatters,
+        shelved: alarm.shelved.as_ref().map(|shelf| AlarmShelf {
+            by: shelf.said.by.clone(),
+            time_us: shelf.said.at.micros(),
+            until_us: shelf.until.micros(),
+            reason: shelf.reason.clone(),
+        }),
+        collapsed: alarm.collapsed.map(|kind| kind.name().to_owned()),
+        sounded: alarm.sounded,
+        wants_acknowledgement: alarm.wants_acknowledgement(),
+    }
+}
+
+/// A change as people and machines get it.
+pub fn note(note: &Note) -> AlarmNote {
+    AlarmNote {
+        time_us: note.at.micros(),
+        id: note.id.0,
+        vessel: note.key.vessel.map(|vessel| vessel.0),
+        kind: note.key.kind.name().to_owned(),
+        priority: note.priority.name().to_owned(),
+        what: note.what.to_owned(),
+        by: note.by.clone(),
+        text: note.text.clone(),
+    }
+}
+
+/// Whether somebody may see this: the server's own alarms are for everybody, and those of vessels also for whoever
+/// looks at another one.
+pub fn admits(wanted: &Wanted, key: &Key) -> bool {
+    key.vessel.is_none_or(|vessel| wanted.grants.on(vessel.0).is_some())
+}
+
+/// Alarms that changed after `revision`.
+pub(crate) fn changes(operations: &Operations, revision: u64, wanted: &Wanted) -> Vec<api::Alarm> {
+    let changed = operations.alarms().changed(revision);
+    changed.filter(|one| admits(wanted, &one.key)).map(|one| alarm(operations.fleet(), one)).collect()
+}
+
+/// What was written down of an alarm; nothing where that means nothing to this server.
+fn saved(alarm: api::Alarm) -> Option<Saved> {
+    let said = |by: String, time_us| Said { by, at: UtcTime::from_micros(time_us) };
+    Some(Saved {
+        id: AlarmId(alarm.id),
+        key: Key { vessel: alarm.vessel.map(Address), kind: Kind::named(&alarm.kind)?, part: alarm.part },
+        state: State::named(&alarm.state)?,
+        priority: Priority::named(&alarm.priority)?,
+        text: alarm.text,
+        since: UtcTime::from_micros(alarm.since_us),
+        count: alarm.count,
+        acknowledged: alarm.acknowledged.map(|word| said(word.by, word.time_us)),
+        escalated: alarm.escalated,
+        shelved: alarm.shelved.map(|shelf| {
+            let until = UtcTime::from_micros(shelf.until_us);
+            (said(shelf.by, shelf.time_us), until, shelf.reason)
+        }),
+    })
+}
+
+/// Reads what stood when the server ended.
+fn read(db: &Connection) -> std::result::Result<Vec<api::Alarm>, Fault> {
+    let mut query = db.prepare("SELECT body FROM alarm ORDER BY id")?;
+    let bodies: Vec<String> =
+        query.query_map([], |row| row.get(0))?.collect::<std::result::Result<_, _>>()?;
+    Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+}
+
+/// Writes down what stands, in place of what stood.
+fn write(db: &Connection, standing: &[api::Alarm]) -> std::result::Result<(), Fault> {
+    db.execute("DELETE FROM alarm", [])?;
+    let mut insert = db.prepare_cached("INSERT INTO alarm (id, body) VALUES (?1, ?2)")?;
+    for alarm in standing {
+        let body = serde_json::to_string(alarm).unwrap_or_default();
+        insert.execute(params![i64::try_from(alarm.id).unwrap_or(i64::MAX), body])?;
+    }
+    Ok(())
+}
+
+/// The alarm service; cheap to clone.
+#[derive(Clone)]
+pub struct Alarms {
+    router: Router,
+    people: People,
+}
+
+/// What the watch needs beside the alarms: who knows what the hub cannot.
+pub(crate) struct Watch {
+    pub(crate) links: Links,
+    pub(crate) recorder: Recorder,
+    /// The folder whose disk is looked at.
+    pub(crate) data: PathBuf,
+    pub(crate) owners: Owners,
+    pub(crate) tasks: TaskTracker,
+    pub(crate) stop: CancellationToken,
+}
+
+impl Alarms {
+    pub(crate) fn new(router: Router, people: People) -> Self {
+        Self { router, people }
+    }
+
+    /// What stands, the most urgent first, and what changed lately: as far as somebody may see it.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn list(&self, wanted: Wanted) -> Result<AlarmList> {
+        let ask = move |operations: &mut Operations, _: Now| {
+            let (fleet, all) = (operations.fleet(), operations.alarms());
+            let mut standing: Vec<_> = all.standing().filter(|one| admits(&wanted, &one.key)).collect();
+            standing.sort_by_key(|one| std::cmp::Reverse((one.priority, one.since)));
+            let history = all.notes().rev().filter(|one| admits(&wanted, &one.key));
+            AlarmList {
+                standing: standing.into_iter().map(|one| alarm(fleet, one)).collect(),
+                history: history.map(note).collect(),
+            }
+        };
+        let mut list = self.router.ask(ask).await?;
+        name(&self.people, &mut list.standing);
+        Ok(list)
+    }
+
+    /// Somebody knows of an alarm.
+    ///
+    /// # Errors
+    /// There is no such alarm for this person, or they may not.
+    pub async fn acknowledge(&self, who: &Principal, from: String, id: u64) -> Result<api::Alarm> {
+        let by = who.name.clone();
+        let act = move |operations: &mut Operations, now: Now| {
+            operations.alarms_mut().acknowledge(now, AlarmId(id), &by)
+        };
+        self.change(who, from, AlarmId(id), "alarm.acknowledge", act).await
+    }
+
+    /// Somebody puts an alarm aside for some time.
+    ///
+    /// # Errors
+    /// As [`Alarms::acknowledge`]; too long, or without a reason.
+    pub async fn shelve(
+        &self,
+        who: &Principal,
+        from: String,
+        id: u64,
+        span: Duration,
+        reason: String,
+    ) -> Result<api::Alarm> {
+        let by = who.name.clone();
+        let act = move |operations: &mut Operations, now: Now| {
+            operations.alarms_mut().shelve(now, AlarmId(id), &by, span, &reason)
+        };
+        self.change(who, from, AlarmId(id), "alarm.shelve", act).await
+    }
+
+    /// Does something to an alarm in somebody's name: an operator on its vessel, or anywhere where it is the server's own.
+    async fn change(
+        &self,
+        who: &Principal,
+        from: String,
+        id: AlarmId,
+        action: &'static str,
+        act: impl FnOnce(&mut Operations, Now) -> std::result::Result<(), AlarmRefused> + Send + 'static,
+    ) -> Result<api::Alarm> {
+        let find = move |operations: &mut Operations, _: Now| {
+            operations.alarms().get(id).map(|one| alarm(operations.fleet(), one))
+        };
+        let known = self.router.ask(find).await?;
+        let seen = |vessel: Option<u16>| vessel.is_none_or(|vessel| who.grants.on(vessel).is_some());
+        let gone = || Error::new(ErrorKind::NotFound, "There is no such alarm any more.");
+        let known = known.filter(|known| seen(known.vessel)).ok_or_else(gone)?;
+        let role = known.vessel.map_or_else(|| who.grants.somewhere(), |vessel| who.grants.on(vessel));
+        if role < Some(Role::Operator) {
+            let place = known.vessel.map_or("a vessel".to_owned(), |vessel| format!("vessel {vessel}"));
+            let text =
+                format!("{} may not do this: it takes the role operator on {place}. Ask an admin.", who.name);
+            return Err(Error::new(ErrorKind::Forbidden, text));
+        }
+        let place = known.vessel.map_or("server".to_owned(), |vessel| Address(vessel).to_string());
+        let subject = format!("{place} {} {}: {}", known.kind, known.part, known.text);
+        // The word counts even where it cannot be written down: an alarm must not sound for want of a disk.
+        let done = move |operations: &mut Operations, now: Now| {
+            act(operations, now)?;
+            let known = operations.alarms().get(id).map(|one| alarm(operations.fleet(), one));
+            known.ok_or(AlarmRefused::Gone)
+        };
+        let mut outcome = self.router.ask(done).await?;
+        if let Ok(known) = &mut outcome {
+            name(&self.people, std::slice::from_mut(known));
+        }
+        let refused = outcome.as_ref().err().map(ToString::to_string);
+        let written = self
+            .people
+            .act(who, from, action, subject, move |_| refused.map_or(Ok(()), |why| Err(Fault::Refused(why))));
+        if let (Err(error), Ok(_)) = (written.await, &outcome) {
+            tracing::error!(%error, action, "is not in the audit log");
+        }
+        outcome.map_err(|why| Error::refused(why.to_string()))
+    }
+
+    /// Takes over what stood when the server ended.
+    ///
+    /// # Errors
+    /// app.db cannot be read, or the server is stopping.
+    pub async fn restore(&self) -> Result<()> {
+        let stood = self.people.ask(read).await?;
+        // A caution needs nobody: if it still holds it comes again by itself.
+        let kept = stood.into_iter().filter(|one| one.priority != "caution" || one.shelved.is_some());
+        let saved: Vec<Saved> = kept.filter_map(saved).collect();
+        let restore = move |operations: &mut Operations, now| {
+            for one in saved {
+                operations.alarms_mut().restore(now, one);
+            }
+        };
+        Ok(self.router.ask(restore).await?)
+    }
+
+    /// Looks for alarms until the server ends.
+    pub(crate) async fn watch(self, watch: Watch) {
+        if let Err(error) = self.restore().await {
+            tracing::error!(%error, "what stood as alarm before the start is forgotten");
+        }
+        let mut every = tokio::time::interval(EVERY);
+        every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let (told, standing) = watch::channel(Vec::new());
+        let kept = keep(self.people.clone(), standing, watch.stop.clone());
+        watch.tasks.spawn(watch.owners.watch("the list of alarms", kept));
+        let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
+        while watch.stop.run_until_cancelled(every.tick()).await.is_some() {
+            if looks.is_multiple_of(SLOW_EVERY) {
+                expected = self.people.linked().into_iter().map(Address).collect();
+                self.believe(&watch.links, &expected).await;
+                let folder = watch.data.clone();
+                disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
+            }
+            looks = looks.wrapping_add(1);
+            let Ok((revision, standing)) = self.look(watch.shore_state(disk, expected.clone()), kept).await
+            else {
+                return;
+            };
+            if let Some(mut standing) = standing {
+                name(&self.people, &mut standing);
+                for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
+                    let (vessel, text) = (&alarm.vessel_name, &alarm.text);
+                    tracing::warn!(vessel, kind = alarm.kind, priority = alarm.priority, "alarm: {text}");
+                }
+                logged = standing.iter().map(|alarm| alarm.id).max().unwrap_or_default().max(logged);
+                kept = revision;
+                told.send_replace(standing);
+            }
+        }
+    }
+
+    /// Has the alarms derived: their revision, and what stands if that is not `kept`.
+    async fn look(
+        &self,
+        shore: ShoreState,
+        kept: u64,
+    ) -> std::result::Result<(u64, Option<Vec<api::Alarm>>), crate::router::Stopped> {
+        let look = move |operations: &mut Operations, now| {
+            operations.watch(now, &shore);
+            let revision = operations.alarms().revision();
+            let standing = (revision != kept).then(|| {
+                let standing = operations.alarms().standing();
+                standing.map(|one| alarm(operations.fleet(), one)).collect()
+            });
+            (revision, standing)
+        };
+        self.router.ask(look).await
+    }
+
+    /// Tells the hub which vessels have a link, those too whose link stands while app.db does not say so yet.
+    async fn believe(&self, links: &Links, expected: &[Address]) {
+        let up = links.status().into_iter().filter(|(_, status)| status.up).map(|(vessel, _)| vessel);
+        let linked: BTreeSet<Address> = expected.iter().copied().chain(up).collect();
+        self.router.ask(move |operations, _| operations.hub_mut().set_linked(linked)).await.ok();
+    }
+}
+
+impl Watch {
+    /// What the server knows of itself.
+    fn shore_state(&self, disk: Option<(u64, u64)>, expected: Vec<Address>) -> ShoreState {
+        let status = self.links.status();
+        let clocks = status.iter().filter_map(|(vessel, status)| {
+            let clocks = status.clocks.filter(|_| status.up)?;
+            let ahead_s = clocks.utc_ahead_us as f64 / 1e6;
+            Some(LinkClock { vessel: *vessel, ahead_s, uncertainty_s: clocks.uncertainty_us as f64 / 1e6 })
+        });
+        let charts = status.iter().filter(|(_, status)| status.up).filter_map(|(vessel, _)| {
+            let chart = self.links.chart(*vessel);
+            let other = ["fetching", "waiting", "failed", "other"].contains(&&chart.state[..]);
+            other.then_some((*vessel, chart.text))
+        });
+        let recorder = self.recorder.state();
+        let recorder = recorder.borrow();
+        ShoreState {
+            clocks: clocks.collect(),
+            expected,
+            charts: charts.collect(),
+            // The hub knows them itself.
+            contradictions: Vec::new(),
+            recording: recorder.trouble.as_ref().map(|trouble| trouble.text.clone()),
+            history: recorder.history_behind.clone(),
+            disk,
+        }
+    }
+}
+
+/// Writes down what stands whenever that changed, until the server ends. Only the latest waits for a disk that hangs.
+async fn keep(people: People, mut standing: watch::Receiver<Vec<api::Alarm>>, stop: CancellationToken) {
+    let mut told = false;
+    while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
+        loop {
+            let now = standing.borrow_and_update().clone();
+            match people.change(move |db| write(db, &now)).await {
+                Ok(()) => break told = false,
+                Err(Fault::Stopped) => return,
+                Err(error) => {
+                    if !std::mem::replace(&mut told, true) {
+                        tracing::error!(%error, "alarms are not kept over a restart");
+                    }
+                    if stop.run_until_cancelled(tokio::time::sleep(EVERY)).await.is_none() {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Free and all bytes of the disk on which a folder lies.
+pub fn room(folder: &Path) -> Option<(u64, u64)> {
+    let disk = rustix::fs::statvfs(folder).ok()?;
+    Some((disk.f_bavail.saturating_mul(disk.f_frsize), disk.f_blocks.saturating_mul(disk.f_frsize)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use units::MonoTime;
+
+    #[test]
+    fn what_somebody_acknowledged_is_so_after_a_restart() {
+        let now = Now { mono: MonoTime::from_micros(1), utc: UtcTime::from_micros(1_790_000_000_000_000) };
+        let mut alarms = operations::alarms::Alarms::default();
+        let full = ShoreState { recording: Some("the disk is full".to_owned()), ..ShoreState::default() };
+        alarms.watch(now, &Fleet::default(), &full);
+        let id = alarms.standing().next().unwrap().id;
+        alarms.acknowledge(now, id, "nils").unwrap();
+        alarms.shelve(now, id, "nils", Duration::from_mins(5), "a disk comes").unwrap();
+        let fleet = Fleet::default();
+        let before: Vec<api::Alarm> = alarms.standing().map(|one| alarm(&fleet, one)).collect();
+        let db = crate::identity::migrated();
+        write(&db, &before).unwrap();
+        write(&db, &before).unwrap();
+        let mut after = operations::alarms::Alarms::default();
+        for one in read(&db).unwrap().into_iter().filter_map(saved) {
+            after.restore(now, one);
+        }
+        let after: Vec<api::Alarm> = after.standing().map(|one| alarm(&fleet, one)).collect();
+        let silent = |mut alarm: api::Alarm| {
+            alarm.sounded = 0;
+            alarm
+        };
+        assert_eq!(
+            after.into_iter().map(silent).collect::<Vec<_>>(),
+            before.into_iter().map(silent).collect::<Vec<_>>()
+        );
+    }
+}

@@ -1,0 +1,137 @@
+//! Making a data folder of a backup.
+
+use super::manifest::{Entry, Manifest, copy};
+use anyhow::{Context as _, bail, ensure};
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
+use std::path::{Path, PathBuf};
+
+/// What a restore did.
+#[derive(Debug)]
+pub struct Restored {
+    /// Files that are there again.
+    pub files: usize,
+    /// Their bytes.
+    pub bytes: u64,
+    /// When the backup was made, µs since 1970 UTC.
+    pub made_us: i64,
+    /// Files of the history that were damaged and are made again from the archive.
+    pub made_again: Vec<PathBuf>,
+    /// Files that lay outside of the data folder: where, and where they lie now.
+    pub outside: Vec<(PathBuf, PathBuf)>,
+}
+
+/// Makes the data folder `data`, which must be absent or empty, of a backup. It appears whole or not at all.
+///
+/// # Errors
+/// The folder holds something, the backup is not whole or is damaged, or something cannot be read or written.
+pub fn restore(backup: &Path, data: &Path, progress: &mut dyn FnMut(&str)) -> anyhow::Result<Restored> {
+    let manifest = Manifest::read(backup)?;
+    let there = match fs::read_dir(data) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
+        Err(error) => return Err(error).with_context(|| data.display().to_string()),
+        Ok(mut entries) => {
+            ensure!(
+                entries.next().is_none(),
+                "{} is not empty: restore into a folder that is, and move it to its place when all is well",
+                data.display()
+            );
+            true
+        }
+    };
+    let growing = beside(data);
+    if growing.exists() {
+        fs::remove_dir_all(&growing).with_context(|| format!("cannot remove {}", growing.display()))?;
+    }
+    let done = fill(backup, &growing, data, manifest, progress).and_then(|done| {
+        if there {
+            fs::remove_dir(data).with_context(|| data.display().to_string())?;
+        }
+        fs::rename(&growing, data).with_context(|| format!("cannot make {}", data.display()))?;
+        if let Some(parent) = data.parent().filter(|parent| !parent.as_os_str().is_empty()) {
+            File::open(parent).and_then(|folder| folder.sync_all()).ok();
+        }
+        Ok(done)
+    });
+    if done.is_err() {
+        fs::remove_dir_all(&growing).ok();
+    }
+    done
+}
+
+/// The folder that becomes the data folder.
+fn beside(data: &Path) -> PathBuf {
+    let mut name = data.components().as_path().to_owned().into_os_string();
+    name.push(".restoring");
+    PathBuf::from(name)
+}
+
+fn fill(
+    backup: &Path,
+    to: &Path,
+    data: &Path,
+    manifest: Manifest,
+    progress: &mut dyn FnMut(&str),
+) -> anyhow::Result<Restored> {
+    private_folder(to).with_context(|| format!("cannot make {}", to.display()))?;
+    let (mut bytes, mut files, mut made_again, mut damaged) = (0, 0, Vec::new(), Vec::new());
+    for entry in &manifest.files {
+        progress(&entry.path.display().to_string());
+        match take(backup, to, entry)? {
+            None => {
+                bytes += entry.bytes;
+                files += 1;
+            }
+            // It is derived: the server makes it again.
+            Some(_) if entry.path.starts_with("history") => {
+                fs::remove_file(to.join(&entry.path)).ok();
+                made_again.push(entry.path.clone());
+            }
+            Some(why) => damaged.push(format!("{}: {why}", entry.path.display())),
+        }
+    }
+    if !damaged.is_empty() {
+        damaged.sort();
+        let (count, first) = (damaged.len(), damaged.iter().take(5).cloned().collect::<Vec<_>>().join("; "));
+        bail!("{count} files of the backup are not as they were copied, nothing is restored: {first}");
+    }
+    let outside = manifest.outside.into_iter().map(|(was, here)| (was, data.join(here))).collect();
+    Ok(Restored { files, bytes, made_us: manifest.made_us, made_again, outside })
+}
+
+/// Copies one file; what is wrong with it, if something is.
+fn take(backup: &Path, to: &Path, entry: &Entry) -> anyhow::Result<Option<String>> {
+    let target = to.join(&entry.path);
+    let source = match File::open(backup.join(&entry.path)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Some("is not there".to_owned())),
+        other => other.with_context(|| entry.path.display().to_string())?,
+    };
+    let copied = || -> io::Result<(u64, String, u64)> {
+        if let Some(folder) = target.parent() {
+            private_folder(folder)?;
+        }
+        let length = source.metadata()?.len();
+        let mode = entry.mode & 0o700;
+        let mut file = File::options().write(true).create_new(true).mode(mode | 0o600).open(&target)?;
+        let (bytes, sha256) = copy(&source, entry.bytes, &mut file)?;
+        file.set_permissions(fs::Permissions::from_mode(mode | 0o400))?;
+        file.sync_all()?;
+        Ok((bytes, sha256, length))
+    };
+    let (bytes, sha256, length) = copied().with_context(|| format!("cannot write {}", target.display()))?;
+    // Days of the archive are linked where that can be, and may have grown since.
+    let may_be_longer = entry.path.starts_with("archive");
+    Ok(if bytes < entry.bytes || length > entry.bytes && !may_be_longer {
+        Some(format!("has {length} bytes instead of {}", entry.bytes))
+    } else if sha256 != entry.sha256 {
+        Some("holds other bytes".to_owned())
+    } else {
+        None
+    })
+}
+
+fn private_folder(folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::DirBuilderExt as _;
+    fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
+}

@@ -1,0 +1,199 @@
+//! Which chart each vessel holds, as it said last. Kept in a file, so that it is known over restarts, and to
+//! `lutra-server chart sync` while no server runs.
+
+use crate::clock;
+use api::VesselChart;
+use imc::Address;
+use link::{ChartDigest, ChartReport, ChartStage};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What one vessel said.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Told {
+    /// SHA-256 of the file in force, in hexadecimal digits; null for none.
+    held: Option<String>,
+    edition: String,
+    stage: Stage,
+    have: u64,
+    of: u64,
+    text: String,
+    at_us: i64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Stage {
+    Settled,
+    Fetching,
+    Waiting,
+    Failed,
+    Declined,
+}
+
+impl Told {
+    fn of(report: ChartReport, at_us: i64) -> Self {
+        Self {
+            held: (report.held != [0; 32]).then(|| hex::encode(report.held)),
+            edition: report.edition,
+            stage: match report.stage {
+                ChartStage::Settled | ChartStage::Other(_) => Stage::Settled,
+                ChartStage::Fetching => Stage::Fetching,
+                ChartStage::Waiting => Stage::Waiting,
+                ChartStage::Failed => Stage::Failed,
+                ChartStage::Declined => Stage::Declined,
+            },
+            have: report.have,
+            of: report.of,
+            text: report.text,
+            at_us,
+        }
+    }
+}
+
+/// All vessels; cheap to clone.
+#[derive(Debug, Clone)]
+pub struct ChartsAboard(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    path: PathBuf,
+    told: Mutex<BTreeMap<u16, Told>>,
+    /// Held while the file is written.
+    saving: Mutex<()>,
+}
+
+impl ChartsAboard {
+    /// What is known in this folder of data. A file that cannot be read is as good as none: vessels say it again.
+    pub fn open(data: &Path) -> Self {
+        let path = data.join("charts/aboard.json");
+        let told = read(&path).unwrap_or_else(|error| {
+            tracing::warn!(%error, "which charts are aboard is known when the vessels say it again");
+            BTreeMap::new()
+        });
+        Self(Arc::new(Shared { path, told: Mutex::new(told), saving: Mutex::default() }))
+    }
+
+    /// A vessel says this.
+    pub fn tell(&self, vessel: Address, report: ChartReport) {
+        let mut told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.insert(vessel.0, Told::of(report, clock::now().micros()));
+    }
+
+    /// Writes the file.
+    pub fn save(&self) {
+        let _saving = self.0.saving.lock().unwrap_or_else(PoisonError::into_inner);
+        let told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if let Err(error) = write(&self.0.path, &told) {
+            tracing::warn!(%error, "which charts are aboard will not be known after a restart");
+        }
+    }
+
+    /// The vessels of which something is known.
+    pub fn vessels(&self) -> Vec<u16> {
+        self.0.told.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect()
+    }
+
+    /// What a vessel holds, beside what is ashore.
+    pub fn chart(&self, vessel: Address, ashore: Option<ChartDigest>) -> VesselChart {
+        let told = self.0.told.lock().unwrap_or_else(PoisonError::into_inner);
+        compared(told.get(&vessel.0), ashore)
+    }
+}
+
+fn read(path: &Path) -> io::Result<BTreeMap<u16, Told>> {
+    match fs::read(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(BTreeMap::new()),
+        Err(error) => Err(error),
+        Ok(bytes) => Ok(serde_json::from_slice(&bytes)?),
+    }
+}
+
+fn write(path: &Path, told: &BTreeMap<u16, Told>) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let part = path.with_extension("json.part");
+    fs::write(&part, serde_json::to_vec(told)?)?;
+    fs::rename(&part, path)
+}
+
+/// What a vessel holds, in words too.
+fn compared(told: Option<&Told>, ashore: Option<ChartDigest>) -> VesselChart {
+    let Some(told) = told else {
+        let text = "not known: the vessel has not told since it was set up, or its program is too old";
+        return VesselChart { state: "unknown".to_owned(), text: text.to_owned(), ..VesselChart::default() };
+    };
+    let ashore = ashore.map(hex::encode);
+    let same = ashore.is_some() && told.held == ashore;
+    let percent = 100.0 * told.have as f64 / (told.of.max(1)) as f64;
+    let holds = if told.held.is_some() { "another than ashore" } else { "none aboard" };
+    let (state, text) = match (told.stage, &ashore) {
+        _ if same => ("same", "same as ashore".to_owned()),
+        (_, None) => {
+            let text =
+                if told.held.is_some() { "there is no chart ashore" } else { "none aboard, none ashore" };
+            (if told.held.is_some() { "other" } else { "none" }, text.to_owned())
+        }
+        (Stage::Declined, _) => {
+            ("declined", format!("{holds}: the vessel is set up to take none from ashore"))
+        }
+        (Stage::Waiting, _) => {
+            ("waiting", format!("{holds}: the shore's is aboard and waits: {}", told.text))
+        }
+        (Stage::Failed, _) => ("failed", format!("{holds}: {}", told.text)),
+        (Stage::Fetching, _) => ("fetching", format!("{holds}: {percent:.0} % transferred")),
+        (Stage::Settled, _) => ("other", holds.to_owned()),
+    };
+    VesselChart {
+        state: state.to_owned(),
+        text,
+        edition: told.held.is_some().then(|| told.edition.clone()),
+        digest: told.held.clone(),
+        percent: (state == "fetching").then_some(percent),
+        told_us: Some(told.at_us),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_vessels_hold_is_known_over_restarts_and_compared_with_the_shore() {
+        let data = tempfile::tempdir().unwrap();
+        let otter = Address(0x2810);
+        let aboard = ChartsAboard::open(data.path());
+        assert_eq!(aboard.chart(otter, Some([7; 32])).state, "unknown");
+        let report =
+            ChartReport { held: [6; 32], edition: "sea edition 2".to_owned(), ..ChartReport::default() };
+        let state = |report: &ChartReport, ashore| {
+            aboard.tell(otter, report.clone());
+            aboard.save();
+            let chart = ChartsAboard::open(data.path()).chart(otter, ashore);
+            (chart.state, chart.text)
+        };
+        let told = |state: &str, text: &str| (state.to_owned(), text.to_owned());
+        assert_eq!(state(&report, Some([6; 32])), told("same", "same as ashore"));
+        assert_eq!(state(&report, Some([7; 32])), told("other", "another than ashore"));
+        assert_eq!(state(&report, None), told("other", "there is no chart ashore"));
+        let fetching = ChartReport { stage: ChartStage::Fetching, have: 43, of: 100, ..report.clone() };
+        assert_eq!(
+            state(&fetching, Some([7; 32])),
+            told("fetching", "another than ashore: 43 % transferred")
+        );
+        let none = ChartReport { held: [0; 32], ..fetching };
+        assert_eq!(state(&none, Some([7; 32])), told("fetching", "none aboard: 43 % transferred"));
+        let failed = ChartReport { stage: ChartStage::Failed, text: "disk full".to_owned(), ..report };
+        assert_eq!(state(&failed, Some([7; 32])), told("failed", "another than ashore: disk full"));
+        assert_eq!(aboard.vessels(), [0x2810]);
+
+        // Rubbish is as good as nothing.
+        fs::write(data.path().join("charts/aboard.json"), b"{").unwrap();
+        assert_eq!(ChartsAboard::open(data.path()).chart(otter, None).state, "unknown");
+    }
+}

@@ -1,0 +1,73 @@
+//! The guard's verdict in the words of the API.
+
+use api::{Guard, GuardReason, GuardWarning, PlanPlace};
+use guard::{GuardLimits, LegCheck, Outcome, Verdict, Warning};
+use units::LatLon;
+
+/// Most reasons and warnings that are told.
+const MOST: usize = 100;
+
+/// What a plan is judged by.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// What is demanded of the water.
+    pub demanded: GuardLimits,
+    /// Whether the vessel told it.
+    pub of_vessel: bool,
+}
+
+/// A verdict as it is told.
+pub fn told(verdict: &Verdict, limits: &Limits) -> Guard {
+    Guard {
+        autonomous_m: limits.demanded.autonomous_m,
+        of_vessel: limits.of_vessel,
+        outcome: verdict.outcome().code().to_owned(),
+        text: verdict.summary(),
+        reasons: verdict.refused().filter_map(reason).take(MOST).collect(),
+        warnings: verdict.warnings.iter().take(MOST).map(warning).collect(),
+    }
+}
+
+/// What is told while the chart that there is cannot be read: nothing is known to be deep enough.
+pub(crate) fn without(trouble: &str, limits: &Limits) -> Guard {
+    Guard {
+        autonomous_m: limits.demanded.autonomous_m,
+        of_vessel: limits.of_vessel,
+        outcome: Outcome::Refused.code().to_owned(),
+        text: format!("the chart cannot be read, so nothing is known to be deep enough: {trouble}"),
+        reasons: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+fn reason(leg: &LegCheck) -> Option<GuardReason> {
+    let spot = &leg.spot;
+    Some(GuardReason {
+        maneuver: leg.label.clone(),
+        part: leg.part.code().to_owned(),
+        from: place(leg.from),
+        to: place(leg.to),
+        number: leg.number,
+        code: leg.reason?.code().to_owned(),
+        text: leg.to_string(),
+        lat_deg: spot.at.lat_deg(),
+        lon_deg: spot.at.lon_deg(),
+        depth_m: spot.least_m,
+        object: spot.class.map(str::to_owned),
+        cell: spot.cell.clone(),
+        scale: spot.scale,
+        margin_m: spot.margin_m,
+    })
+}
+
+fn place(at: LatLon) -> PlanPlace {
+    PlanPlace { lat_deg: at.lat_deg(), lon_deg: at.lon_deg() }
+}
+
+fn warning(warning: &Warning) -> GuardWarning {
+    GuardWarning {
+        maneuver: Some(warning.label().to_owned()),
+        code: warning.code().to_owned(),
+        text: warning.to_string(),
+    }
+}

@@ -1,0 +1,270 @@
+//! The sea chart as the server holds it: the set that lies on the disk, in memory, and what is asked of it.
+//!
+//! [`Charts`] looks every two seconds whether the file is another one, as after `lutra-server chart import`, and
+//! takes the new set as a whole; whoever asks meanwhile gets answers of the old one. No file is no chart; a file
+//! that cannot be read is a trouble, and the guard refuses plans until it is gone.
+
+mod aboard;
+mod answer;
+mod cache;
+mod guard;
+mod parcel;
+mod settings;
+
+pub use self::guard::{Limits, told};
+pub use aboard::ChartsAboard;
+pub use answer::{at, corridor, described, way_m};
+pub use parcel::Parcel;
+pub use settings::Settings;
+
+use ::guard::GuardLimits;
+use cache::Cache;
+use chartdb::{Chart, ChartDb};
+use charts::depth_index::{Demand, DepthIndex};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use mission::Plan;
+use mission::check_plan;
+use std::fs;
+use std::io::Write as _;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
+use std::time::{Duration, SystemTime};
+use tiles::{NoTile, Sheet, SheetSource};
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use units::LatLon;
+
+/// How often the file is looked at.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+
+/// The sea chart; cheap to clone.
+#[derive(Clone)]
+pub struct Charts(Arc<Shared>);
+
+struct Shared {
+    path: PathBuf,
+    limits: GuardLimits,
+    cache_bytes: usize,
+    now: RwLock<Now>,
+    /// The state of the file that `now` was made of; held while a new one is read.
+    seen: Mutex<Option<Stamp>>,
+    /// What vessels are offered.
+    offered: watch::Sender<Option<Arc<Parcel>>>,
+}
+
+/// What there is.
+#[derive(Clone, Default)]
+struct Now {
+    set: Option<Arc<Set>>,
+    trouble: Option<String>,
+}
+
+/// What tells one state of a file from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Stamp {
+    inode: u64,
+    bytes: u64,
+    modified: Option<SystemTime>,
+}
+
+impl Stamp {
+    fn of(path: &Path) -> Option<Self> {
+        let about = fs::metadata(path).ok()?;
+        Some(Self { inode: about.ino(), bytes: about.len(), modified: about.modified().ok() })
+    }
+}
+
+/// A chart set in memory.
+pub struct Set {
+    /// What names its contents, in hexadecimal digits.
+    pub digest: String,
+    /// The charts by name.
+    pub charts: Vec<Chart>,
+    /// How deep it is.
+    pub index: DepthIndex,
+    /// What vessels get of it; nothing where that cannot be read.
+    parcel: Option<Arc<Parcel>>,
+    path: PathBuf,
+    sheet: OnceLock<Result<Sheet, String>>,
+    tiles: Mutex<Cache>,
+}
+
+impl Charts {
+    /// Nothing yet; [`Self::look`] takes what is there.
+    pub fn new(settings: &crate::Settings) -> Self {
+        let cache_bytes = usize::try_from(settings.charts.tiles_mib << 20).unwrap_or(usize::MAX);
+        Self(Arc::new(Shared {
+            path: settings.chart_set(),
+            limits: settings.charts.limits(),
+            cache_bytes,
+            now: RwLock::default(),
+            seen: Mutex::default(),
+            offered: watch::channel(None).0,
+        }))
+    }
+
+    /// What is demanded of the water where no vessel told its own limits.
+    pub fn limits(&self) -> &GuardLimits {
+        &self.0.limits
+    }
+
+    /// The set, if there is one.
+    pub fn set(&self) -> Option<Arc<Set>> {
+        self.now().set
+    }
+
+    /// What vessels are offered, as it changes.
+    pub fn offered(&self) -> watch::Receiver<Option<Arc<Parcel>>> {
+        self.0.offered.subscribe()
+    }
+
+    /// Why there is none although there is a file.
+    pub fn trouble(&self) -> Option<String> {
+        self.now().trouble
+    }
+
+    fn now(&self) -> Now {
+        self.0.now.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Takes the set on the disk, if it is another one than before. Reads for as long as a large set takes.
+    pub fn look(&self) {
+        let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let stamp = Stamp::of(&self.0.path);
+        if *seen == stamp {
+            return;
+        }
+        let before = self.now();
+        let now = match (stamp, load(&self.0.path, self.0.cache_bytes)) {
+            (None, _) => Now::default(),
+            (_, Ok(set)) => match before.set {
+                Some(old) if old.digest == set.digest => Now { set: Some(old), trouble: None },
+                _ => {
+                    tracing::info!(
+                        charts = set.charts.len(),
+                        digest = set.digest,
+                        "the chart set is in force"
+                    );
+                    Now { set: Some(Arc::new(set)), trouble: None }
+                }
+            },
+            (_, Err(error)) => {
+                tracing::error!(%error, "the chart set cannot be used");
+                Now { set: None, trouble: Some(error.to_string()) }
+            }
+        };
+        let parcel = now.set.as_ref().and_then(|set| set.parcel.clone());
+        *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
+        self.0.offered.send_if_modified(|offered| {
+            let digest = |parcel: &Option<Arc<Parcel>>| parcel.as_ref().map(|parcel| parcel.digest());
+            let differs = digest(offered) != digest(&parcel);
+            *offered = parcel;
+            differs
+        });
+        *seen = stamp;
+    }
+
+    /// Looks every two seconds until the server ends, and draws nothing for those who ask first: the sheet of a new
+    /// set is made beforehand.
+    pub async fn keep(self, stop: CancellationToken) {
+        let mut every = tokio::time::interval(LOOK_EVERY);
+        while stop.run_until_cancelled(every.tick()).await.is_some() {
+            let charts = self.clone();
+            let work = move || {
+                charts.look();
+                charts.set().map(|set| set.sheet().map(|_| ()))
+            };
+            if let Ok(Some(Err(trouble))) = tokio::task::spawn_blocking(work).await {
+                tracing::debug!(trouble, "no sheet of the charts");
+            }
+        }
+    }
+
+    /// Whether a vessel with these limits may set out from there by itself; not where there is no chart.
+    pub fn afloat(&self, place: LatLon, limits: &GuardLimits) -> bool {
+        let demand = Demand { position_m: 0.0, ..limits.demand(limits.autonomous_m) };
+        self.set().is_some_and(|set| set.index.depth_at(place, &demand).navigable)
+    }
+
+    /// What the guard says of a plan by a vessel's limits; `None` where there is no chart.
+    pub fn guard(&self, plan: &Plan, from: Option<LatLon>, limits: &Limits) -> Option<api::Guard> {
+        match self.now() {
+            Now { set: Some(set), .. } => {
+                Some(told(&check_plan(plan, from, &set.index, &limits.demanded), limits))
+            }
+            Now { set: None, trouble: Some(trouble) } => Some(guard::without(&trouble, limits)),
+            Now { set: None, trouble: None } => None,
+        }
+    }
+}
+
+fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
+    let loaded = chartdb::load_index(path)?;
+    if let Some(why) = &loaded.rebuilt {
+        tracing::warn!("{why}; made anew from the charts");
+    }
+    let parcel = Parcel::open(path, &loaded).inspect_err(|error| {
+        tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
+    });
+    Ok(Set {
+        digest: hex::encode(loaded.sealed.digest),
+        charts: ChartDb::open(path)?.charts()?,
+        index: loaded.sealed.index,
+        parcel: parcel.ok().map(Arc::new),
+        path: path.to_owned(),
+        sheet: OnceLock::new(),
+        tiles: Mutex::new(Cache::new(cache_bytes)),
+    })
+}
+
+impl Set {
+    /// What is drawn, made at the first question.
+    ///
+    /// # Errors
+    /// The charts cannot be read, or are others by now: then the new set is about to be taken.
+    pub fn sheet(&self) -> Result<&Sheet, String> {
+        let make = || {
+            let db = ChartDb::open(&self.path).map_err(|error| error.to_string())?;
+            let digest = db.digest().map_err(|error| error.to_string())?;
+            if hex::encode(digest) != self.digest {
+                return Err("the chart set changed a moment ago; ask again".to_owned());
+            }
+            let read = |chart: &Chart| {
+                let features = db.features(chart).map_err(|error| error.to_string())?;
+                Ok(SheetSource { source: chart.source(), features })
+            };
+            let sources: Vec<SheetSource> = self.charts.iter().map(read).collect::<Result<_, String>>()?;
+            Ok(Sheet::new(sources))
+        };
+        self.sheet.get_or_init(make).as_ref().map_err(Clone::clone)
+    }
+
+    /// A tile, packed by gzip.
+    ///
+    /// # Errors
+    /// There is no such tile, or the charts cannot be read.
+    pub fn tile(&self, zoom: u8, x: u32, y: u32) -> Result<bytes::Bytes, Undrawn> {
+        let key = (zoom, x, y);
+        let tiles = || self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(tile) = tiles().get(key) {
+            return Ok(tile);
+        }
+        let tile = self.sheet().map_err(Undrawn::Charts)?.tile(zoom, x, y).map_err(Undrawn::None)?;
+        let mut packer = GzEncoder::new(Vec::new(), Compression::fast());
+        let packed = packer.write_all(&tile).and_then(|()| packer.finish());
+        let packed = bytes::Bytes::from(packed.map_err(|error| Undrawn::Charts(error.to_string()))?);
+        tiles().put(key, packed.clone());
+        Ok(packed)
+    }
+}
+
+/// Why there is no tile.
+#[derive(Debug)]
+pub enum Undrawn {
+    /// It does not exist.
+    None(NoTile),
+    /// The charts cannot be read.
+    Charts(String),
+}

@@ -1,0 +1,39 @@
+//! What the server is told of the sea chart.
+
+use guard::GuardLimits;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The sea chart, and what the guard against grounding demands by it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// The chart set; empty for `charts/chart.gpkg` in the folder of data.
+    pub set: PathBuf,
+    /// Least depth in which anybody may drive a vessel (m).
+    pub navigable_m: f64,
+    /// Least depth in which it may go by itself (m).
+    pub autonomous_m: f64,
+    /// Height above the water of a vessel that has not told its own (m); 0 passes under everything.
+    pub air_draught_m: f64,
+    /// MiB of drawn tiles that are kept in memory.
+    pub tiles_mib: u64,
+}
+
+impl Settings {
+    /// What the guard demands of the water for a vessel that has not told its own limits.
+    pub fn limits(&self) -> GuardLimits {
+        GuardLimits {
+            navigable_m: self.navigable_m,
+            autonomous_m: self.autonomous_m,
+            air_draught_m: Some(self.air_draught_m).filter(|height_m| *height_m > 0.0),
+            ..GuardLimits::default()
+        }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { set: PathBuf::new(), navigable_m: 1.0, autonomous_m: 5.0, air_draught_m: 2.0, tiles_mib: 64 }
+    }
+}

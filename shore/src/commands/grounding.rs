@@ -1,0 +1,145 @@
+//! The guard against grounding before a vessel is ordered to go somewhere.
+//!
+//! A plan that is drawn, saved or goes aboard, one that is to be started and a place to go to are held against the chart
+//! by the limits that the vessel told of its own guard, but never with less water than the server demands. A plan
+//! aboard is known by its digest: drawn here, or told by the vessel. One that is neither is judged by the vessel alone, if
+//! it has a guard; a DUNE vessel has none.
+
+use crate::charts::{Charts, Limits};
+use crate::error::{Error, ErrorKind, Result, slow};
+use crate::fleet::Fleet;
+use crate::identity::{People, Principal};
+use crate::plans;
+use crate::router::Router;
+use guard::{GuardLimits, Outcome};
+use imc::Address;
+use imc::messages::PlanSpecification;
+use mission::Plan;
+use operations::{Operations, Order};
+use units::LatLon;
+
+/// What the guard is asked through; cheap to clone.
+#[derive(Clone)]
+pub struct Grounding {
+    router: Router,
+    people: People,
+    fleet: Fleet,
+    charts: Charts,
+}
+
+/// What a plan is judged by.
+pub struct Judge {
+    charts: Charts,
+    limits: Limits,
+    from: Option<LatLon>,
+}
+
+impl Judge {
+    /// What the guard says; `None` where there is no chart.
+    pub fn guard(&self, plan: &Plan) -> Option<api::Guard> {
+        self.charts.guard(plan, self.from, &self.limits)
+    }
+}
+
+impl Grounding {
+    pub(crate) fn new(router: Router, people: People, fleet: Fleet, charts: Charts) -> Self {
+        Self { router, people, fleet, charts }
+    }
+
+    /// For a plan that is to be sailed some day. The way to its first place counts from where the vessel is, if it is
+    /// heard and in water deep enough: from a trailer or a quay an operator takes it out first.
+    pub async fn of_drawing(&self, vessel: Option<Address>) -> Judge {
+        let Some(vessel) = vessel else {
+            let limits = Limits { demanded: *self.charts.limits(), of_vessel: false };
+            return Judge { charts: self.charts.clone(), limits, from: None };
+        };
+        let judge = self.of(vessel).await;
+        let from = self.fleet.place_now(vessel).await;
+        Judge { from: from.filter(|place| judge.charts.afloat(*place, &judge.limits.demanded)), ..judge }
+    }
+
+    /// For a plan that begins now, wherever the vessel said last to be.
+    async fn of_start(&self, vessel: Address) -> Judge {
+        Judge { from: self.fleet.place(vessel).await, ..self.of(vessel).await }
+    }
+
+    async fn of(&self, vessel: Address) -> Judge {
+        let floor = self.charts.limits();
+        let own = self.fleet.guard_limits(vessel, floor).await;
+        let limits = Limits {
+            demanded: own.map_or(*floor, |own| own.at_least(floor)),
+            of_vessel: own.is_some_and(|own| own.autonomous_m >= floor.autonomous_m),
+        };
+        Judge { charts: self.charts.clone(), limits, from: None }
+    }
+
+    /// What is demanded of the water for a vessel, of which its own limits count for who may see it.
+    pub async fn limits(&self, who: &Principal, vessel: Option<u16>) -> GuardLimits {
+        match vessel.filter(|vessel| who.grants.on(*vessel).is_some()) {
+            Some(vessel) => self.of(Address(vessel)).await.limits.demanded,
+            None => *self.charts.limits(),
+        }
+    }
+
+    /// Why the order is not given, if it leads into danger by the chart.
+    ///
+    /// # Errors
+    /// Plans cannot be read, or the server is stopping.
+    pub async fn danger(&self, vessel: Address, order: &Order) -> Result<Option<Error>> {
+        if self.charts.set().is_none() && self.charts.trouble().is_none() {
+            return Ok(None);
+        }
+        let plan = match order {
+            Order::StartPlan { plan_id } => match self.drawn_here(vessel, plan_id.clone()).await? {
+                Some(plan) => Some(plan),
+                None => self.reported(vessel, plan_id.clone()).await?,
+            },
+            other => other.plan(),
+        };
+        let Some(plan) = plan else { return Ok(None) };
+        let judge = match order {
+            // It goes aboard today and is started another day.
+            Order::Upload(_) => self.of_drawing(Some(vessel)).await,
+            _ => self.of_start(vessel).await,
+        };
+        let judged = move || plans::understood(&plan).and_then(|plan| judge.guard(&plan));
+        let guard = slow(judged).await?;
+        Ok(guard.filter(|guard| guard.outcome == Outcome::Refused.code()).map(|guard| {
+            let text = format!("The chart shows danger: {}", guard.text);
+            Error::new(ErrorKind::Grounding, text)
+        }))
+    }
+
+    /// The plan of that name as the vessel reported it, if it is still the one aboard.
+    async fn reported(&self, vessel: Address, plan_id: String) -> Result<Option<PlanSpecification>> {
+        let ask = move |operations: &mut Operations, _| {
+            let commands = operations.commands();
+            let aboard = commands.aboard(vessel)?;
+            let md5 = aboard.plans.iter().find(|plan| plan.plan_id == plan_id)?.md5.clone();
+            Some((commands.reports().plan(vessel, &plan_id)?.plan.clone(), md5))
+        };
+        let known = self.router.ask(ask).await?;
+        let same = |(plan, md5): &(PlanSpecification, Vec<u8>)| {
+            imc::plan_digest::plan_md5(plan).is_ok_and(|digest| digest[..] == md5[..])
+        };
+        Ok(known.filter(same).map(|(plan, _)| plan))
+    }
+
+    /// The plan of that name aboard, if it is one of those kept here.
+    pub async fn drawn_here(&self, vessel: Address, plan_id: String) -> Result<Option<PlanSpecification>> {
+        let wanted = plan_id.clone();
+        let ask = move |operations: &mut Operations, _| {
+            let aboard = operations.commands().aboard(vessel)?;
+            aboard.plans.iter().find(|plan| plan.plan_id == wanted).map(|plan| plan.md5.clone())
+        };
+        let Some(md5) = self.router.ask(ask).await? else { return Ok(None) };
+        let mut rows = self.people.ask(plans::list).await?;
+        rows.retain(|row| row.plan.name == plan_id);
+        let same = move || {
+            let specifications = rows.iter().filter_map(|row| plans::specification(&row.plan).ok());
+            let digest = |plan: &PlanSpecification| imc::plan_digest::plan_md5(plan).ok();
+            specifications.into_iter().find(|plan| digest(plan).is_some_and(|digest| digest[..] == md5[..]))
+        };
+        slow(same).await
+    }
+}

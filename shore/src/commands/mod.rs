@@ -1,0 +1,235 @@
+//! The one way in for orders to vessels, whoever gives them: pages, programs, the demo, tests.
+//!
+//! An order passes role (the caller's), the guard against grounding, lease and audit log, and goes down by the hub's one
+//! downlink. A task of the shore's carries each order, so that one is never left half done because whoever gave it went
+//! away. The audit log holds that it was asked before it is sent; how far it gets (sent, received, its effect, or why not)
+//! is written as it happens ([`log`]), as is what happens to control by itself.
+
+pub mod grounding;
+mod helms;
+mod log;
+pub mod steering;
+mod stop;
+pub mod view;
+
+pub use grounding::Grounding;
+pub use helms::{Helm, Helms};
+pub use stop::{Stop, Stops};
+
+use crate::clock;
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::audit::{self, Act};
+use crate::identity::{Fault, Line, People, Principal};
+use crate::router::Router;
+use api::{Command, Lease, PlansAboard};
+use hub::CommandId;
+use imc::Address;
+use operations::{Holder, LeaseAsk, LeaseRefused, Operations, Order};
+use std::time::Duration;
+use tokio::sync::oneshot;
+use tokio_util::task::TaskTracker;
+
+/// How long an order that is no stop waits for the audit log.
+const AUDIT_PATIENCE: Duration = Duration::from_secs(5);
+/// Commands of a vessel that are given at once.
+const LATEST: usize = 100;
+
+/// Who orders, from where.
+#[derive(Debug, Clone)]
+pub struct Issuer {
+    /// The person.
+    pub who: Principal,
+    /// The network address, for the audit log.
+    pub from: String,
+    /// Which of the person's windows.
+    pub window: String,
+}
+
+impl Issuer {
+    /// As a command knows them.
+    pub fn asked(&self) -> operations::Asked {
+        operations::Asked { name: self.who.name.clone(), actor: self.who.actor(), from: self.from.clone() }
+    }
+
+    /// As a lease knows them.
+    pub fn holder(&self) -> Holder {
+        Holder { person: self.who.person, name: self.who.name.clone(), key: self.window.clone() }
+    }
+}
+
+/// The command service; cheap to clone.
+#[derive(Clone)]
+pub struct Commands {
+    router: Router,
+    people: People,
+    grounding: Grounding,
+    stops: Stops,
+    tasks: TaskTracker,
+}
+
+impl Commands {
+    pub(crate) fn new(router: Router, people: People, grounding: Grounding, tasks: TaskTracker) -> Self {
+        Self { router, people, grounding, stops: Stops::default(), tasks }
+    }
+
+    /// Who commands a vessel.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn lease(&self, vessel: Address) -> Result<Lease> {
+        let ask = move |operations: &mut Operations, _| view::lease(vessel, operations.leases().of(vessel));
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// Takes, gives back or hands on control. It is in memory, and is written down afterwards: control of a boat is taken
+    /// also while the disk hangs.
+    ///
+    /// # Errors
+    /// Somebody else has control.
+    pub async fn ask_lease(&self, vessel: Address, by: Issuer, ask: LeaseAsk, reason: &str) -> Result<Lease> {
+        let subject = if reason.is_empty() { vessel.to_string() } else { format!("{vessel}: {reason}") };
+        let action = match ask {
+            LeaseAsk::Request(_) => Some("lease.request"),
+            LeaseAsk::Grant => Some("lease.grant"),
+            LeaseAsk::Decline => Some("lease.decline"),
+            LeaseAsk::Release => Some("lease.release"),
+            // That a page is still there is no act of anybody.
+            LeaseAsk::Renew => None,
+            LeaseAsk::Take(_) => Some("lease.take"),
+        };
+        let holder = by.holder();
+        let change = move |operations: &mut Operations, now| {
+            operations.leases_mut().ask(now, vessel, &holder, ask)?;
+            Ok::<_, LeaseRefused>(view::lease(vessel, operations.leases().of(vessel)))
+        };
+        let changed = self.router.ask(change).await?;
+        if let Some(action) = action {
+            let outcome = changed.as_ref().map_or_else(ToString::to_string, |_| "done".to_owned());
+            self.people.note(Line { actor: by.who.actor(), address: by.from, action, subject, outcome });
+        }
+        changed.map_err(|why| Error::new(ErrorKind::NoControl, why.to_string()))
+    }
+
+    /// The latest commands of a vessel, the newest first.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn latest(&self, vessel: Address) -> Result<Vec<Command>> {
+        let ask = move |operations: &mut Operations, _| {
+            operations.commands().of(vessel).take(LATEST).map(view::command).collect()
+        };
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// One command of a vessel, with what the vessel answered; `None` when it is not known any more.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn one(&self, vessel: Address, id: u64) -> Result<Option<Command>> {
+        let ask = move |operations: &mut Operations, _| {
+            operations.commands().get(CommandId(id)).filter(|one| one.vessel == vessel).map(view::whole)
+        };
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// The plans that a vessel stores, as far as it reported them.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn plans_aboard(&self, vessel: Address) -> Result<PlansAboard> {
+        let ask = move |operations: &mut Operations, _| view::aboard(operations.commands().aboard(vessel));
+        Ok(self.router.ask(ask).await?)
+    }
+
+    /// Gives a vessel an order: refused where the chart shows danger and without the lease, written into the audit log,
+    /// sent by the way that leads there. It is carried out whether anybody waits for this or not; what becomes of it is
+    /// told by the command's later stages.
+    ///
+    /// # Errors
+    /// The order is none, somebody else has control, or the audit log cannot be written.
+    pub async fn issue(&self, vessel: Address, by: &Issuer, order: Order) -> Result<Command> {
+        let (told, outcome) = oneshot::channel();
+        let (service, by) = (self.clone(), by.clone());
+        self.tasks.spawn(async move {
+            // Whoever asked may be gone.
+            told.send(service.carry_out(vessel, &by, order).await).ok();
+        });
+        outcome.await.unwrap_or_else(|_| Err(Error::internal(&"an order ended without a word")))
+    }
+
+    async fn carry_out(&self, vessel: Address, by: &Issuer, order: Order) -> Result<Command> {
+        let verb = order.verb();
+        let stops = self.router.ask(move |operations, _| operations.commands().stops(vessel)).await?;
+        let subjects = self.subjects(vessel, &order).await?;
+        if let Some(danger) = self.grounding.danger(vessel, &order).await? {
+            self.note_refused(by, verb, &subjects, &danger.text);
+            return Err(danger);
+        }
+        let (holder, asked) = (by.holder(), by.asked());
+        let begin = move |operations: &mut Operations, now| {
+            operations.begin(now, vessel, (&asked, &holder), order, stops)
+        };
+        let id = match self.router.ask(begin).await? {
+            Ok(id) => id,
+            Err(why) => {
+                self.note_refused(by, verb, &subjects, &why.to_string());
+                return Err(why.into());
+            }
+        };
+        if let Err(fault) = self.write_asked(by, verb, &subjects).await {
+            tracing::error!(%vessel, verb, %fault, "an order is not sent: the audit log cannot be written");
+            let why = "NOT SENT: the audit log cannot be written";
+            let refuse = move |operations: &mut Operations, now| {
+                operations.commands_mut().refused(now, id, why.to_owned());
+            };
+            self.router.ask(refuse).await?;
+            let text = format!("{why}, and nothing is ordered without it. Try again; STOP works.");
+            return Err(Error { text, ..Error::from(fault) });
+        }
+        let holder = by.holder();
+        let send = move |operations: &mut Operations, now| {
+            operations.dispatch(now, id, Some(&holder));
+            operations.commands().get(id).map(view::command)
+        };
+        let command = self.router.ask(send).await?;
+        command.ok_or_else(|| Error::internal(&"a command was forgotten while it was open"))
+    }
+
+    /// What an order is about, as the audit log has it: each parameter by itself, with its value before.
+    async fn subjects(&self, vessel: Address, order: &Order) -> Result<Vec<String>> {
+        let subjects = if let Order::SetParameters { .. } = order {
+            let order = order.clone();
+            let ask = move |operations: &mut Operations, _| operations.commands().subjects(vessel, &order);
+            self.router.ask(ask).await?
+        } else {
+            vec![order.subject()]
+        };
+        Ok(subjects.into_iter().map(|subject| format!("{vessel} {subject}")).collect())
+    }
+
+    fn note_refused(&self, by: &Issuer, action: &'static str, subjects: &[String], why: &str) {
+        for subject in subjects {
+            let (actor, address) = (by.who.actor(), by.from.clone());
+            let (subject, outcome) = (subject.clone(), why.to_owned());
+            self.people.note(Line { actor, address, action, subject, outcome });
+        }
+    }
+
+    /// Writes into the audit log that an order was asked for.
+    async fn write_asked(
+        &self,
+        by: &Issuer,
+        action: &'static str,
+        subjects: &[String],
+    ) -> std::result::Result<(), Fault> {
+        let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
+        let write = self.people.change(move |db| {
+            for subject in &subjects {
+                let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
+                audit::record(db, act, clock::now())?;
+            }
+            Ok(())
+        });
+        tokio::time::timeout(AUDIT_PATIENCE, write).await.unwrap_or(Err(Fault::Hangs))
+    }
+}

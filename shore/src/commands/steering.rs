@@ -1,0 +1,373 @@
+//! A person steers a vessel by hand.
+//!
+//! [`operations::Teleop`] decides what goes to the vessel; here are its clock and its ways down. A stick position goes out
+//! only while this window has control, by the vessel's link with a time to live, else by the connection behind which the
+//! vessel is heard. However the conversation ends, the vessel is told to stop and that steering by hand is over; when it
+//! cannot be told, the life of the last stick position ends aboard. When control is lost the link itself stops the
+//! vessel; one that is reached otherwise knows of no control, and is told to stop. Either is told that it is not steered by
+//! hand any more, so that it does not wait in that mode for hands that nobody has there: whoever has control now begins anew.
+
+mod to_vessel;
+
+use self::to_vessel::{dispatch, keys, release};
+use super::{Commands, Helm, Helms, Issuer};
+use crate::error::ErrorKind;
+use crate::identity::{Line, Principal};
+use crate::links::Links;
+use crate::router::Stopped;
+use api::{TeleopPhase, TeleopSample, TeleopStop, TeleopTold};
+use hub::CommandId;
+use imc::Address;
+use operations::{Operations, Order, Stage, Sticks, TELEOPERATION_PLAN, Teleop, TeleopState, WARN_OVER, Why};
+use std::time::Duration;
+use units::{MonoTime, Now, UtcTime};
+
+/// A stop is still worth delivering after this, unlike a stick position.
+const STOP_LASTS: Duration = Duration::from_secs(2);
+/// A vessel that says nothing for so long is not steered: it says something many times a second.
+const HEARD_WITHIN: Duration = operations::BUDGET;
+
+#[derive(Debug, Clone, Copy)]
+enum Phase {
+    Idle,
+    /// The vessel was asked.
+    Starting(CommandId),
+    /// It is in the sticks' hands.
+    Live,
+}
+
+/// One window's steering of one vessel, from the opening of its connection to the end.
+pub struct Steering {
+    commands: Commands,
+    links: Links,
+    helms: Helms,
+    vessel: Address,
+    by: Issuer,
+    teleop: Teleop,
+    phase: Phase,
+    /// This window's place while it is not idle.
+    helm: Option<Helm>,
+    /// Stick positions that the vessel got too late or never, as counted by its link.
+    late: u64,
+    /// Why it is not begun, or ended, and what to do about that.
+    said: (String, &'static str),
+}
+
+/// What the hub says when it is asked to steer.
+struct Answer {
+    may: bool,
+    running: bool,
+    heard: bool,
+    begun: Option<(Stage, String)>,
+}
+
+impl Steering {
+    /// Nothing is steered before [`Steering::begin`].
+    pub fn new(commands: Commands, links: Links, helms: Helms, vessel: Address, by: Issuer) -> Self {
+        let late = links.late_sticks(vessel);
+        let (teleop, phase, said) = (Teleop::new(), Phase::Idle, (String::new(), ""));
+        Self { commands, links, helms, vessel, by, teleop, phase, helm: None, late, said }
+    }
+
+    /// The person as they are known now: their rights were looked at again.
+    pub fn is_of(&mut self, who: Principal) {
+        self.by.who = who;
+    }
+
+    /// Takes where the sticks are.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn sample(&mut self, sample: &TeleopSample) -> Result<(), Stopped> {
+        let now = self.now();
+        let sticks = self.noting(|teleop| teleop.sample(now.mono, &understood(sample)));
+        if matches!(self.phase, Phase::Live) && sticks.is_some() {
+            self.steer(sticks, now.utc).await?;
+        }
+        Ok(())
+    }
+
+    /// The window stops by itself, or the person lets go.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn interrupt(&mut self, why: TeleopStop) -> Result<(), Stopped> {
+        self.noting(|teleop| teleop.interrupt(because(why)));
+        self.stop_now().await
+    }
+
+    /// The person ends it.
+    pub async fn end(&mut self) {
+        self.teleop.interrupt(Why::Person);
+        self.finish("the person ended it", "").await;
+    }
+
+    /// The connection is over.
+    pub async fn close(mut self, why: &str) {
+        self.teleop.interrupt(Why::Person);
+        self.finish(why, "").await;
+    }
+
+    fn now(&self) -> Now {
+        self.commands.router.clock().now()
+    }
+
+    /// Asks the vessel to be steered by hand.
+    pub async fn begin(&mut self, window: String) {
+        if !matches!(self.phase, Phase::Idle) {
+            return;
+        }
+        if !self.teleop.may_begin() {
+            let trip = self.teleop.round_trip();
+            let ms = trip.map_or_else(|| "unknown".to_owned(), |trip| format!("{} ms", trip.as_millis()));
+            self.said = (
+                format!("Not begun: the round trip is {ms}; it may be 1000 ms."),
+                "Try again when the network is faster, or send the vessel by a plan.",
+            );
+            return;
+        }
+        let Some(helm) = self.helms.take(self.vessel) else {
+            let why = "Not begun: another window of yours steers this vessel.".to_owned();
+            self.said = (why, "End it there first.");
+            return;
+        };
+        self.by.window = window;
+        let order = Order::Teleoperate { by: self.commands.router.address() };
+        match self.commands.issue(self.vessel, &self.by, order).await {
+            Ok(command) => {
+                (self.phase, self.helm) = (Phase::Starting(CommandId(command.id)), Some(helm));
+                self.said = (String::new(), "");
+            }
+            Err(error) => self.said = (format!("Not begun: {}", error.text), ""),
+        }
+    }
+
+    /// Does something with the hands; that they steer no more is worth a line.
+    fn noting<T>(&mut self, work: impl FnOnce(&mut Teleop) -> T) -> T {
+        let steered = self.teleop.state() == TeleopState::Steering;
+        let done = work(&mut self.teleop);
+        if steered && self.teleop.state() != TeleopState::Steering {
+            let why = self.teleop.why().text();
+            tracing::info!(vessel = %self.vessel, who = self.by.who.name, why, "steering by hand is interrupted");
+        }
+        done
+    }
+
+    /// Time passes: stops what is stale, and tells how it is.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub async fn tick(&mut self) -> Result<TeleopTold, Stopped> {
+        let trip = self.links.round_trip(self.vessel);
+        self.teleop.vessel_trip(trip.unwrap_or_default());
+        let now = self.now();
+        let late = self.links.late_sticks(self.vessel);
+        if std::mem::replace(&mut self.late, late) != late {
+            self.noting(|teleop| teleop.interrupt(Why::Unreached));
+        }
+        let sticks = self.noting(|teleop| teleop.tick(now));
+        if !matches!(self.phase, Phase::Idle) {
+            let sticks = sticks.filter(|_| matches!(self.phase, Phase::Live));
+            self.steer(sticks, now.utc).await?;
+        }
+        Ok(self.told(self.now().mono, trip.is_some()))
+    }
+
+    fn told(&self, now: MonoTime, with_vessel: bool) -> TeleopTold {
+        let phase = match (self.phase, self.teleop.state()) {
+            (Phase::Idle, _) => TeleopPhase::Idle,
+            (Phase::Starting(_), _) => TeleopPhase::Starting,
+            (Phase::Live, TeleopState::Steering) => TeleopPhase::Steering,
+            (Phase::Live, TeleopState::Ready) => TeleopPhase::Ready,
+            (Phase::Live, TeleopState::Locked) => TeleopPhase::Locked,
+        };
+        let (why, remedy) = match (phase, self.teleop.why(), self.teleop.hinders()) {
+            (TeleopPhase::Idle, ..) => self.said.clone(),
+            (TeleopPhase::Starting | TeleopPhase::Steering, ..) | (_, Why::Begun, None) => {
+                (String::new(), "")
+            }
+            (_, Why::Begun, Some(now)) => (now.text().to_owned(), now.remedy()),
+            (_, why, None) => (why.text().to_owned(), why.remedy()),
+            (_, why, Some(now)) => (format!("{}; now {}", why.text(), now.text()), now.remedy()),
+        };
+        let trip = self.teleop.round_trip();
+        TeleopTold {
+            stamp_us: now.micros(),
+            phase,
+            why,
+            remedy: remedy.to_owned(),
+            round_trip_ms: trip.map(|trip| trip.as_secs_f64() * 1e3),
+            with_vessel,
+            slow: trip.is_some_and(|trip| trip > WARN_OVER),
+            cap: self.teleop.cap(),
+        }
+    }
+
+    /// Asks the hub whether this window may steer and the vessel lets itself be steered, and sends. The
+    /// time of the packet is that at which the sample was judged: its life aboard counts from then.
+    async fn steer(&mut self, sticks: Option<Sticks>, at: UtcTime) -> Result<(), Stopped> {
+        let (vessel, holder) = (self.vessel, self.by.holder());
+        let asked = match &self.phase {
+            Phase::Starting(id) => Some(*id),
+            _ => None,
+        };
+        let steer = move |operations: &mut Operations, now: Now| {
+            let epoch = operations.leases().epoch(now, vessel, &holder);
+            let begun = asked.and_then(|id| operations.commands().get(id)).map(|command| {
+                (command.stage(), command.steps.last().map(|step| step.text.clone()).unwrap_or_default())
+            });
+            let running = operations.running(vessel).is_some_and(|plan| plan == TELEOPERATION_PLAN);
+            if let (Ok(epoch), Some(sticks)) = (&epoch, sticks) {
+                let life = if sticks.stop { STOP_LASTS } else { sticks.life };
+                dispatch(operations, now, (vessel, *epoch), keys(&sticks), at.seconds(), life);
+            }
+            let heard = operations
+                .fleet()
+                .system(vessel)
+                .is_some_and(|system| now.mono.since(system.last_heard()) <= HEARD_WITHIN);
+            Answer { may: epoch.is_ok(), running, heard, begun }
+        };
+        let answer = self.commands.router.ask(steer).await?;
+        if !answer.heard {
+            // Nobody steers what does not say how it is, and when it is heard again the sticks pass neutral first.
+            self.noting(|teleop| teleop.interrupt(Why::Vessel));
+        }
+        self.follow(answer.may, answer.running, answer.begun).await;
+        Ok(())
+    }
+
+    /// Goes on with what the hub knows.
+    async fn follow(&mut self, may: bool, running: bool, begun: Option<(Stage, String)>) {
+        match (self.phase, begun) {
+            (Phase::Idle, _) => {}
+            _ if !may => {
+                self.noting(|teleop| teleop.interrupt(Why::Lease));
+                self.let_go().await;
+                let remedy = "The vessel's motors stand still, and it is not steered by hand any more. Take control \
+                              again if you still need it.";
+                self.over(Why::Lease.text(), remedy);
+            }
+            (Phase::Starting(_), Some((Stage::EffectSeen, _))) => {
+                self.teleop.begin();
+                self.phase = Phase::Live;
+            }
+            (Phase::Starting(_), Some((stage, text))) if stage.is_last() => {
+                self.over(&format!("the vessel did not begin: {}: {text}", stage.name()), "");
+            }
+            (Phase::Starting(_), None) => self.over("the order to begin was forgotten", ""),
+            (Phase::Live, _) if !running => {
+                self.noting(|teleop| teleop.interrupt(Why::Person));
+                let remedy =
+                    "Somebody pressed STOP, or it does something else: see the commands and the log book.";
+                self.over("the vessel says that it is not steered by hand any more", remedy);
+            }
+            (Phase::Starting(_) | Phase::Live, _) => {}
+        }
+    }
+
+    /// Control is lost: stops the vessel if it does not learn of that by itself, and tells it that it is not steered by
+    /// hand any more. No other window of this server steers it yet, as this one has the helm.
+    async fn let_go(&mut self) {
+        let stop = self.teleop.tick(self.now());
+        if !matches!(self.phase, Phase::Live) {
+            return;
+        }
+        let vessel = self.vessel;
+        let let_go =
+            move |operations: &mut Operations, now: Now| release(operations, now, vessel, stop.as_ref());
+        // When the hub is gone nothing is sent any more.
+        self.commands.router.ask(let_go).await.ok();
+    }
+
+    /// Nothing is steered from here on.
+    fn rest(&mut self, why: &str, remedy: &'static str) {
+        (self.phase, self.helm, self.said) = (Phase::Idle, None, (format!("Ended: {why}."), remedy));
+    }
+
+    /// It is over without a word to the vessel, which did or would not listen: writes that down.
+    fn over(&mut self, why: &str, remedy: &'static str) {
+        self.commands.people.note(Line {
+            actor: self.by.who.actor(),
+            address: self.by.from.clone(),
+            action: "teleop.end",
+            subject: format!("{} {why}", self.vessel),
+            outcome: "done".to_owned(),
+        });
+        self.rest(why, remedy);
+    }
+
+    /// Sends the stop that an interruption owes, without waiting for the next tick.
+    async fn stop_now(&mut self) -> Result<(), Stopped> {
+        let now = self.now();
+        let sticks = self.teleop.tick(now);
+        if sticks.is_some() && matches!(self.phase, Phase::Live) {
+            self.steer(sticks, now.utc).await?;
+        }
+        Ok(())
+    }
+
+    /// Tells the vessel to stop and that it is not steered by hand any more.
+    async fn finish(&mut self, why: &str, remedy: &'static str) {
+        if matches!(self.phase, Phase::Idle) {
+            return;
+        }
+        let stop = self.teleop.tick(self.now());
+        let live = matches!(self.phase, Phase::Live);
+        let (vessel, holder) = (self.vessel, self.by.holder());
+        let finish = move |operations: &mut Operations, now: Now| {
+            let Ok(epoch) = operations.leases().epoch(now, vessel, &holder) else {
+                if live {
+                    release(operations, now, vessel, stop.as_ref());
+                }
+                return false;
+            };
+            if let Some(stop) = stop {
+                dispatch(operations, now, (vessel, epoch), keys(&stop), now.utc.seconds(), STOP_LASTS);
+            }
+            true
+        };
+        if !self.commands.router.ask(finish).await.unwrap_or(true) {
+            // The vessel would not listen to an order from here.
+            return self.over(Why::Lease.text(), Why::Lease.remedy());
+        }
+        let order = Order::EndTeleoperation { why: why.to_owned() };
+        match self.commands.issue(self.vessel, &self.by, order).await {
+            // A refusal is in the audit log too.
+            Ok(_) => self.rest(why, remedy),
+            Err(error)
+                if !matches!(error.kind, ErrorKind::Unavailable | ErrorKind::Internal | ErrorKind::Busy) =>
+            {
+                self.rest(why, remedy)
+            }
+            Err(_) => self.over(why, remedy),
+        }
+    }
+}
+
+/// Why a browser stops, as the hub has it.
+fn because(why: TeleopStop) -> Why {
+    match why {
+        TeleopStop::Hidden => Why::Hidden,
+        TeleopStop::Unfocused => Why::Unfocused,
+        TeleopStop::GamepadGone => Why::GamepadGone,
+        TeleopStop::TwoDevices => Why::TwoDevices,
+        TeleopStop::Unmoved => Why::Unmoved,
+        TeleopStop::Person => Why::Person,
+    }
+}
+
+/// A sample as the hub has it.
+fn understood(sample: &TeleopSample) -> operations::Sample {
+    let TeleopSample { seq, made_ms, change, stamp_us, stamp_held_ms, held, thrust, turn } = *sample;
+    let held_s = (stamp_held_ms / 1e3).max(0.0);
+    operations::Sample {
+        seq,
+        made_ms,
+        change,
+        echo: stamp_us.map(MonoTime::from_micros),
+        echo_held: Duration::try_from_secs_f64(held_s).unwrap_or_default(),
+        held,
+        thrust,
+        turn,
+    }
+}

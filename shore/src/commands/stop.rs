@@ -1,0 +1,166 @@
+//! STOP: the one place that accepts it, by whatever way it comes.
+//!
+//! Who stops a vessel sends it by every way there is, and again until it is answered. All that comes with one key from
+//! one person for one vessel is one stop: the first is carried out, by a task that goes on when its sender is gone, and
+//! all get its answer. A stop that failed here is forgotten, so that the next try is carried out.
+
+use super::{Commands, Issuer};
+use crate::error::{Error, ErrorKind, Result};
+use crate::identity::Line;
+use api::Ordered;
+use hub::Dispatched;
+use imc::Address;
+use operations::{Operations, Order};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio::sync::watch;
+use tokio::time::Instant;
+use units::Now;
+
+/// How long a stop is known by its key.
+const KNOWN_FOR: Duration = Duration::from_mins(10);
+/// Stops that are known at most. Beyond it the oldest is forgotten; should it come again, its vessel is stopped again.
+const KNOWN: usize = 4_096;
+/// Bytes of a key and of a window's name at most.
+const KEY_BYTES: usize = 64;
+
+type Outcome = Result<Ordered>;
+/// Person, vessel, key.
+type Name = (i64, u16, String);
+
+/// The stops of the last minutes, by their keys; cheap to clone.
+#[derive(Clone, Default)]
+pub struct Stops(Arc<Mutex<Known>>);
+
+#[derive(Default)]
+struct Known {
+    /// Stops since the server started.
+    count: u64,
+    by_name: BTreeMap<Name, (u64, watch::Receiver<Option<Outcome>>)>,
+    /// When each came, the oldest first.
+    order: VecDeque<(Instant, u64, Name)>,
+}
+
+/// A stop that is being carried out, or was.
+#[derive(Debug)]
+pub struct Stop(watch::Receiver<Option<Outcome>>);
+
+impl Stop {
+    /// What became of it.
+    ///
+    /// # Errors
+    /// It could not be carried out.
+    pub async fn outcome(mut self) -> Outcome {
+        let ended = self.0.wait_for(Option::is_some).await;
+        let outcome = ended.ok().and_then(|outcome| outcome.clone());
+        outcome.unwrap_or_else(|| Err(Error::internal(&"a stop ended without a word")))
+    }
+}
+
+impl Commands {
+    /// Stops a vessel, and tells what became of it.
+    ///
+    /// # Errors
+    /// The key is too long, or the server could not carry it out.
+    pub async fn stop(&self, vessel: Address, by: Issuer, key: &str) -> Outcome {
+        self.begin_stop(vessel, by, key)?.outcome().await
+    }
+
+    /// Begins to stop a vessel, at once and without waiting, or finds the stop that this one repeats.
+    ///
+    /// # Errors
+    /// The key is too long.
+    pub fn begin_stop(&self, vessel: Address, by: Issuer, key: &str) -> Result<Stop> {
+        if key.len() > KEY_BYTES || by.window.len() > KEY_BYTES {
+            let text = format!("key and window have {KEY_BYTES} bytes at most");
+            return Err(Error::new(ErrorKind::Malformed, text));
+        }
+        let (told, stop) = match self.stops.note(vessel, &by, key, Instant::now()) {
+            Noted::Repeated(stop) => return Ok(stop),
+            Noted::New { told, stop } => (told, stop),
+        };
+        let service = self.clone();
+        self.tasks.spawn(async move {
+            let outcome = service.carry_out_stop(vessel, &by).await;
+            told.send_replace(Some(outcome));
+        });
+        Ok(stop)
+    }
+
+    /// Has the vessel stopped by the one way down, as soon as the hub is free. That it was asked for, and how far it
+    /// gets, is written into the audit log afterwards, whenever the disk takes it.
+    async fn carry_out_stop(&self, vessel: Address, by: &Issuer) -> Outcome {
+        let asked = by.asked();
+        let give = move |operations: &mut Operations, now: Now| {
+            let (id, dispatched) = operations.stop(now, vessel, &asked)?;
+            let (reached, waits) = match dispatched {
+                Some(Dispatched::Sent(_)) => (true, false),
+                Some(Dispatched::Waits(doors)) => (!doors.is_empty(), true),
+                Some(Dispatched::Refused(_)) | None => (false, false),
+            };
+            Ok::<_, String>(Ordered { id: id.0, time_us: now.utc.micros(), reached, waits })
+        };
+        self.people.note(Line {
+            actor: by.who.actor(),
+            address: by.from.clone(),
+            action: Order::Stop.verb(),
+            subject: vessel.to_string(),
+            outcome: "asked".to_owned(),
+        });
+        let given = self.router.ask_first(give).await?;
+        let (reached, waits) =
+            given.as_ref().map_or((false, false), |ordered| (ordered.reached, ordered.waits));
+        tracing::warn!(%vessel, person = by.who.name, reached, waits, "stop");
+        given.map_err(Error::refused)
+    }
+}
+
+enum Noted {
+    Repeated(Stop),
+    New { told: watch::Sender<Option<Outcome>>, stop: Stop },
+}
+
+impl Stops {
+    fn note(&self, vessel: Address, by: &Issuer, key: &str, now: Instant) -> Noted {
+        // What a panic left behind is still a list of stops.
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.forget(now);
+        let name = (by.who.person, vessel.0, key.to_owned());
+        if let Some((_, stop)) = known.by_name.get(&name)
+            && repeats(stop)
+        {
+            return Noted::Repeated(Stop(stop.clone()));
+        }
+        known.count += 1;
+        let id = known.count;
+        let (told, stop) = watch::channel(None);
+        if !key.is_empty() {
+            known.by_name.insert(name.clone(), (id, stop.clone()));
+            known.order.push_back((now, id, name));
+        }
+        Noted::New { told, stop: Stop(stop) }
+    }
+}
+
+/// Whether a stop is under way or was carried out, so that it need not be again.
+fn repeats(stop: &watch::Receiver<Option<Outcome>>) -> bool {
+    match &*stop.borrow() {
+        Some(outcome) => outcome.is_ok(),
+        None => stop.has_changed().is_ok(),
+    }
+}
+
+impl Known {
+    fn forget(&mut self, now: Instant) {
+        while let Some((since, ..)) = self.order.front()
+            && (now.duration_since(*since) > KNOWN_FOR || self.order.len() >= KNOWN)
+            && let Some((_, id, name)) = self.order.pop_front()
+        {
+            // One that failed was tried again under the same name.
+            if self.by_name.get(&name).is_some_and(|(known, _)| *known == id) {
+                self.by_name.remove(&name);
+            }
+        }
+    }
+}

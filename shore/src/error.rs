@@ -1,0 +1,111 @@
+//! Why the shore does not do what it was asked: a kind for programs, a text for people.
+
+use crate::identity::Fault;
+use crate::router::Stopped;
+use store::StoreError;
+
+/// What kind of refusal it is. A page or an API turns it into its own status.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// It cannot be understood.
+    Malformed,
+    /// It is understood and cannot be.
+    Refused,
+    /// Somebody else has control of the vessel.
+    NoControl,
+    /// The chart shows danger.
+    Grounding,
+    /// The vessel has not reported which entities it has.
+    UnknownEntities,
+    /// There is no such thing, or not for this person.
+    NotFound,
+    /// The person may not do this.
+    Forbidden,
+    /// There is a newer revision.
+    Newer,
+    /// The password must be changed first.
+    PasswordChange,
+    /// Too many ask for the same; try again later.
+    Busy,
+    /// It cannot be done at present: a disk hangs, or the server is stopping.
+    Unavailable,
+    /// The server failed; the log says why.
+    Internal,
+}
+
+/// Why something was not done.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{text}")]
+pub struct Error {
+    /// For programs.
+    pub kind: ErrorKind,
+    /// For people: what is wrong and what to do.
+    pub text: String,
+}
+
+/// What the shore answers.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// Of a kind, with its text.
+    pub fn new(kind: ErrorKind, text: impl Into<String>) -> Self {
+        Self { kind, text: text.into() }
+    }
+
+    /// Understood, and cannot be.
+    pub fn refused(text: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Refused, text)
+    }
+
+    /// What went wrong inside is logged, not shown.
+    pub fn internal(error: &dyn std::fmt::Display) -> Self {
+        tracing::error!(%error, "a request failed");
+        Self::new(ErrorKind::Internal, "The server failed; its log says why.")
+    }
+}
+
+impl From<Stopped> for Error {
+    fn from(_: Stopped) -> Self {
+        Self::new(ErrorKind::Unavailable, "The server is stopping.")
+    }
+}
+
+impl From<Fault> for Error {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::Refused(text) => Self::refused(text),
+            Fault::NotYet(text) => Self::new(ErrorKind::PasswordChange, text),
+            Fault::Busy => {
+                Self::new(ErrorKind::Busy, "Too many passwords are looked at: try again in some seconds.")
+            }
+            Fault::Hangs => Self::new(ErrorKind::Unavailable, fault.to_string()),
+            Fault::Stopped => Stopped.into(),
+            fault => Self::internal(&fault),
+        }
+    }
+}
+
+impl From<StoreError> for Error {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Query(text) => Self::new(ErrorKind::Malformed, text),
+            StoreError::Cancelled => Stopped.into(),
+            error => Self::internal(&error),
+        }
+    }
+}
+
+impl From<operations::NotOrdered> for Error {
+    fn from(why: operations::NotOrdered) -> Self {
+        let kind = match why {
+            operations::NotOrdered::NoControl(_) => ErrorKind::NoControl,
+            operations::NotOrdered::Refused(_) => ErrorKind::Refused,
+        };
+        Self::new(kind, why.to_string())
+    }
+}
+
+/// Does slow work where it holds up nobody.
+pub(crate) async fn slow<R: Send + 'static>(work: impl FnOnce() -> R + Send + 'static) -> Result<R> {
+    tokio::task::spawn_blocking(work).await.map_err(|error| Error::internal(&error))
+}

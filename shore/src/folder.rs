@@ -1,0 +1,137 @@
+//! What a data folder holds: the names that Lutra makes in one, and by what one is known.
+//!
+//! A slip of the finger in `--data` names somebody's home or a whole disk. Nothing is made there, and nobody loses rights.
+
+use anyhow::{Context as _, bail};
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// Files of a data folder or a backup.
+const FILES: [&str; 10] = [
+    "app.db",
+    "app.db-wal",
+    "app.db-shm",
+    "app.db-journal",
+    "app.db.part",
+    "backup.json",
+    "backup.json.new",
+    "imports.json",
+    "imports.json.new",
+    "lock",
+];
+/// Folders with the history in it.
+const HISTORIES: [&str; 4] = ["history", "history.new", "history.old", "history.aside"];
+/// Folders with files of Lutra's alone.
+const FOLDERS: [&str; 6] = ["charts", "doors", "outside", "sinks", "tls", "uploads"];
+/// Any of these says that a folder was made by Lutra, whatever else lies in it. Other names of ours are found elsewhere
+/// too: `archive` in many a home.
+const MARKS: [&str; 8] = [
+    "app.db",
+    "archive/definitions",
+    "archive/gaps.jsonl",
+    "backup.json",
+    "charts/chart.gpkg",
+    "doors/udp.json",
+    "history/catalogue.sqlite",
+    "tls/ca-key.pem",
+];
+/// What may lie in a new folder: what each new disk holds, and the configuration.
+const NO_MATTER: [&str; 2] = ["lost+found", "server.toml"];
+
+/// Whether Lutra makes this, named by its way below the data folder.
+pub fn is_ours(way: &[&str], is_folder: bool) -> bool {
+    match way {
+        [name] if is_folder => *name == "archive" || HISTORIES.contains(name) || FOLDERS.contains(name),
+        [name] => FILES.contains(name),
+        ["archive", name] if is_folder => is_system(name) || *name == "definitions",
+        ["archive", name] => name.starts_with("gaps.jsonl") || ["shortened.jsonl", "trimmed"].contains(name),
+        ["archive", "definitions", name] => !is_folder && name.starts_with("IMC-"),
+        ["archive", system, day] => is_folder && is_system(system) && is_day(day),
+        ["archive", system, day, name] => {
+            let is_there = ["Data.lsf", "Arrivals.idx", "IMC.xml.gz"].contains(name);
+            !is_folder && is_there && is_system(system) && is_day(day)
+        }
+        [folder, name] if HISTORIES.contains(folder) => {
+            !is_folder && (name.contains(".sqlite") || *name == "refused")
+        }
+        [folder, _] => !is_folder && FOLDERS.contains(folder),
+        _ => false,
+    }
+}
+
+fn is_system(name: &str) -> bool {
+    name.strip_prefix("0x").is_some_and(|hex| hex.len() == 4 && u16::from_str_radix(hex, 16).is_ok())
+}
+
+fn is_day(name: &str) -> bool {
+    name.len() == 8 && name.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Refuses a folder in which others keep their things and nothing of Lutra's stands. One that is absent or empty is right.
+///
+/// # Errors
+/// It is such a folder, or cannot be read.
+pub fn check(folder: &Path) -> anyhow::Result<()> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        other => other.with_context(|| {
+            format!(
+                "cannot read {} (let the user who runs this read the folder and all in it)",
+                folder.display()
+            )
+        })?,
+    };
+    let mut foreign = Vec::new();
+    for entry in entries {
+        let entry = entry.with_context(|| folder.display().to_string())?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_folder = entry.file_type().with_context(|| entry.path().display().to_string())?.is_dir();
+        if !is_ours(&[&name], is_folder) && !NO_MATTER.contains(&name.as_str()) {
+            foreign.push(name);
+        }
+    }
+    let Some(first) = foreign.iter().min() else { return Ok(()) };
+    if MARKS.iter().any(|mark| folder.join(mark).exists()) || has_days(&folder.join("archive")) {
+        return Ok(());
+    }
+    bail!(
+        "{} is no folder of Lutra's: it holds {first}, and nothing that a server wrote. Nothing was changed; choose an \
+         empty or a new folder, or that of a server",
+        folder.display()
+    )
+}
+
+fn has_days(archive: &Path) -> bool {
+    fs::read_dir(archive)
+        .is_ok_and(|entries| entries.flatten().any(|entry| entry.file_name().to_str().is_some_and(is_system)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_is_known_by_what_lutra_makes_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        check(&at("absent")).unwrap();
+        check(folder.path()).unwrap();
+        // A new disk, with the configuration, after a start that was killed early.
+        fs::create_dir(at("lost+found")).unwrap();
+        fs::create_dir(at("archive")).unwrap();
+        fs::write(at("server.toml"), "").unwrap();
+        check(folder.path()).unwrap();
+        fs::write(at("letter.txt"), "x").unwrap();
+        let told = check(folder.path()).unwrap_err().to_string();
+        assert!(told.contains(&folder.path().display().to_string()) && told.contains("letter.txt"), "{told}");
+        assert!(told.contains("choose an empty or a new folder, or that of a server"), "{told}");
+        for mark in ["app.db", "archive/0x0801"] {
+            fs::create_dir(at(mark)).unwrap();
+            check(folder.path()).unwrap();
+            fs::remove_dir(at(mark)).unwrap();
+            check(folder.path()).unwrap_err();
+        }
+        check(&at("letter.txt")).unwrap_err();
+    }
+}

@@ -1,0 +1,397 @@
+//! Logs that people upload: kept in `DATA/uploads` until they are read, one at a time, in slices between which
+//! the recorder takes what vessels say.
+//!
+//! The list of imports outlives the server; one that was not at its end says so. What was imported stands in the
+//! archive.
+
+use crate::clock;
+use crate::recorder::Recorder;
+use api::{Import, ImportState};
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use store::{LogImport, StoreError};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+/// Imports that are remembered.
+const REMEMBERED: usize = 50;
+/// Packets and unpacked bytes that are read at once: vessels are not heard meanwhile, for some 20 ms.
+const SLICE_PACKETS: u64 = 2_000;
+const SLICE_BYTES: u64 = 1 << 20;
+/// Bytes that are no packets after which a log is given up: little packed garbage can unpack to very much.
+const GARBAGE_BYTES: u64 = 256 << 20;
+/// How long an import waits before it looks again whether the history lacks nothing.
+const AGAIN: Duration = Duration::from_millis(500);
+/// What is said while it waits.
+const WAITS: &str = "waits until the history is made again from the archive";
+/// Bytes on the disk that uploads leave to recording.
+pub const RESERVED_BYTES: u64 = 512 << 20;
+
+/// All imports; cheap to clone.
+#[derive(Clone)]
+pub struct Imports {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    folder: PathBuf,
+    /// Where the list is kept.
+    kept: PathBuf,
+    /// Bytes that a log may have, unpacked.
+    most_bytes: u64,
+    place: Arc<Semaphore>,
+    list: Mutex<List>,
+}
+
+#[derive(Default)]
+struct List {
+    last: u32,
+    imports: VecDeque<Import>,
+    /// How those that run are told to end.
+    running: BTreeMap<u32, Running>,
+}
+
+/// An import that can be told to end.
+#[derive(Debug, Default)]
+struct Running {
+    cancel: CancellationToken,
+    /// Who did.
+    by: Option<String>,
+}
+
+/// Why an import ended before its log.
+enum Broken {
+    /// Something went wrong, or the server ends.
+    Off(String),
+    /// Somebody asked for it.
+    Cancelled,
+}
+
+/// The one upload that may be on its way. Its file is removed with it.
+pub struct Upload {
+    path: PathBuf,
+    file: File,
+    /// Bytes written.
+    pub bytes: u64,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Upload {
+    /// Appends.
+    pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.file.write_all(bytes)?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Whether what was written so far begins as a log does.
+    pub fn begins_as_log(&self) -> store::Result<bool> {
+        store::begins_as_log(&self.path)
+    }
+
+    /// What its disk has left for uploads, bytes.
+    pub fn room_bytes(&self) -> store::Result<u64> {
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        Ok(store::free_bytes(folder)?.saturating_sub(RESERVED_BYTES))
+    }
+}
+
+impl Drop for Upload {
+    fn drop(&mut self) {
+        if let Err(error) = fs::remove_file(&self.path) {
+            tracing::warn!(path = %self.path.display(), %error, "an upload is left over");
+        }
+    }
+}
+
+impl Imports {
+    /// Into a data folder. Uploads that an earlier run left there are removed, and what it read is listed.
+    pub fn new(settings: &crate::Settings) -> Self {
+        let data = &settings.data;
+        let (folder, kept) = (data.join("uploads"), data.join("imports.json"));
+        match fs::remove_dir_all(&folder) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                tracing::warn!(path = %folder.display(), %error, "uploads of an earlier run are left over");
+            }
+            _ => {}
+        }
+        let place = Arc::new(Semaphore::new(1));
+        let imports = read_list(&kept);
+        let last = imports.iter().map(|import| import.id).max().unwrap_or_default();
+        let list = Mutex::new(List { last, imports, running: BTreeMap::new() });
+        let most_bytes = settings.most_unpacked_bytes;
+        Self { shared: Arc::new(Shared { folder, kept, most_bytes, place, list }) }
+    }
+
+    /// Writes the list down. Without it the next start knows less, and nothing else is lost.
+    fn keep(&self) {
+        let imports = self.list().imports.clone();
+        let new = self.shared.kept.with_extension("json.new");
+        let write = || -> io::Result<()> {
+            let mut file = File::create(&new)?;
+            file.write_all(&serde_json::to_vec(&imports)?)?;
+            file.sync_data()?;
+            fs::rename(&new, &self.shared.kept)
+        };
+        if let Err(error) = write() {
+            tracing::warn!(%error, "the list of imports will not be known after a restart");
+        }
+    }
+
+    /// Tells an import to end; whether it runs.
+    pub fn cancel(&self, id: u32, by: String) -> bool {
+        let mut list = self.list();
+        let Some(running) = list.running.get_mut(&id) else { return false };
+        running.by.get_or_insert(by);
+        running.cancel.cancel();
+        true
+    }
+
+    fn list(&self) -> MutexGuard<'_, List> {
+        self.shared.list.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// All that are remembered, the newest first.
+    pub fn all(&self) -> Vec<Import> {
+        self.list().imports.iter().rev().cloned().collect()
+    }
+
+    /// One of them.
+    pub fn get(&self, id: u32) -> Option<Import> {
+        self.list().imports.iter().find(|import| import.id == id).cloned()
+    }
+
+    /// Room for an upload; `None` while there is another or one is being read.
+    pub fn upload(&self) -> io::Result<Option<Upload>> {
+        let Ok(place) = Arc::clone(&self.shared.place).try_acquire_owned() else { return Ok(None) };
+        fs::create_dir_all(&self.shared.folder)?;
+        let path = self.shared.folder.join("upload.lsf");
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&path)?;
+        Ok(Some(Upload { path, file, bytes: 0, _place: place }))
+    }
+
+    /// A file of this computer as an upload; `None` while there is another or one is being read.
+    pub fn take(&self, file: &Path) -> io::Result<Option<Upload>> {
+        let Some(mut upload) = self.upload()? else { return Ok(None) };
+        upload.bytes = io::copy(&mut File::open(file)?, &mut upload.file)?;
+        Ok(Some(upload))
+    }
+
+    /// Begins to read an upload.
+    pub fn begin(
+        &self,
+        upload: Upload,
+        name: String,
+        person: String,
+        recorder: Recorder,
+        tasks: &TaskTracker,
+        stop: CancellationToken,
+    ) -> Import {
+        let import = {
+            let mut list = self.list();
+            list.last += 1;
+            let import = Import {
+                id: list.last,
+                name,
+                person,
+                since_us: clock::now().micros(),
+                state: ImportState::Running,
+                upload_bytes: upload.bytes,
+                read_bytes: 0,
+                packets: 0,
+                added: 0,
+                damaged_bytes: 0,
+                problems: Vec::new(),
+            };
+            if list.imports.len() == REMEMBERED {
+                list.imports.pop_front();
+            }
+            list.imports.push_back(import.clone());
+            list.running.insert(import.id, Running::default());
+            import
+        };
+        let cancel = self.list().running.get(&import.id).map(|running| running.cancel.clone());
+        let job = Job {
+            imports: self.clone(),
+            id: import.id,
+            name: import.name.clone(),
+            upload,
+            cancel: cancel.unwrap_or_default(),
+        };
+        tasks.spawn(job.run(recorder, stop));
+        import
+    }
+
+    fn change(&self, id: u32, change: impl FnOnce(&mut Import)) {
+        if let Some(import) = self.list().imports.iter_mut().find(|import| import.id == id) {
+            change(import);
+        }
+    }
+}
+
+struct Job {
+    imports: Imports,
+    id: u32,
+    name: String,
+    upload: Upload,
+    cancel: CancellationToken,
+}
+
+impl Job {
+    async fn run(self, recorder: Recorder, stop: CancellationToken) {
+        // A restart must find that it was begun.
+        let imports = self.imports.clone();
+        tokio::task::spawn_blocking(move || imports.keep()).await.ok();
+        let outcome = self.read(&recorder, &stop).await;
+        let state = match outcome {
+            Ok(()) => ImportState::Done,
+            Err(Broken::Off(_)) => ImportState::Failed,
+            Err(Broken::Cancelled) => ImportState::Cancelled,
+        };
+        tracing::info!(name = %self.name, ?state, "an upload was imported");
+        // Another can be uploaded as soon as this one is told to be at its end.
+        let Self { imports, id, name, upload, .. } = self;
+        let path = upload.path.display().to_string();
+        drop(upload);
+        let by = imports.list().running.remove(&id).and_then(|running| running.by);
+        imports.change(id, |import| {
+            import.problems.retain(|problem| problem != WAITS);
+            match outcome {
+                Ok(()) => {}
+                Err(Broken::Off(error)) => {
+                    import.problems.push(format!("{}; {REST}", error.replace(&path, &name)));
+                }
+                Err(Broken::Cancelled) => {
+                    import.problems.push(format!("cancelled by {}; {REST}", by.unwrap_or_default()));
+                }
+            }
+            import.state = state;
+        });
+        tokio::task::spawn_blocking(move || imports.keep()).await.ok();
+    }
+
+    /// Slice after slice.
+    async fn read(&self, recorder: &Recorder, stop: &CancellationToken) -> Result<(), Broken> {
+        let stopping = || Broken::Off("the server was stopped".to_owned());
+        let mut log = loop {
+            let path = self.upload.path.clone();
+            let begin = recorder.with_store(move |store| LogImport::begin(store, &path, clock::now()));
+            match begin.await.ok_or_else(stopping)? {
+                Ok(log) => break log,
+                Err(StoreError::Behind(_)) => self.wait(stop).await?,
+                Err(error) => return Err(Broken::Off(told(&error))),
+            }
+        };
+        loop {
+            self.may_go_on(stop)?;
+            let slice = recorder.with_store(move |store| {
+                let more = log.read_some(store, SLICE_PACKETS, SLICE_BYTES);
+                (log, more)
+            });
+            let (back, more) = slice.await.ok_or_else(stopping)?;
+            log = back;
+            self.tell(&log);
+            match more {
+                Ok(true) => self.bounded(&log)?,
+                Ok(false) => return self.bounded(&log),
+                Err(StoreError::Behind(_)) => self.wait(stop).await?,
+                Err(error) => return Err(Broken::Off(told(&error))),
+            }
+        }
+    }
+
+    fn may_go_on(&self, stop: &CancellationToken) -> Result<(), Broken> {
+        if stop.is_cancelled() {
+            return Err(Broken::Off("the server was stopped".to_owned()));
+        }
+        if self.cancel.is_cancelled() { Err(Broken::Cancelled) } else { Ok(()) }
+    }
+
+    /// Waits for a history that lacks something: what is there already is known by it.
+    async fn wait(&self, stop: &CancellationToken) -> Result<(), Broken> {
+        self.imports.change(self.id, |import| {
+            if !import.problems.iter().any(|problem| problem == WAITS) {
+                import.problems.push(WAITS.to_owned());
+            }
+        });
+        tokio::select! {
+            () = tokio::time::sleep(AGAIN) => {}
+            () = stop.cancelled() => {}
+            () = self.cancel.cancelled() => {}
+        }
+        self.may_go_on(stop)
+    }
+
+    /// Little that is packed can unpack to very much, of garbage or of packets.
+    fn bounded(&self, log: &LogImport) -> Result<(), Broken> {
+        let off = |text: String| Err(Broken::Off(text));
+        if log.imported().damaged_bytes > GARBAGE_BYTES {
+            let most = GARBAGE_BYTES >> 20;
+            return off(format!(
+                "more than {most} MiB of it are no packets; `lutra-server import` takes it nevertheless"
+            ));
+        }
+        let most = self.imports.shared.most_bytes;
+        if log.read_bytes() > most {
+            return off(format!(
+                "it unpacks to more than {} MiB (http.max_unpacked_mib); `lutra-server import` takes it nevertheless",
+                most >> 20
+            ));
+        }
+        match self.upload.room_bytes() {
+            Ok(0) => off(format!(
+                "the disk is full up to the {} MiB that are kept for recording",
+                RESERVED_BYTES >> 20
+            )),
+            Ok(_) => Ok(()),
+            Err(error) => off(told(&error)),
+        }
+    }
+
+    fn tell(&self, log: &LogImport) {
+        let imported = log.imported();
+        let path = self.upload.path.display().to_string();
+        self.imports.change(self.id, |import| {
+            import.read_bytes = log.read_bytes();
+            import.packets = imported.packets;
+            import.added = imported.added;
+            import.damaged_bytes = imported.damaged_bytes;
+            // People know it by the name that they gave.
+            import.problems = imported.problems.iter().map(|text| text.replace(&path, &self.name)).collect();
+        });
+    }
+}
+
+/// What to do about a log that was not read to its end.
+const REST: &str = "what was read before stays; upload it again for the rest";
+
+/// The list of an earlier run; what ran then was broken off.
+fn read_list(path: &Path) -> VecDeque<Import> {
+    let text = match fs::read(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return VecDeque::new(),
+        other => other,
+    };
+    let read = text.and_then(|text| Ok(serde_json::from_slice::<VecDeque<Import>>(&text)?));
+    let mut imports = read.unwrap_or_else(|error| {
+        tracing::warn!(path = %path.display(), %error, "the list of earlier imports cannot be read");
+        VecDeque::new()
+    });
+    for import in imports.iter_mut().filter(|import| import.state == ImportState::Running) {
+        import.problems.retain(|problem| problem != WAITS);
+        import.problems.push(format!("the server ended meanwhile; {REST}"));
+        import.state = ImportState::Failed;
+    }
+    imports
+}
+
+fn told(error: &StoreError) -> String {
+    if error.is_disk_full() {
+        return format!("the disk is full: make room, or remove old history ({error})");
+    }
+    error.to_string()
+}

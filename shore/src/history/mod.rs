@@ -1,0 +1,388 @@
+//! The fleet as it was: the store's reader, in the words of the API.
+//!
+//! Each question opens a reader of its own, which costs little and shares nothing, so that a long export holds up
+//! no page. Questions beyond [`QUESTIONS`] at once wait for their turn.
+
+pub mod export;
+pub mod imports;
+
+pub use imports::Imports;
+
+use api::{Recorded, ValueKind};
+use imc::Address;
+use imc::catalogue::Meaning;
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use store::{Cell, Column, ColumnKind, Order, Page, Reader, Source, StoreError, TimeRange};
+use tokio::sync::Semaphore;
+
+/// Questions that are answered at the same time: more would only wait for the disk.
+const QUESTIONS: usize = 16;
+/// Most exports at the same time.
+const EXPORTS: usize = 4;
+/// What a vessel declares missing may begin and end so long beside the samples that it has (µs).
+const MOMENT_US: i64 = 1_000_000;
+/// Bytes of text and raw data in one answer.
+const ANSWER_BYTES: usize = 8 << 20;
+/// Series of one vessel at one time.
+const SERIES: usize = 5_000;
+
+/// The history of a data folder; cheap to clone.
+#[derive(Clone)]
+pub struct History {
+    data: Arc<Path>,
+    questions: Arc<Semaphore>,
+    /// Places for exports.
+    pub exports: Arc<Semaphore>,
+}
+
+impl History {
+    pub fn new(data: &Path) -> Self {
+        Self {
+            data: data.into(),
+            questions: Arc::new(Semaphore::new(QUESTIONS)),
+            exports: Arc::new(Semaphore::new(EXPORTS)),
+        }
+    }
+
+    /// The folder.
+    pub fn data(&self) -> &Path {
+        &self.data
+    }
+
+    /// Asks where slow work may be done.
+    ///
+    /// # Errors
+    /// As the question; [`StoreError::Cancelled`] when the server ends.
+    pub async fn ask<R: Send + 'static>(
+        &self,
+        question: impl FnOnce(&mut Reader) -> store::Result<R> + Send + 'static,
+    ) -> store::Result<R> {
+        let place = Arc::clone(&self.questions).acquire_owned().await.map_err(|_| StoreError::Cancelled)?;
+        let data = Arc::clone(&self.data);
+        let answer = tokio::task::spawn_blocking(move || {
+            let _place = place;
+            question(&mut Reader::open(&data)?)
+        });
+        answer.await.map_err(|_| StoreError::Cancelled)?
+    }
+}
+
+/// Which messages there are of which system.
+pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
+    let mut all = BTreeMap::<(u16, String), Recorded>::new();
+    for series in reader.series(None)? {
+        let abbrev = series.message.map_or_else(|| series.group.id.to_string(), str::to_owned);
+        let (first_us, last_us) = (series.extent.first_us, series.extent.last_us);
+        let system = series.group.src;
+        let entry = all.entry((system, abbrev.clone()));
+        let known = entry.or_insert_with(|| Recorded { system, abbrev, count: 0, first_us, last_us });
+        known.count += series.extent.count;
+        known.first_us = known.first_us.min(first_us);
+        known.last_us = known.last_us.max(last_us);
+    }
+    Ok(all.into_values().collect())
+}
+
+/// Every series of the systems that `may` admits.
+pub fn series(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::Result<Vec<api::Series>> {
+    let all = reader.series(None)?;
+    let describe = |series: store::Series| {
+        let period_s = series.period_s();
+        let dated = (series.dated.count > 0).then_some(series.dated);
+        let columns = reader.table_of(series.group).map_or_else(Vec::new, |table| fields(&table.columns));
+        api::Series {
+            system: series.group.src,
+            message: series.message.map_or_else(|| series.group.id.to_string(), str::to_owned),
+            id: series.group.id,
+            entity: series.group.src_ent,
+            label: series.label,
+            fields: columns,
+            count: series.extent.count,
+            undated: series.extent.count - series.dated.count,
+            first_us: dated.map(|extent| extent.first_us),
+            last_us: dated.map(|extent| extent.last_us),
+            period_s,
+        }
+    };
+    let mut found: Vec<_> = all.into_iter().filter(|one| may(one.group.src)).map(describe).collect();
+    found.sort_by(|a, b| (a.system, &a.message, a.entity).cmp(&(b.system, &b.message, b.entity)));
+    Ok(found)
+}
+
+fn fields<'c>(columns: impl IntoIterator<Item = &'c Column>) -> Vec<api::SeriesField> {
+    columns.into_iter().map(field).collect()
+}
+
+fn field(column: &Column) -> api::SeriesField {
+    let meaning = column.desc.map_or(Meaning::Plain, |desc| desc.meaning);
+    let (kind, values) = match (column.kind, meaning) {
+        (ColumnKind::Integer, Meaning::Enumeration(desc)) => (ValueKind::Enumeration, desc.values),
+        (ColumnKind::Integer, Meaning::Bitfield(desc)) => (ValueKind::Bits, desc.values),
+        (ColumnKind::Integer, Meaning::Plain) => (ValueKind::Integer, &[][..]),
+        (ColumnKind::Single | ColumnKind::Double, _) => (ValueKind::Real, &[][..]),
+        (ColumnKind::Text, _) => (ValueKind::Text, &[][..]),
+        (ColumnKind::Raw, _) => (ValueKind::Raw, &[][..]),
+        (ColumnKind::Nested, _) => (ValueKind::Nested, &[][..]),
+    };
+    let label =
+        |label: &imc::catalogue::Label| api::Label { value: label.value, name: label.abbrev.to_owned() };
+    api::SeriesField {
+        name: column.name.to_owned(),
+        title: column.desc.map_or("computed from the message", |desc| desc.name).to_owned(),
+        unit: column.unit.unwrap_or_default().to_owned(),
+        kind,
+        labels: values.iter().map(label).collect(),
+    }
+}
+
+/// A field as about `pixels` buckets.
+pub fn buckets(
+    reader: &mut Reader,
+    source: &Source,
+    name: &str,
+    range: TimeRange,
+    pixels: usize,
+) -> store::Result<api::Buckets> {
+    let found = reader.buckets(source, name, range, pixels)?;
+    let unit = reader.table(&source.message)?.column(name).and_then(|column| column.unit);
+    let mut buckets = api::Buckets {
+        unit: unit.unwrap_or_default().to_owned(),
+        width_us: found.width_us,
+        ..api::Buckets::default()
+    };
+    for bucket in found.buckets {
+        buckets.start_us.push(bucket.start_us);
+        buckets.first_us.push(bucket.first_us);
+        buckets.count.push(bucket.count);
+        buckets.min.push(bucket.min);
+        buckets.max.push(bucket.max);
+        buckets.mean.push(Some(bucket.mean).filter(|mean| mean.is_finite()));
+        buckets.first.push(bucket.first);
+        buckets.last.push(bucket.last);
+    }
+    Ok(buckets)
+}
+
+/// Samples as they are; all fields when none are named.
+pub fn samples(
+    reader: &mut Reader,
+    source: &Source,
+    names: &[String],
+    range: TimeRange,
+    page: Page,
+) -> store::Result<api::Samples> {
+    let table = reader.table(&source.message)?;
+    let columns: Vec<Column> = if names.is_empty() {
+        table.columns.clone()
+    } else {
+        // Names that are none are left out here and refused below, where all are compared.
+        names.iter().filter_map(|name| table.column(name)).cloned().collect()
+    };
+    let asked: Vec<&str> = if names.is_empty() {
+        columns.iter().map(|column| column.name).collect()
+    } else {
+        names.iter().map(String::as_str).collect()
+    };
+    let found = reader.rows(source, &asked, range, page)?;
+    let row = |row: store::Row| api::SampleRow {
+        time_us: row.time.micros(),
+        received_us: row.received.micros(),
+        values: row.cells.into_iter().zip(&columns).map(|(cell, column)| value(cell, column.kind)).collect(),
+    };
+    Ok(api::Samples {
+        fields: fields(&columns),
+        rows: found.items.into_iter().map(row).collect(),
+        next: found.next.map(|rest| next(rest, range, Order::Oldest)),
+    })
+}
+
+fn value(cell: Cell, kind: ColumnKind) -> Json {
+    match cell {
+        Cell::Nothing => Json::Null,
+        Cell::Integer(number) => number.into(),
+        // The shortest decimal that is this single, not the double's many digits.
+        Cell::Real(number) if kind == ColumnKind::Single => {
+            (number as f32).to_string().parse::<f64>().map_or(Json::Null, Json::from)
+        }
+        Cell::Real(number) => number.into(),
+        Cell::Text(text) if kind == ColumnKind::Nested => {
+            serde_json::from_str(&text).unwrap_or_else(|_| Json::from(text))
+        }
+        Cell::Text(text) => text.into(),
+        Cell::Raw(bytes) if kind == ColumnKind::Text => String::from_utf8_lossy(&bytes).into(),
+        Cell::Raw(bytes) => hex::encode(bytes).into(),
+    }
+}
+
+/// How a vessel was at a time.
+pub fn at(reader: &mut Reader, vessel: Address, time_us: i64) -> store::Result<api::At> {
+    let then = reader.then(vessel, time_us, SERIES, ANSWER_BYTES)?;
+    let update = |last: store::Last| {
+        let columns = reader.table_of(last.group).map_or(&[][..], |table| &table.columns);
+        let fields = last.row.cells.into_iter().zip(columns).map(|(cell, column)| cell_of(cell, column));
+        api::Update {
+            system: last.group.src,
+            id: last.group.id,
+            abbrev: last.message.to_owned(),
+            entity: last.group.src_ent,
+            instance: None,
+            time_us: last.row.time.micros(),
+            received_us: last.row.received.micros(),
+            count: 0,
+            period_s: last.period_s,
+            fields: fields.collect(),
+        }
+    };
+    let mut values: Vec<api::Update> = then.last.into_iter().map(update).collect();
+    values.sort_by(|a, b| (&a.abbrev, a.entity).cmp(&(&b.abbrev, b.entity)));
+    Ok(api::At { time_us, values, cut: then.cut })
+}
+
+/// A cell as what is live shows it.
+fn cell_of(cell: Cell, column: &Column) -> api::Field {
+    let meaning = match (&cell, column.desc) {
+        (Cell::Integer(number), Some(desc)) => desc.label(*number),
+        _ => None,
+    };
+    api::Field {
+        name: column.name.to_owned(),
+        value: value(cell, column.kind),
+        unit: column.unit.unwrap_or_default().to_owned(),
+        meaning,
+    }
+}
+
+/// A page of at most so many rows and [`ANSWER_BYTES`].
+pub fn page(rows: usize, skip: usize) -> Page {
+    Page { skip, rows, bytes: ANSWER_BYTES }
+}
+
+fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {
+    let range = match order {
+        Order::Oldest => TimeRange { from_us: next.time_us, ..range },
+        Order::Newest => TimeRange { to_us: next.time_us.saturating_add(1), ..range },
+    };
+    let skip = u32::try_from(next.skip).unwrap_or(u32::MAX);
+    api::Next { from_us: range.from_us, to_us: range.to_us, skip }
+}
+
+/// A track of at most about so many points.
+pub fn track(
+    reader: &mut Reader,
+    vessel: Address,
+    range: TimeRange,
+    points: usize,
+) -> store::Result<Vec<api::TrackPoint>> {
+    let track = reader.track(vessel, range, points, 0.0)?;
+    let point = |point: &store::TrackPoint| api::TrackPoint {
+        time_us: point.time.micros(),
+        lat_deg: point.place.lat_deg(),
+        lon_deg: point.place.lon_deg(),
+    };
+    Ok(track.points.iter().map(point).collect())
+}
+
+/// All labels that a vessel's entities had.
+pub fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::Entity>> {
+    let entity = |name: store::EntityName| api::Entity {
+        entity: name.entity,
+        label: name.label,
+        from_us: name.from.micros(),
+        last_us: name.last.micros(),
+    };
+    Ok(reader.entities(vessel)?.into_iter().map(entity).collect())
+}
+
+/// Tags that a vessel heard.
+pub fn detections(
+    reader: &mut Reader,
+    vessel: Address,
+    range: TimeRange,
+    order: Order,
+    page: Page,
+) -> store::Result<api::Detections> {
+    let detection = |one: store::Detection| {
+        // 0/0 is what senders say that do not know.
+        let place = one
+            .place_deg
+            .filter(|(lat, lon)| lat.abs() <= 90.0 && lon.abs() <= 180.0 && (*lat != 0.0 || *lon != 0.0));
+        api::Detection {
+            entity: one.entity,
+            time_us: one.reported.micros(),
+            heard_us: one.heard.micros(),
+            received_us: one.received.micros(),
+            serial_no: one.serial_no,
+            protocol: one.protocol,
+            protocol_name: one.protocol_name,
+            tag_id: one.tag_id,
+            data: one.data,
+            snr_db: one.snr_db,
+            frequency_khz: one.frequency_khz,
+            memory_address: one.memory_address,
+            lat_deg: place.map(|place| place.0),
+            lon_deg: place.map(|place| place.1),
+        }
+    };
+    let found = reader.detections(Some(vessel), range, order, page)?;
+    let detections = found.items.into_iter().map(detection).collect();
+    Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, range, order)) })
+}
+
+/// A vessel's log book.
+pub fn log_book(
+    reader: &mut Reader,
+    vessel: Address,
+    range: TimeRange,
+    order: Order,
+    page: Page,
+) -> store::Result<api::LogBook> {
+    let entry = |one: store::LogEntry| api::LogBookEntry {
+        entity: one.entity,
+        time_us: one.sent.micros(),
+        written_us: one.written.map(units::UtcTime::micros),
+        kind: one.kind,
+        kind_name: one.kind_name,
+        context: one.context,
+        text: one.text,
+    };
+    let found = reader.log_book(Some(vessel), range, order, page)?;
+    let entries = found.items.into_iter().map(entry).collect();
+    Ok(api::LogBook { entries, next: found.next.map(|rest| next(rest, range, order)) })
+}
+
+/// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more
+/// than silence: a silence within a declared gap is not told again.
+pub fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Result<Vec<api::Gap>> {
+    let gap = |gap: store::Gap| api::Gap {
+        from_us: gap.from.micros(),
+        to_us: gap.to.micros(),
+        kind: match gap.kind {
+            store::GapKind::NotRecorded => api::GapKind::NotRecorded,
+            store::GapKind::NotDelivered => api::GapKind::NotDelivered,
+            store::GapKind::Lost => api::GapKind::Lost,
+        },
+        reason: gap.told(),
+        declared_us: gap.declared.micros(),
+    };
+    let mut gaps: Vec<api::Gap> = reader.gaps(Some(vessel), range)?.into_iter().map(gap).collect();
+    let mut silences = reader.silences(vessel, range)?;
+    silences.retain(|silence| {
+        // Its ends were heard; what is declared begins and ends within moments of them.
+        let within = |gap: &api::Gap| {
+            gap.from_us - MOMENT_US <= silence.from_us && silence.to_us <= gap.to_us + MOMENT_US
+        };
+        !gaps.iter().any(within)
+    });
+    gaps.extend(silences.into_iter().map(|silence| api::Gap {
+        from_us: silence.from_us,
+        to_us: silence.to_us,
+        kind: api::GapKind::NotRecorded,
+        reason: format!("nothing was heard for {:.0} s", (silence.to_us - silence.from_us) as f64 / 1e6),
+        declared_us: silence.to_us,
+    }));
+    gaps.sort_by_key(|gap| (gap.from_us, gap.to_us));
+    Ok(gaps)
+}

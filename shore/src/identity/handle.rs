@@ -1,0 +1,283 @@
+//! The handle through which a running server asks about people.
+
+use super::audit::{self, Act};
+use super::db::{Db, Fault};
+use super::hashing::Hashing;
+use super::journal::{Journal, Line};
+use super::limiter::Limiter;
+use super::register::{Found, Register, Use};
+use super::roles::Principal;
+use super::secret::{self, Secret};
+use super::sessions::{self, Lifetime};
+use super::{password, persons, tokens};
+use crate::clock;
+use crate::owners::Owners;
+use api::{Role, Vessel};
+use rusqlite::Connection;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use units::MonoTime;
+
+/// How long somebody whom the register does not know waits for app.db.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// How long a question or an act waits for app.db before it is said that it hangs.
+const ASK_PATIENCE: Duration = Duration::from_secs(10);
+/// How often it is looked whether another program changed app.db.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+/// Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct People {
+    pub(super) db: Db,
+    pub(super) life: Lifetime,
+    pub(super) hashing: Hashing,
+    register: Arc<Register>,
+    journal: Journal,
+    limiter: Arc<Mutex<Limiter>>,
+    begun: Instant,
+    /// Counts changes after which open sockets must show their rights again.
+    changed: Arc<watch::Sender<u64>>,
+}
+
+/// The account made at the first start.
+#[derive(Debug)]
+pub struct FirstAdmin {
+    pub name: &'static str,
+    pub one_time_password: String,
+}
+
+impl People {
+    /// Opens the database in `folder`. When nobody is in it yet, makes an admin with a one-time password. What an
+    /// earlier server was killed in the middle of gets its end in the audit log.
+    ///
+    /// # Errors
+    /// As [`super::open`].
+    pub fn start(
+        folder: &Path,
+        config: &super::Settings,
+        owners: &Owners,
+    ) -> Result<(Self, Option<FirstAdmin>), Fault> {
+        let mut connection = super::open(folder)?;
+        let first = super::db::within_transaction(&mut connection, first_admin)?;
+        audit::close_open(&connection, clock::now())?;
+        let register = Arc::new(Register::default());
+        register.catch_up(&connection)?;
+        let no_thread = |error| Fault::Folder(folder.display().to_string(), error);
+        let people = Self {
+            db: Db::start(connection, Arc::clone(&register), owners).map_err(no_thread)?,
+            life: Lifetime {
+                idle: Duration::from_secs(u64::from(config.session_idle_h) * 3_600),
+                whole: Duration::from_secs(u64::from(config.session_days) * 86_400),
+            },
+            hashing: Hashing::start(owners).map_err(no_thread)?,
+            register,
+            journal: Journal::default(),
+            limiter: Arc::default(),
+            begun: Instant::now(),
+            changed: Arc::new(watch::Sender::new(0)),
+        };
+        Ok((people, first))
+    }
+
+    /// Starts what goes on beside: the journal is written, and the register follows what other programs change.
+    pub fn keep(&self, owners: &Owners, tasks: &TaskTracker, stop: &CancellationToken) {
+        let written = self.journal.clone().keep(self.db.clone(), stop.clone());
+        tasks.spawn(owners.watch("the audit log", written));
+        let (people, stop) = (self.clone(), stop.clone());
+        tasks.spawn(owners.watch("the look for changes of app.db", async move {
+            let mut every = tokio::time::interval(LOOK_EVERY);
+            every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+            while stop.run_until_cancelled(every.tick()).await.is_some() {
+                let before = people.register.version();
+                // One question at a time waits for a disk that hangs.
+                let looked = stop.run_until_cancelled(people.db.catch_up()).await;
+                if matches!(looked, Some(Ok(()))) && people.register.version() != before {
+                    people.changed.send_modify(|count| *count += 1);
+                }
+            }
+        }));
+    }
+
+    /// Loses the hashing of passwords to a fault, as a bug in it would.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn lose_hashing(&self) {
+        self.hashing.lose();
+    }
+
+    /// Reads.
+    ///
+    /// # Errors
+    /// What `work` says, or that app.db does not answer.
+    pub async fn ask<R: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
+    ) -> Result<R, Fault> {
+        tokio::time::timeout(ASK_PATIENCE, self.db.ask(work)).await.unwrap_or(Err(Fault::Hangs))
+    }
+
+    /// Changes something without a line in the audit log.
+    ///
+    /// # Errors
+    /// What `work` says.
+    pub async fn change<R: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
+    ) -> Result<R, Fault> {
+        self.db.change(work).await
+    }
+
+    /// Changes something in `who`'s name, with its line in the audit log, or refuses, with its line too.
+    ///
+    /// # Errors
+    /// What `work` says.
+    pub async fn act<R: Send + 'static>(
+        &self,
+        who: &Principal,
+        address: String,
+        action: &'static str,
+        subject: String,
+        work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
+    ) -> Result<R, Fault> {
+        let actor = who.actor();
+        let note = move |db: &Connection, outcome: &str| {
+            let act = Act { actor: &actor, address: &address, action, subject: &subject, outcome };
+            audit::record(db, act, clock::now())
+        };
+        let again = note.clone();
+        let done = self.db.change(move |db| {
+            let done = work(db)?;
+            note(db, "done")?;
+            Ok(done)
+        });
+        let outcome = tokio::time::timeout(ASK_PATIENCE, done).await.unwrap_or(Err(Fault::Hangs));
+        if let Err(Fault::Refused(reason)) = &outcome {
+            let reason = reason.clone();
+            self.db.change(move |db| again(db, &reason)).await?;
+        }
+        self.changed.send_modify(|count| *count += 1);
+        outcome
+    }
+
+    /// Has something that happened written into the audit log; never waits.
+    pub fn note(&self, line: Line) {
+        self.journal.note(line);
+    }
+
+    /// Writes what still waits for the audit log, once everything else has ended.
+    pub async fn finish(&self) {
+        self.journal.finish(&self.db).await;
+    }
+
+    /// Writes what was noted; in tests nobody else does.
+    #[cfg(any(test, feature = "testing"))]
+    pub async fn write_notes(&self) {
+        self.journal.write(&self.db).await.unwrap();
+    }
+
+    /// Why the audit log is not written, if it is not: for anyone.
+    pub fn trouble(&self) -> Option<&'static str> {
+        self.journal.trouble()
+    }
+
+    /// Counts changes of anybody's rights or sessions; those who hold a socket open look again then.
+    pub fn changes(&self) -> watch::Receiver<u64> {
+        self.changed.subscribe()
+    }
+
+    /// Who has this session.
+    ///
+    /// # Errors
+    /// It is not known, and app.db does not say whether it is newer.
+    pub async fn by_session(&self, secret: &Secret) -> Result<Option<Principal>, Fault> {
+        self.known(|register| register.session(secret, self.life, clock::now())).await
+    }
+
+    /// For whom this token acts.
+    ///
+    /// # Errors
+    /// It is not known, and app.db does not say whether it is newer; or it opens nothing yet.
+    pub async fn by_token(&self, token: &str) -> Result<Option<Principal>, Fault> {
+        self.known(|register| register.token(token, clock::now())).await
+    }
+
+    /// The vessel (IMC address) whose link this token opens.
+    ///
+    /// # Errors
+    /// It is not known, and app.db does not say whether it is newer.
+    pub async fn by_link_token(&self, token: &str) -> Result<Option<u16>, Fault> {
+        self.known(|register| register.link(token, clock::now())).await
+    }
+
+    /// The vessels that people have named.
+    pub fn vessels(&self) -> Arc<[Vessel]> {
+        self.register.vessels()
+    }
+
+    /// Vessels whose link came in at some time, and for which it is open still.
+    pub fn linked(&self) -> Vec<u16> {
+        self.register.linked(clock::now())
+    }
+
+    /// Looks in the register; only for what it does not know, app.db is asked.
+    async fn known<T>(&self, look: impl Fn(&Register) -> Found<T>) -> Result<Option<T>, Fault> {
+        let mut found = look(&self.register);
+        if matches!(found, Found::Unknown) {
+            tokio::time::timeout(PATIENCE, self.db.catch_up()).await.map_err(|_| Fault::Hangs)??;
+            found = look(&self.register);
+        }
+        match found {
+            Found::Known(who, due) => {
+                if let Some(due) = due {
+                    self.write_use(due);
+                }
+                Ok(Some(who))
+            }
+            Found::Refused(why) => Err(Fault::NotYet(why)),
+            Found::Over | Found::Unknown => Ok(None),
+        }
+    }
+
+    /// Has it written down that a session or token was used, when app.db takes it. Nobody is refused for that.
+    fn write_use(&self, of: Use) {
+        let register = Arc::clone(&self.register);
+        self.db.change_some_time(move |db| {
+            let now = clock::now();
+            match of {
+                Use::Session(id) => sessions::touch(db, id, now)?,
+                Use::Token(id) => tokens::touch(db, id, now)?,
+            }
+            register.written(of, now);
+            Ok(())
+        });
+    }
+
+    /// Hashes a password.
+    ///
+    /// # Errors
+    /// Too many wait.
+    pub async fn hash(&self, password: String) -> Result<String, Fault> {
+        self.hashing.hash(password).await.map_err(|_| Fault::Busy)
+    }
+
+    /// Asks the budgets of guesses.
+    pub(crate) fn limit<R>(&self, ask: impl FnOnce(&mut Limiter, MonoTime) -> R) -> R {
+        let now = MonoTime::from_micros(self.begun.elapsed().as_micros() as u64);
+        // A limiter left by a panic is as good as before: every step of it is whole.
+        ask(&mut self.limiter.lock().unwrap_or_else(PoisonError::into_inner), now)
+    }
+}
+
+fn first_admin(db: &Connection) -> Result<Option<FirstAdmin>, Fault> {
+    let people: i64 = db.query_row("SELECT count(*) FROM person", [], |row| row.get(0))?;
+    if people > 0 {
+        return Ok(None);
+    }
+    let first = FirstAdmin { name: "admin", one_time_password: secret::one_time_password() };
+    let id = persons::add(db, first.name, &password::hash(&first.one_time_password), true, clock::now())?;
+    persons::set_permission(db, id, None, Some(Role::Admin))?;
+    Ok(Some(first))
+}

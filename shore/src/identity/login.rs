@@ -1,0 +1,152 @@
+//! A login from name and password to a session.
+
+use super::audit::{self, Act};
+use super::db::Fault;
+use super::handle::People;
+use super::limiter::Guess;
+use super::roles::Principal;
+use super::secret::Secret;
+use super::{persons, sessions};
+use crate::clock;
+use sha2::{Digest as _, Sha256};
+use std::net::IpAddr;
+use std::time::Duration;
+use thiserror::Error;
+
+/// How long a login may wait for its turn at the hashing.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// What somebody who wants in gives.
+#[derive(Debug)]
+pub struct Attempt {
+    pub name: String,
+    pub password: String,
+    pub address: IpAddr,
+    /// What the browser calls itself.
+    pub agent: String,
+    /// The cookie by which the browser may be known.
+    pub device: Option<Secret>,
+}
+
+/// The cookies of somebody who is in.
+#[derive(Debug)]
+pub struct LoggedIn {
+    pub session: Secret,
+    pub device: Secret,
+    pub must_change_password: bool,
+}
+
+/// Why somebody is not let in.
+#[derive(Debug, Error)]
+pub enum Refused {
+    /// Wrong name or password; which, is not said.
+    #[error("Name or password is wrong.")]
+    Wrong,
+    /// The old password is not the one typed.
+    #[error("The old password is wrong.")]
+    WrongOld,
+    /// Too many guesses.
+    #[error("Too many attempts. Try again in {} s.", .0.as_secs() + 1)]
+    Wait(Duration),
+    /// The database failed.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+}
+
+impl People {
+    /// Lets somebody in, or not.
+    ///
+    /// # Errors
+    /// [`Refused`].
+    pub async fn login(&self, attempt: Attempt) -> Result<LoggedIn, Refused> {
+        let Attempt { name, password, address, agent, device } = attempt;
+        let wanted = name.clone();
+        let (account, device) = self
+            .db
+            .ask(move |db| {
+                let account = persons::find(db, &wanted)?;
+                let known = match (&account, &device) {
+                    (Some(account), Some(device)) => sessions::knows_device(db, account.id, device)?,
+                    _ => false,
+                };
+                Ok((account, device.filter(|_| known)))
+            })
+            .await?;
+        let account_key: String = name.to_lowercase().chars().take(64).collect();
+        let guess = Guess { address, account: account_key, device: device.as_ref().map(Secret::hash) };
+        if let Err(wait) = self.limit(|limiter, now| limiter.take(&guess, now)) {
+            tracing::warn!(%address, "login refused: too many attempts");
+            return Err(Refused::Wait(wait));
+        }
+        let kept = account.as_ref().map(|account| account.password.clone());
+        if !self.is_right(password, kept).await? {
+            tracing::warn!(%address, "login refused: wrong name or password");
+            let subject = name.chars().take(64).collect::<String>();
+            self.write_refusal(address.to_string(), subject, "wrong name or password").await?;
+            return Err(Refused::Wrong);
+        }
+        self.limit(|limiter, _| limiter.give_back(&guess));
+        let account = account.ok_or(Refused::Wrong)?;
+        let life = self.life;
+        Ok(self
+            .db
+            .change(move |db| {
+                let now = clock::now();
+                let address = address.to_string();
+                let session = sessions::begin(db, account.id, &address, &agent, life, now)?;
+                let device = device.unwrap_or_else(Secret::random);
+                sessions::know_device(db, account.id, &device, now)?;
+                let act = Act {
+                    actor: &account.name,
+                    address: &address,
+                    action: "login",
+                    subject: &account.name,
+                    outcome: "done",
+                };
+                audit::record(db, act, now)?;
+                Ok(LoggedIn { session, device, must_change_password: account.must_change })
+            })
+            .await?)
+    }
+
+    /// Asks somebody who is in for the password again.
+    ///
+    /// # Errors
+    /// [`Refused`].
+    pub async fn confirm(&self, who: &Principal, password: String, address: IpAddr) -> Result<(), Refused> {
+        // Known to be in, so no stranger's guesses count against them: the session takes the browser's place.
+        let device = Some(Sha256::digest(who.csrf()).into());
+        let guess = Guess { address, account: who.name.to_lowercase(), device };
+        self.limit(|limiter, now| limiter.take(&guess, now)).map_err(Refused::Wait)?;
+        let name = who.name.clone();
+        let account = self.db.ask(move |db| persons::known(db, &name)).await?;
+        if !self.is_right(password, Some(account.password)).await? {
+            self.write_refusal(address.to_string(), who.name.clone(), "wrong password").await?;
+            return Err(Refused::WrongOld);
+        }
+        self.limit(|limiter, _| limiter.give_back(&guess));
+        Ok(())
+    }
+
+    /// Compares, when its turn comes.
+    async fn is_right(&self, password: String, kept: Option<String>) -> Result<bool, Refused> {
+        match tokio::time::timeout(PATIENCE, self.hashing.is_right(password, kept)).await {
+            Ok(Ok(is_right)) => Ok(is_right),
+            Ok(Err(_)) | Err(_) => Err(Refused::Wait(PATIENCE)),
+        }
+    }
+
+    async fn write_refusal(
+        &self,
+        address: String,
+        subject: String,
+        outcome: &'static str,
+    ) -> Result<(), Fault> {
+        self.db
+            .change(move |db| {
+                let act = Act { actor: "-", address: &address, action: "login", subject: &subject, outcome };
+                audit::record(db, act, clock::now())
+            })
+            .await
+    }
+}

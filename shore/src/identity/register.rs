@@ -1,0 +1,294 @@
+//! Who may come in, in memory: people and their roles, sessions, tokens, names of vessels.
+//!
+//! A request is let in by what was read from app.db last, so that a disk that hangs, or a file that somebody has locked,
+//! keeps nobody from stopping a boat. The thread that owns app.db reads everything anew, and puts it in place at once,
+//! after each of its own changes, and whenever the count of changes says that another program made some. When a
+//! session or token was used last is remembered here first and written down when app.db takes it.
+
+use super::db::Fault;
+use super::persons;
+use super::roles::{Grants, Principal, Via};
+use super::secret::Secret;
+use super::sessions::Lifetime;
+use super::tokens::{API_PREFIX, LINK_PREFIX};
+use api::{Role, Vessel};
+use rusqlite::Connection;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::{Arc, PoisonError, RwLock};
+use units::UtcTime;
+
+/// A use is written down when the one written last is older than this, µs.
+const USE_EVERY_US: i64 = 60_000_000;
+/// How often a use is offered to app.db again while it takes none, µs.
+const OFFER_EVERY_US: i64 = 5_000_000;
+
+/// What is kept of a secret.
+type Hash = [u8; 32];
+
+/// What a secret stands for.
+#[derive(Debug)]
+pub enum Found<T> {
+    /// This, and a use to be written down, if that is due.
+    Known(T, Option<Use>),
+    /// It is known and opens nothing, for this reason.
+    Refused(String),
+    /// It is over.
+    Over,
+    /// It is not in the register. It may be newer.
+    Unknown,
+}
+
+/// That something was used, to be written down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    /// A session, by its number.
+    Session(i64),
+    /// A token, by its number.
+    Token(i64),
+}
+
+/// The register.
+#[derive(Debug, Default)]
+pub struct Register(RwLock<Arc<Book>>);
+
+#[derive(Debug, Default)]
+struct Book {
+    /// The count of changes that it was read at; `None` before it was read at all.
+    changes: Option<i64>,
+    people: BTreeMap<i64, Person>,
+    sessions: BTreeMap<Hash, Session>,
+    tokens: BTreeMap<Hash, Token>,
+    vessels: Arc<[Vessel]>,
+}
+
+#[derive(Debug)]
+struct Person {
+    name: String,
+    must_change_password: bool,
+    grants: Grants,
+}
+
+#[derive(Debug)]
+struct Session {
+    id: i64,
+    person: i64,
+    created_us: i64,
+    used: Arc<Used>,
+}
+
+#[derive(Debug)]
+struct Token {
+    id: i64,
+    label: String,
+    expires_us: Option<i64>,
+    opens: Opens,
+    used: Arc<Used>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Opens {
+    /// The API, for a person, with this role on this vessel or on all.
+    Api { person: i64, vessel: Option<u16>, role: Role },
+    /// The link of this vessel.
+    Link(u16),
+}
+
+/// When something was used last, µs since 1970 UTC; 0 for never.
+#[derive(Debug)]
+struct Used {
+    last: AtomicI64,
+    written: AtomicI64,
+    offered: AtomicI64,
+}
+
+impl Used {
+    fn new(last_us: i64) -> Arc<Self> {
+        let at = || AtomicI64::new(last_us);
+        Arc::new(Self { last: at(), written: at(), offered: AtomicI64::new(0) })
+    }
+
+    fn last_us(&self) -> i64 {
+        self.last.load(Ordering::Relaxed)
+    }
+
+    /// Notes a use; whether it is to be offered to app.db.
+    fn note(&self, now_us: i64) -> bool {
+        self.last.fetch_max(now_us, Ordering::Relaxed);
+        let due = now_us - self.written.load(Ordering::Relaxed) >= USE_EVERY_US
+            && now_us - self.offered.load(Ordering::Relaxed) >= OFFER_EVERY_US;
+        if due {
+            self.offered.store(now_us, Ordering::Relaxed);
+        }
+        due
+    }
+}
+
+impl Register {
+    fn book(&self) -> Arc<Book> {
+        Arc::clone(&self.0.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Reads everything anew if app.db says that something changed. Called where app.db lives.
+    ///
+    /// # Errors
+    /// It cannot be read; the register stays as it is.
+    pub fn catch_up(&self, db: &Connection) -> Result<(), Fault> {
+        let before = self.book();
+        let count = "SELECT changes FROM register";
+        let changes: i64 = db.prepare_cached(count)?.query_row([], |row| row.get(0))?;
+        if before.changes == Some(changes) {
+            return Ok(());
+        }
+        let book = read(db, changes, &before)?;
+        *self.0.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(book);
+        Ok(())
+    }
+
+    /// Tells one reading of app.db from another.
+    pub fn version(&self) -> Option<i64> {
+        self.book().changes
+    }
+
+    /// Who has this session.
+    pub fn session(&self, secret: &Secret, life: Lifetime, now: UtcTime) -> Found<Principal> {
+        let (book, now_us) = (self.book(), now.micros());
+        let Some(session) = book.sessions.get(&secret.hash()) else { return Found::Unknown };
+        let Some(person) = book.people.get(&session.person) else { return Found::Unknown };
+        if now_us - session.used.last_us() > life.idle_us() || now_us - session.created_us > life.whole_us() {
+            return Found::Over;
+        }
+        let via = Via::Session {
+            id: session.id,
+            csrf: secret.derived("csrf"),
+            must_change_password: person.must_change_password,
+        };
+        let (name, grants) = (person.name.clone(), person.grants.clone());
+        let due = session.used.note(now_us).then_some(Use::Session(session.id));
+        Found::Known(Principal { person: session.person, name, grants, via }, due)
+    }
+
+    /// For whom the script with this token acts.
+    pub fn token(&self, text: &str, now: UtcTime) -> Found<Principal> {
+        let Some(secret) = text.strip_prefix(API_PREFIX).and_then(Secret::parse) else { return Found::Over };
+        let book = self.book();
+        let Some(token) = book.tokens.get(&secret.hash()) else { return Found::Unknown };
+        let Opens::Api { person: id, vessel, role } = token.opens else { return Found::Over };
+        let Some(person) = book.people.get(&id) else { return Found::Unknown };
+        if token.is_over(now) {
+            return Found::Over;
+        }
+        if person.must_change_password {
+            return Found::Refused(format!(
+                "This token acts for {}, who still has a one-time password: log in as {} with a browser and choose a \
+                 password first.",
+                person.name, person.name
+            ));
+        }
+        let via = Via::Token { id: token.id, label: token.label.clone() };
+        let (name, grants) = (person.name.clone(), person.grants.limited(vessel, role));
+        let due = token.used.note(now.micros()).then_some(Use::Token(token.id));
+        Found::Known(Principal { person: id, name, grants, via }, due)
+    }
+
+    /// The vessel (IMC address) whose link this token opens.
+    pub fn link(&self, text: &str, now: UtcTime) -> Found<u16> {
+        let Some(secret) = text.strip_prefix(LINK_PREFIX).and_then(Secret::parse) else { return Found::Over };
+        let book = self.book();
+        let Some(token) = book.tokens.get(&secret.hash()) else { return Found::Unknown };
+        let Opens::Link(vessel) = token.opens else { return Found::Over };
+        if token.is_over(now) {
+            return Found::Over;
+        }
+        Found::Known(vessel, token.used.note(now.micros()).then_some(Use::Token(token.id)))
+    }
+
+    /// A use stands in app.db.
+    pub fn written(&self, of: Use, now: UtcTime) {
+        let book = self.book();
+        let used = match of {
+            Use::Session(id) => book.sessions.values().find(|one| one.id == id).map(|one| &one.used),
+            Use::Token(id) => book.tokens.values().find(|one| one.id == id).map(|one| &one.used),
+        };
+        if let Some(used) = used {
+            used.written.store(now.micros(), Ordering::Relaxed);
+        }
+    }
+
+    /// Vessels whose link came in at some time, and for which it is open still, by address.
+    pub fn linked(&self, now: UtcTime) -> Vec<u16> {
+        let book = self.book();
+        let open = book.tokens.values().filter(|token| token.used.last_us() > 0 && !token.is_over(now));
+        let mut vessels: Vec<u16> = open
+            .filter_map(|token| match token.opens {
+                Opens::Link(vessel) => Some(vessel),
+                Opens::Api { .. } => None,
+            })
+            .collect();
+        vessels.sort_unstable();
+        vessels.dedup();
+        vessels
+    }
+
+    /// The vessels that people have named, by name.
+    pub fn vessels(&self) -> Arc<[Vessel]> {
+        Arc::clone(&self.book().vessels)
+    }
+}
+
+impl Token {
+    fn is_over(&self, now: UtcTime) -> bool {
+        self.expires_us.is_some_and(|expires_us| expires_us <= now.micros())
+    }
+}
+
+/// Everything as it stands in app.db. A use that `before` remembers and app.db does not is kept.
+fn read(db: &Connection, changes: i64, before: &Book) -> Result<Book, Fault> {
+    let mut book =
+        Book { changes: Some(changes), vessels: super::vessels::list(db)?.into(), ..Book::default() };
+    let mut query = db.prepare_cached("SELECT id, name, must_change FROM person")?;
+    let rows = query.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?;
+    for row in rows {
+        let (id, name, must_change_password) = row?;
+        book.people.insert(id, Person { name, must_change_password, grants: persons::grants(db, id)? });
+    }
+    let mut query = db.prepare_cached("SELECT hash, id, person, created_us, seen_us FROM session")?;
+    let rows = query.query_map([], |row| {
+        let hash: Hash = row.get(0)?;
+        Ok((hash, (row.get(1)?, row.get(2)?, row.get(3)?, row.get(4)?)))
+    })?;
+    for row in rows {
+        let (hash, (id, person, created_us, seen_us)) = row?;
+        let used = before.sessions.get(&hash).map(|one| Arc::clone(&one.used));
+        let used = used.unwrap_or_else(|| Used::new(seen_us));
+        book.sessions.insert(hash, Session { id, person, created_us, used });
+    }
+    let sql = "SELECT hash, id, label, person, vessel, role, expires_us, used_us FROM token";
+    let mut query = db.prepare_cached(sql)?;
+    let rows = query.query_map([], |row| {
+        let hash: Hash = row.get(0)?;
+        let opens = (row.get::<_, Option<i64>>(3)?, row.get::<_, i64>(4)?, row.get::<_, Option<i64>>(5)?);
+        Ok((hash, opens, (row.get(1)?, row.get(2)?, row.get(6)?, row.get::<_, Option<i64>>(7)?)))
+    })?;
+    for row in rows {
+        let (hash, opens, (id, label, expires_us, used_us)) = row?;
+        let Some(opens) = opened(opens) else { continue };
+        let used = before.tokens.get(&hash).map(|one| Arc::clone(&one.used));
+        let used = used.unwrap_or_else(|| Used::new(used_us.unwrap_or(0)));
+        book.tokens.insert(hash, Token { id, label, expires_us, opens, used });
+    }
+    Ok(book)
+}
+
+/// What a row of the table of tokens opens; `None` for one that no program made.
+fn opened((person, vessel, role): (Option<i64>, i64, Option<i64>)) -> Option<Opens> {
+    match (person, role) {
+        (Some(person), Some(role)) => {
+            Some(Opens::Api { person, vessel: u16::try_from(vessel).ok(), role: persons::role(role)? })
+        }
+        _ => u16::try_from(vessel).ok().map(Opens::Link),
+    }
+}
+
+#[cfg(test)]
+mod tests;

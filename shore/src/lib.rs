@@ -1,0 +1,107 @@
+//! What a shore server does, without HTTP: supervised services that pages, programs, the demo and tests use alike.
+//!
+//! [`Shore`] holds one handle for each service. Whoever owns state is a task or a thread, watched by [`owners`]; others send
+//! it typed requests over bounded channels, or read what it publishes. Everything that commands a vessel goes through
+//! [`commands::Commands`].
+//!
+//! - [`router::Router`]: the task that owns the hub and what people do with it ([`operations::Operations`]).
+//! - [`commands`]: control, orders, STOP, steering by hand; [`alarms`]; [`reports`] of vessels.
+//! - [`links`]: the vessel link's sessions; the sockets are the server's.
+//! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
+//! - [`charts`], [`plans`], [`identity`]: the sea chart, plans as people draw them, accounts and the audit log.
+//!
+//! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
+//! settings of its own.
+
+pub mod alarms;
+pub mod backup;
+pub mod charts;
+pub mod clock;
+pub mod commands;
+mod decode;
+mod error;
+pub mod fleet;
+pub mod folder;
+pub mod history;
+pub mod identity;
+pub mod links;
+pub mod owners;
+mod parameters;
+pub mod plans;
+pub mod private;
+pub mod recorder;
+pub mod reports;
+pub mod router;
+mod selection;
+mod settings;
+pub mod sinks;
+mod start;
+
+pub use error::{Error, ErrorKind, Result};
+pub use selection::{Changes, Wanted};
+pub use settings::Settings;
+pub use start::{Opened, Running};
+
+use crate::alarms::Alarms;
+use crate::charts::Charts;
+use crate::commands::steering::Steering;
+use crate::commands::{Commands, Grounding, Helms, Issuer};
+use crate::fleet::Fleet;
+use crate::history::{History, Imports};
+use crate::identity::People;
+use crate::links::Links;
+use crate::owners::Owners;
+use crate::recorder::Recorder;
+use crate::reports::Reports;
+use crate::router::Router;
+use crate::sinks::SinkState;
+use imc::Address;
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+/// The services of a running shore; cheap to clone.
+#[derive(Clone)]
+pub struct Shore {
+    /// Control, orders and STOP.
+    pub commands: Commands,
+    /// The guard against grounding.
+    pub grounding: Grounding,
+    /// What is wrong.
+    pub alarms: Alarms,
+    /// What vessels report when they are asked.
+    pub reports: Reports,
+    /// Accounts, sessions, tokens.
+    pub people: People,
+    /// The fleet as it is.
+    pub fleet: Fleet,
+    /// The fleet as it was.
+    pub history: History,
+    /// Logs that were uploaded.
+    pub imports: Imports,
+    /// The sea chart.
+    pub charts: Charts,
+    /// The vessels that came in by the link.
+    pub links: Links,
+    /// Who steers which vessel by hand.
+    pub helms: Helms,
+    /// The hub: routing and the fleet's state.
+    pub router: Router,
+    /// The archive and history.
+    pub recorder: Recorder,
+    /// Whether those who own state are there.
+    pub owners: Owners,
+    /// How the InfluxDB that gets everything too gets on; `None` without one.
+    pub influx: Option<watch::Receiver<SinkState>>,
+    /// Says that the server is about to end.
+    pub stop: CancellationToken,
+    /// Work that outlives its request; the end waits for it.
+    pub tasks: TaskTracker,
+}
+
+impl Shore {
+    /// Begins to steer a vessel by hand from one window.
+    pub fn steering(&self, vessel: Address, by: Issuer) -> Steering {
+        Steering::new(self.commands.clone(), self.links.clone(), self.helms.clone(), vessel, by)
+    }
+}

@@ -1,0 +1,30 @@
+//! The chart on its way to a vessel.
+
+use super::vessel::{Answer, Task};
+use link::{ChartAsk, ChartReport, ConnectionId, ShoreInput};
+
+impl Task {
+    /// Offers the chart that is ashore.
+    pub(crate) fn offer_chart(&mut self) {
+        let offer = self.chart.borrow_and_update().as_ref().map(|parcel| parcel.offer());
+        self.handle(ShoreInput::Chart(offer));
+    }
+
+    /// Reads a part of the chart for the vessel.
+    pub(crate) fn read_chart(&self, id: ConnectionId, ask: ChartAsk) {
+        let parcel = self.chart.borrow().clone().filter(|parcel| parcel.digest() == ask.digest);
+        let answers = self.answers.0.clone();
+        let read = move || parcel.and_then(|parcel| parcel.part(ask.offset, ask.length));
+        tokio::spawn(async move {
+            let bytes = tokio::task::spawn_blocking(read).await.ok().flatten();
+            answers.send(Answer::Part(id, ask, bytes)).await.ok();
+        });
+    }
+
+    /// The vessel says which chart it holds.
+    pub(crate) fn chart_aboard(&self, report: ChartReport) {
+        self.aboard.tell(self.vessel, report);
+        let aboard = self.aboard.clone();
+        tokio::task::spawn_blocking(move || aboard.save());
+    }
+}

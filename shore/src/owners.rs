@@ -1,0 +1,224 @@
+//! Watches the tasks and threads that own state: the hub, the recorder, app.db and those beside them.
+//!
+//! Each holds a [`Duty`] while it lives. One that is dropped before its owner said that it is done was lost to a fault:
+//! [`Owners::failed`] tells, the program flushes what can be flushed and ends with an error, and its service starts it
+//! anew. An owner that has worked on one thing for longer than [`HANGS_AFTER`] is told by `/healthz`: its disk hangs,
+//! most likely, and no restart helps.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+
+/// Work on one thing that takes longer is told.
+const HANGS_AFTER: Duration = Duration::from_secs(5);
+
+/// Everyone who owns state; cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Owners(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    begun: Instant,
+    /// The first that was lost.
+    lost: watch::Sender<Option<&'static str>>,
+    all: Mutex<Vec<Arc<Pulse>>>,
+}
+
+/// What is known of one owner.
+#[derive(Debug)]
+struct Pulse {
+    name: &'static str,
+    /// Milliseconds from the start until it began to work on what it works on, and one; 0 while it rests.
+    busy_since_ms: AtomicU64,
+    /// Makes a watched task panic.
+    #[cfg(any(test, feature = "testing"))]
+    fault: tokio::sync::Notify,
+}
+
+/// Held by an owner as long as it does its work.
+#[derive(Debug)]
+pub struct Duty {
+    owners: Owners,
+    pulse: Arc<Pulse>,
+    done: bool,
+}
+
+/// Work on one thing, until it is dropped.
+#[derive(Debug)]
+pub struct Busy(Arc<Pulse>);
+
+impl Default for Owners {
+    fn default() -> Self {
+        let (begun, lost) = (Instant::now(), watch::Sender::new(None));
+        Self(Arc::new(Inner { begun, lost, all: Mutex::default() }))
+    }
+}
+
+impl Owners {
+    /// A new owner, by the name that people know it by.
+    pub fn duty(&self, name: &'static str) -> Duty {
+        let pulse = Arc::new(Pulse {
+            name,
+            busy_since_ms: AtomicU64::new(0),
+            #[cfg(any(test, feature = "testing"))]
+            fault: tokio::sync::Notify::new(),
+        });
+        self.0.all.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&pulse));
+        Duty { owners: self.clone(), pulse, done: false }
+    }
+
+    /// A task that is an owner as long as it runs.
+    pub fn watch<T, F: Future<Output = T>>(
+        &self,
+        name: &'static str,
+        task: F,
+    ) -> impl Future<Output = T> + use<T, F> {
+        let duty = self.duty(name);
+        async move {
+            #[cfg(any(test, feature = "testing"))]
+            let task = or_fault(Arc::clone(&duty.pulse), task);
+            let outcome = task.await;
+            duty.done();
+            outcome
+        }
+    }
+
+    /// Waits until an owner is lost, and says which.
+    pub async fn failed(&self) -> &'static str {
+        let mut lost = self.0.lost.subscribe();
+        match lost.wait_for(Option::is_some).await.ok().and_then(|lost| *lost) {
+            Some(name) => name,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// What is wrong with the owners, if anything: for anyone.
+    pub fn trouble(&self) -> Option<String> {
+        if let Some(name) = *self.0.lost.borrow() {
+            return Some(format!("{name} was lost to a fault; the server ends"));
+        }
+        let now_ms = self.now_ms();
+        let all = self.0.all.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter().find_map(|pulse| {
+            let since_ms = pulse.busy_since_ms.load(Ordering::Relaxed);
+            let busy = Duration::from_millis(now_ms.saturating_sub(since_ms));
+            (since_ms > 0 && busy >= HANGS_AFTER).then(|| {
+                format!("{} has not answered for {} s: does its disk hang?", pulse.name, busy.as_secs())
+            })
+        })
+    }
+
+    /// Whether all are there.
+    pub fn are_there(&self) -> bool {
+        self.0.lost.borrow().is_none()
+    }
+
+    /// Loses a watched task to a fault, as a bug in it would; whether there is one of this name.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn lose(&self, name: &str) -> bool {
+        let all = self.0.all.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter().filter(|pulse| pulse.name == name).map(|pulse| pulse.fault.notify_one()).count() > 0
+    }
+
+    fn now_ms(&self) -> u64 {
+        self.0.begun.elapsed().as_millis() as u64 + 1
+    }
+}
+
+/// A task that panics once a test wants it to.
+#[cfg(any(test, feature = "testing"))]
+async fn or_fault<T>(pulse: Arc<Pulse>, task: impl Future<Output = T>) -> T {
+    tokio::select! {
+        biased;
+        () = pulse.fault.notified() => panic!("a fault in {}", pulse.name),
+        outcome = task => outcome,
+    }
+}
+
+impl Duty {
+    /// The owner begins to work on one thing.
+    pub fn busy(&self) -> Busy {
+        self.pulse.busy_since_ms.store(self.owners.now_ms(), Ordering::Relaxed);
+        Busy(Arc::clone(&self.pulse))
+    }
+
+    /// The owner ends as it should.
+    pub fn done(mut self) {
+        self.done = true;
+    }
+}
+
+impl Drop for Duty {
+    fn drop(&mut self) {
+        if !self.done {
+            tracing::error!("{} was lost to a fault", self.pulse.name);
+            self.owners.0.lost.send_if_modified(|lost| {
+                let first = lost.is_none();
+                lost.get_or_insert(self.pulse.name);
+                first
+            });
+        }
+        let mut all = self.owners.0.all.lock().unwrap_or_else(PoisonError::into_inner);
+        all.retain(|pulse| !Arc::ptr_eq(pulse, &self.pulse));
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.0.busy_since_ms.store(0, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn an_owner_that_is_lost_is_told_and_one_that_is_done_is_not() {
+        let owners = Owners::default();
+        owners.duty("the first").done();
+        assert!(owners.are_there() && owners.trouble().is_none());
+        let duty = owners.duty("the second");
+        let lost = std::thread::spawn(move || {
+            let _duty = duty;
+            panic!("a fault");
+        });
+        assert!(lost.join().is_err());
+        assert_eq!(owners.failed().await, "the second");
+        drop(owners.duty("the third"));
+        assert_eq!(owners.failed().await, "the second", "what came first is the cause");
+        assert!(!owners.are_there() && owners.trouble().unwrap().contains("the second was lost"));
+    }
+
+    #[tokio::test]
+    async fn a_task_that_panics_is_an_owner_that_is_lost() {
+        let owners = Owners::default();
+        tokio::spawn(owners.watch("what ends", tokio::task::yield_now())).await.unwrap();
+        assert!(owners.are_there());
+        let task = tokio::spawn(owners.watch("the task", async {
+            tokio::task::yield_now().await;
+            panic!("a fault");
+        }));
+        assert!(task.await.is_err());
+        assert_eq!(owners.failed().await, "the task");
+    }
+
+    #[test]
+    fn an_owner_that_hangs_is_told_while_it_does() {
+        let owners = Owners::default();
+        let duty = owners.duty("app.db");
+        let busy = duty.busy();
+        assert!(owners.trouble().is_none());
+        // As if it had begun long ago: the clock of the test need not wait.
+        let hung = Owners(Arc::new(Inner {
+            begun: Instant::now().checked_sub(Duration::from_mins(1)).unwrap(),
+            lost: watch::Sender::new(None),
+            all: Mutex::new(vec![Arc::clone(&duty.pulse)]),
+        }));
+        assert!(hung.trouble().unwrap().contains("app.db has not answered for 60 s"));
+        drop(busy);
+        assert!(hung.trouble().is_none());
+        duty.done();
+    }
+}

@@ -1,0 +1,225 @@
+//! What a plan takes and what is wrong with it, judged as vessels judge.
+
+use super::translate::{degrees_of, place, specification, trouble};
+use api::{Guard, PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble};
+use imc::Address;
+use imc::messages::PlanSpecification;
+use mission::{
+    Cost, Maneuver, Now, Plan, PlanProblem, PlanStatistics, PlanWarning, ProblemKind, VehicleModel,
+};
+use onboard::{LONGEST_PLAN, LONGEST_PLAN_NAME, Settings};
+use std::collections::BTreeMap;
+use units::{LatLon, MonoTime, UtcTime};
+
+/// Most maneuvers of a plan that is drawn here, and most points of all its paths.
+const MANEUVERS: usize = 500;
+const POINTS: usize = 5_000;
+/// Letters of a description.
+const DESCRIPTION: usize = 500;
+/// Most points of all its rows together, and most places that are handed out to be drawn; of longer plans the
+/// maneuvers beyond have none.
+const PLACES: usize = 50_000;
+
+/// Whether a plan can be kept at all, as a draft at least.
+///
+/// # Errors
+/// What is too much, or that it has no name.
+pub fn limits(plan: &PlanDocument) -> Result<(), String> {
+    let good = |name: &str| {
+        (1..=LONGEST_PLAN_NAME).contains(&name.len())
+            && name.trim() == name
+            && !name.chars().any(char::is_control)
+    };
+    let rule = format!("1 to {LONGEST_PLAN_NAME} bytes, without blanks around it");
+    if !good(&plan.name) {
+        return Err(format!("A plan's name has {rule}."));
+    }
+    if plan.description.chars().count() > DESCRIPTION {
+        return Err(format!("A plan's description has up to {DESCRIPTION} letters."));
+    }
+    if matches!(plan.vessel, Some(0 | 0xFFFF)) {
+        return Err("0 and 0xFFFF are no vessel's address.".to_owned());
+    }
+    let count = plan.maneuvers.len();
+    if count > MANEUVERS {
+        return Err(format!("The plan has {count} maneuvers; {MANEUVERS} are the most. Divide it."));
+    }
+    if let Some(step) = plan.maneuvers.iter().find(|step| !good(&step.id)) {
+        let name: String = step.id.chars().take(30).collect();
+        return Err(format!("{name:?} cannot be a maneuver's name: it has {rule}."));
+    }
+    let points: usize = plan.maneuvers.iter().map(|step| places(&step.task).len()).sum();
+    if points > POINTS {
+        return Err(format!("The plan has {points} points; {POINTS} are the most. Divide it."));
+    }
+    Ok(())
+}
+
+/// Judges a plan that keeps its [`limits`].
+pub fn check(plan: &PlanDocument, now: UtcTime) -> PlanCheck {
+    check_with(plan, now, |_| None)
+}
+
+/// The plan as its vessel understands it, if it has no problems.
+pub fn understood(specification: &PlanSpecification) -> Option<Plan> {
+    onboard::checked_plan(specification, &Settings::otter("shore", Address(0))).ok()
+}
+
+/// Judges a plan that keeps its [`limits`], by the chart too.
+pub fn check_with(
+    plan: &PlanDocument,
+    now: UtcTime,
+    guard: impl FnOnce(&Plan) -> Option<Guard>,
+) -> PlanCheck {
+    let laid_out: f64 = plan.maneuvers.iter().map(|step| row_points(&step.task)).sum();
+    // Not a number where a width is nothing by nothing; the vessel's own checks tell that.
+    if laid_out > PLACES as f64 {
+        let text = format!("its rows have more than {PLACES} points together; widen them or divide the plan");
+        return PlanCheck { problems: vec![trouble(None, text)], ..PlanCheck::default() };
+    }
+    let specification = match specification(plan) {
+        Ok(specification) => specification,
+        Err(problems) => return PlanCheck { problems, ..PlanCheck::default() },
+    };
+    let digest = match digest(&specification) {
+        Ok(digest) => digest,
+        Err(text) => return PlanCheck { problems: vec![trouble(None, text)], ..PlanCheck::default() },
+    };
+    let settings = Settings::otter("shore", Address(0));
+    match onboard::checked_plan(&specification, &settings) {
+        Ok(checked) => {
+            let wanted = |warning: &&PlanWarning| !(plan.repeat && matches!(warning, PlanWarning::Cycle));
+            PlanCheck {
+                warnings: checked.warnings().iter().filter(wanted).map(warning).collect(),
+                digest: Some(digest),
+                guard: guard(&checked),
+                ..costs(plan, &checked, now)
+            }
+        }
+        Err(problems) => {
+            let problems = problems.0.iter().map(|one| problem(one, &settings)).collect();
+            PlanCheck { problems, ..PlanCheck::default() }
+        }
+    }
+}
+
+/// A plan without problems as a vessel gets it.
+///
+/// # Errors
+/// It has problems: the first of them.
+pub fn aboard(plan: &PlanDocument, now: UtcTime) -> Result<PlanSpecification, String> {
+    let first = |problems: &[PlanTrouble]| {
+        let place = problems.first().and_then(|one| one.maneuver.as_ref());
+        let text = problems.first().map_or_else(String::new, |one| one.text.clone());
+        place.map_or_else(|| text.clone(), |name| format!("{name}: {text}"))
+    };
+    match check(plan, now).problems.as_slice() {
+        [] => specification(plan).map_err(|problems| first(&problems)),
+        problems => Err(first(problems)),
+    }
+}
+
+/// What is wrong or odd about a plan that came from elsewhere, in words.
+pub(crate) fn told(plan: &PlanSpecification) -> Vec<String> {
+    let settings = Settings::otter("shore", Address(0));
+    match onboard::checked_plan(plan, &settings) {
+        Ok(checked) => {
+            let odd = checked.warnings().iter().filter(|warning| **warning != PlanWarning::Cycle);
+            odd.map(ToString::to_string).collect()
+        }
+        Err(problems) => problems.0.iter().map(ToString::to_string).collect(),
+    }
+}
+
+/// MD5 as the vessel reckons it.
+fn digest(plan: &PlanSpecification) -> Result<String, String> {
+    let long = |what: String| format!("the plan is too long for one message ({what}); divide it");
+    let mut bytes = Vec::new();
+    imc::encode_into(&mut bytes, &imc::Header::default(), plan).map_err(|error| long(error.to_string()))?;
+    if bytes.len() > LONGEST_PLAN {
+        return Err(long(format!("{} bytes, {LONGEST_PLAN} fit", bytes.len())));
+    }
+    let digest = imc::plan_digest::plan_md5(plan).map_err(|error| long(error.to_string()))?;
+    Ok(hex::encode(digest))
+}
+
+fn problem(problem: &PlanProblem, settings: &Settings) -> PlanTrouble {
+    let most = settings.mission.limits.speed;
+    let text = match &problem.kind {
+        ProblemKind::Speed(speed) => format!(
+            "a speed of {speed} is not possible; above 0 and up to {} m/s, {} rpm or {} % are",
+            most.max_mps, most.max_rpm, most.max_percent
+        ),
+        ProblemKind::Empty => "the plan has no maneuvers yet".to_owned(),
+        kind => kind.to_string(),
+    };
+    trouble(problem.maneuver.as_deref(), text)
+}
+
+fn warning(warning: &PlanWarning) -> PlanTrouble {
+    match warning {
+        PlanWarning::Unheeded { maneuver, text } => trouble(maneuver.as_deref(), text.as_str()),
+        PlanWarning::CircleInstead(maneuver) => {
+            trouble(Some(maneuver), "a circle is sailed in place of the shape")
+        }
+        other => trouble(None, other.to_string()),
+    }
+}
+
+/// What a plan takes from its first place on; if it repeats, from where a round ends.
+fn costs(document: &PlanDocument, plan: &Plan, now: UtcTime) -> PlanCheck {
+    let first = document.maneuvers.first().and_then(|step| places(&step.task).first());
+    let end = plan.nodes().last().and_then(|node| match node.maneuver() {
+        Maneuver::Loiter(loiter) => Some(loiter.centre),
+        other => other.places().last().copied(),
+    });
+    let from: Option<LatLon> = if document.repeat { end } else { first.and_then(place) };
+    let now = Now { mono: MonoTime::from_micros(0), utc: now };
+    let statistics = PlanStatistics::of(plan, from, now, &VehicleModel::default());
+    let costs: BTreeMap<&str, Cost> =
+        statistics.maneuvers.iter().map(|(id, cost)| (id.as_str(), *cost)).collect();
+    let mut room = PLACES;
+    let leg = |node: &mission::Node| {
+        let places = node.maneuver().places();
+        let shown = if places.len() <= room { places } else { Vec::new() };
+        room -= shown.len();
+        PlanLeg {
+            id: node.id().to_owned(),
+            cost: cost(costs.get(node.id()).copied().unwrap_or_default()),
+            places: shown.into_iter().map(degrees_of).collect(),
+        }
+    };
+    let maneuvers: Vec<PlanLeg> = plan.nodes().iter().map(leg).collect();
+    // A plan without end has no total of its own: what counts is a round.
+    let sum = |value: fn(&PlanCost) -> Option<f64>| maneuvers.iter().map(|leg| value(&leg.cost)).sum();
+    let total = PlanCost {
+        length_m: sum(|cost| cost.length_m),
+        duration_s: sum(|cost| cost.duration_s),
+        energy_j: sum(|cost| cost.energy_j),
+    };
+    PlanCheck { total, maneuvers, ..PlanCheck::default() }
+}
+
+fn cost(cost: Cost) -> PlanCost {
+    let Cost { length_m, duration_s, energy_j } = cost;
+    PlanCost { length_m, duration_s, energy_j }
+}
+
+/// How many points rows will have, about: three, a square curve's, for each row.
+fn row_points(task: &PlanTask) -> f64 {
+    match task {
+        PlanTask::Rows { width_m, step_m, .. } => 3.0 * (width_m / step_m + 2.0),
+        _ => 0.0,
+    }
+}
+
+/// The places that somebody drew.
+pub(crate) fn places(task: &PlanTask) -> &[PlanPlace] {
+    match task {
+        PlanTask::FollowPath { points } => points,
+        PlanTask::Goto { at }
+        | PlanTask::StationKeeping { at, .. }
+        | PlanTask::Loiter { at, .. }
+        | PlanTask::Rows { at, .. } => std::slice::from_ref(at),
+    }
+}

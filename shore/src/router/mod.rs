@@ -1,0 +1,405 @@
+//! The task that owns the hub, and the handle by which doors, pages and programs talk to it.
+//!
+//! Everything goes through one bounded channel, so that what a peer said last is heard before it leaves. A door
+//! that sends faster than the hub takes waits, and so its peer's socket does. The hub itself waits for nobody:
+//! what it says to a peer goes into that peer's [`Outbox`], what it records into the [`Recorder`]'s queue.
+
+mod ledger;
+mod outbox;
+
+pub use ledger::{DoorRecord, Happened, Ledger};
+use outbox::Unsent;
+pub use outbox::{AT_ONCE_BYTES, Outbox};
+
+use crate::owners::{Duty, Owners};
+use crate::recorder::Recorder;
+use bytes::Bytes;
+use hub::{Counters, Delivery, Door, Incoming, Peer, PeerId, PeerState, Settings, Telecommand};
+use imc::{Address, PacketView};
+use operations::Operations;
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot, watch};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+use units::{MonoTime, Now, UtcTime};
+
+/// Batches and questions that may wait for the hub.
+const WAITING: usize = 256;
+/// Bytes of packets that may wait for the hub; doors wait, and so their peers' sockets do, when there are more.
+const UNHEARD_BYTES: u32 = 4 << 20;
+/// How many of them are taken at once before what came of them is handed on.
+const AT_ONCE: usize = 16;
+/// How often the hub is told that time passes.
+const TICK: Duration = Duration::from_secs(1);
+
+/// Who commands each vessel whose control anybody ever had: the epoch, and the holder's name or nobody.
+pub type Control = BTreeMap<Address, (u64, Option<String>)>;
+
+/// A request to the hub and what people do with it, answered by the task that owns them. The services of this crate make
+/// them in typed methods; nobody outside can.
+type Request = Box<dyn FnOnce(&mut Operations, Now) + Send>;
+
+enum Message {
+    Join(Peer, Arc<Outbox>, oneshot::Sender<PeerId>),
+    Leave(PeerId),
+    Packets(PeerId, Vec<Incoming>, OwnedSemaphorePermit),
+    Request(Request),
+    Peers(oneshot::Sender<Vec<PeerFigures>>),
+}
+
+/// A peer and how it keeps up.
+#[derive(Debug)]
+pub struct PeerFigures {
+    /// As the hub knows it.
+    pub state: PeerState,
+    /// Telemetry packets that were dropped because it does not read.
+    pub dropped: u64,
+}
+
+/// The server has ended.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+#[error("the server is stopping")]
+pub struct Stopped;
+
+/// The way to the hub; cheap to clone.
+#[derive(Clone)]
+pub struct Router {
+    messages: mpsc::Sender<Message>,
+    urgent: mpsc::Sender<Request>,
+    room: Arc<Semaphore>,
+    revision: watch::Receiver<u64>,
+    control: watch::Receiver<Control>,
+    clock: Clock,
+    address: Address,
+    ledger: Ledger,
+}
+
+/// A peer's connection to the hub. [`Connection::leave`] ends it.
+pub struct Connection {
+    /// The peer's number.
+    pub id: PeerId,
+    /// What the hub says to it.
+    pub outbox: Arc<Outbox>,
+    messages: mpsc::Sender<Message>,
+    room: Arc<Semaphore>,
+}
+
+/// The server's clocks: one that never steps, and UTC.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock(Instant);
+
+impl Clock {
+    pub fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    pub fn now(self) -> Now {
+        let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Now {
+            mono: MonoTime::from_micros(self.0.elapsed().as_micros() as u64),
+            utc: UtcTime::from_micros(utc.as_micros() as i64),
+        }
+    }
+}
+
+impl Router {
+    /// Starts the hub's task; it ends when `stop` says so.
+    pub fn start(
+        settings: Settings,
+        recorder: Recorder,
+        tasks: &TaskTracker,
+        owners: &Owners,
+        stop: CancellationToken,
+    ) -> Self {
+        let (messages, waiting) = mpsc::channel(WAITING);
+        let (urgent, first) = mpsc::channel(WAITING);
+        let (changed, revision) = watch::channel(0);
+        let (told, control) = watch::channel(Control::new());
+        let (clock, address) = (Clock::start(), settings.address);
+        let task = Task {
+            operations: Operations::new(settings),
+            outboxes: BTreeMap::new(),
+            full: BTreeSet::new(),
+            recorder,
+            changed,
+            told,
+            clock,
+        };
+        tasks.spawn(task.run(first, waiting, owners.duty("the hub"), stop));
+        let room = Arc::new(Semaphore::new(UNHEARD_BYTES as usize));
+        Self { messages, urgent, room, revision, control, clock, address, ledger: Ledger::default() }
+    }
+
+    /// The server's clocks.
+    pub fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    /// The server's own IMC address.
+    pub fn address(&self) -> Address {
+        self.address
+    }
+
+    /// What happened at the doors.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Connects a peer whose queue holds `bound_bytes`.
+    pub async fn join(&self, peer: Peer, bound_bytes: usize) -> Result<Connection, Stopped> {
+        let outbox = Arc::new(Outbox::new(bound_bytes, self.clock));
+        let (reply, id) = oneshot::channel();
+        self.messages.send(Message::Join(peer, Arc::clone(&outbox), reply)).await.map_err(|_| Stopped)?;
+        let id = id.await.map_err(|_| Stopped)?;
+        Ok(Connection { id, outbox, messages: self.messages.clone(), room: Arc::clone(&self.room) })
+    }
+
+    /// Has the owner answer a request.
+    pub(crate) async fn ask<T: Send + 'static>(
+        &self,
+        request: impl FnOnce(&mut Operations, Now) -> T + Send + 'static,
+    ) -> Result<T, Stopped> {
+        let (reply, answer) = oneshot::channel();
+        let request: Request = Box::new(move |operations, now| {
+            reply.send(request(operations, now)).ok();
+        });
+        self.messages.send(Message::Request(request)).await.map_err(|_| Stopped)?;
+        answer.await.map_err(|_| Stopped)
+    }
+
+    /// As [`Router::ask`], ahead of everything that waits for the hub: for a stop.
+    pub(crate) async fn ask_first<T: Send + 'static>(
+        &self,
+        request: impl FnOnce(&mut Operations, Now) -> T + Send + 'static,
+    ) -> Result<T, Stopped> {
+        let (reply, answer) = oneshot::channel();
+        let request: Request = Box::new(move |operations, now| {
+            reply.send(request(operations, now)).ok();
+        });
+        self.urgent.send(request).await.map_err(|_| Stopped)?;
+        answer.await.map_err(|_| Stopped)
+    }
+
+    /// As the services of this crate ask, for tests of those above.
+    ///
+    /// # Errors
+    /// The server has ended.
+    #[cfg(feature = "testing")]
+    pub async fn inspect<T: Send + 'static>(
+        &self,
+        request: impl FnOnce(&mut Operations, Now) -> T + Send + 'static,
+    ) -> Result<T, Stopped> {
+        self.ask(request).await
+    }
+
+    /// Everyone who is connected.
+    pub async fn peers(&self) -> Result<Vec<PeerFigures>, Stopped> {
+        let (reply, answer) = oneshot::channel();
+        self.messages.send(Message::Peers(reply)).await.map_err(|_| Stopped)?;
+        answer.await.map_err(|_| Stopped)
+    }
+
+    /// Sends a packet of the server's own. Whether a peer was there to hear it.
+    pub async fn send(&self, packet: Bytes) -> Result<bool, Stopped> {
+        self.ask(move |operations, now| operations.hub_mut().send(now, &packet)).await
+    }
+
+    /// What the hub counted so far.
+    pub async fn counters(&self) -> Result<Counters, Stopped> {
+        self.ask(|operations, _| operations.hub().counters()).await
+    }
+
+    /// The server's own announcement, for the discovery ports; `None` where it takes no part as a console.
+    pub async fn announcement(&self) -> Result<Option<Bytes>, Stopped> {
+        self.ask(|operations, now| operations.hub_mut().announcement(now)).await
+    }
+
+    /// Sets the services that the server announces: where its transports listen.
+    pub async fn set_services(&self, services: String) -> Result<(), Stopped> {
+        self.ask(move |operations, _| operations.hub_mut().set_services(&services)).await
+    }
+
+    /// Whom to believe where: transports besides the link that are trusted, and the vessels that have a link.
+    pub(crate) async fn believe(&self, trusted: Vec<Door>, linked: Vec<u16>) -> Result<(), Stopped> {
+        let believe = move |operations: &mut Operations, _| {
+            operations.hub_mut().trust_doors(trusted);
+            operations.hub_mut().set_linked(linked.into_iter().map(Address).collect());
+        };
+        self.ask(believe).await
+    }
+
+    /// Tells who commands which vessel.
+    pub fn control(&self) -> watch::Receiver<Control> {
+        self.control.clone()
+    }
+
+    /// Tells when the fleet's state changed, or who commands, or what became of a command: the revision of the last change.
+    pub fn revision(&self) -> watch::Receiver<u64> {
+        self.revision.clone()
+    }
+}
+
+impl Connection {
+    /// Hands packets of the peer to the hub, waiting while it is busy.
+    pub async fn give(&self, batch: Vec<Incoming>) -> Result<(), Stopped> {
+        let bytes: usize = batch.iter().map(|incoming| incoming.packet.len()).sum();
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX).min(UNHEARD_BYTES);
+        let room = Arc::clone(&self.room).acquire_many_owned(bytes).await.map_err(|_| Stopped)?;
+        self.messages.send(Message::Packets(self.id, batch, room)).await.map_err(|_| Stopped)
+    }
+
+    /// Ends the connection, after everything that was given.
+    pub async fn leave(self) {
+        self.messages.send(Message::Leave(self.id)).await.ok();
+    }
+}
+
+struct Task {
+    operations: Operations,
+    outboxes: BTreeMap<PeerId, Arc<Outbox>>,
+    /// Peers for which nothing more has room.
+    full: BTreeSet<PeerId>,
+    recorder: Recorder,
+    changed: watch::Sender<u64>,
+    told: watch::Sender<Control>,
+    clock: Clock,
+}
+
+impl Task {
+    /// Serves until `stop`. After a fault what the hub had heard is still recorded.
+    async fn run(
+        mut self,
+        mut first: mpsc::Receiver<Request>,
+        mut waiting: mpsc::Receiver<Message>,
+        duty: Duty,
+        stop: CancellationToken,
+    ) {
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let mut taken = Vec::with_capacity(AT_ONCE);
+        loop {
+            let ticks = tokio::select! {
+                biased;
+                () = stop.cancelled() => break,
+                Some(request) = first.recv() => {
+                    taken.push(Message::Request(request));
+                    false
+                }
+                _ = tick.tick() => true,
+                count = waiting.recv_many(&mut taken, AT_ONCE) => {
+                    if count == 0 {
+                        break;
+                    }
+                    false
+                }
+            };
+            let _busy = duty.busy();
+            let worked = catch_unwind(AssertUnwindSafe(|| {
+                if ticks {
+                    self.operations.tick(self.clock.now());
+                }
+                for message in taken.drain(..) {
+                    self.take(message);
+                }
+            }));
+            self.hand_on();
+            if worked.is_err() {
+                // The duty is dropped undone: the server ends.
+                return;
+            }
+        }
+        // What was said before the end is still recorded.
+        first.close();
+        while let Ok(request) = first.try_recv() {
+            self.take(Message::Request(request));
+        }
+        waiting.close();
+        while let Ok(message) = waiting.try_recv() {
+            self.take(message);
+        }
+        self.hand_on();
+        duty.done();
+    }
+
+    fn take(&mut self, message: Message) {
+        let now = self.clock.now();
+        match message {
+            Message::Join(peer, outbox, reply) => {
+                let id = self.operations.hub_mut().join(now, peer);
+                self.outboxes.insert(id, outbox);
+                if reply.send(id).is_err() {
+                    self.leave(id);
+                }
+            }
+            Message::Leave(peer) => self.leave(peer),
+            Message::Packets(peer, batch, _room) => self.operations.hub_mut().packets(now, peer, batch),
+            Message::Request(request) => request(&mut self.operations, now),
+            Message::Peers(reply) => {
+                let dropped = |peer| self.outboxes.get(&peer).map_or(0, |outbox| outbox.dropped());
+                let figures = |state: PeerState| PeerFigures { dropped: dropped(state.id), state };
+                reply.send(self.operations.hub().peers().into_iter().map(figures).collect()).ok();
+            }
+        }
+    }
+
+    fn leave(&mut self, peer: PeerId) {
+        self.operations.hub_mut().leave(peer);
+        // Orders that it did not take go by another way, or wait for one.
+        let left = self.outboxes.remove(&peer).map(|outbox| outbox.drain()).unwrap_or_default();
+        for Delivery { packet, tag } in left {
+            let (Some(tag), Ok(view)) = (tag.filter(|tag| tag.id.is_some()), PacketView::unchecked(&packet))
+            else {
+                continue;
+            };
+            let order = Telecommand { vessel: view.dst(), tag, packet: packet.clone() };
+            self.operations.hub_mut().give_again(self.clock.now(), order);
+        }
+    }
+
+    fn hand_on(&mut self) {
+        let (outboxes, full, mut unsent) = (&self.outboxes, &mut self.full, Vec::new());
+        self.operations.hub_mut().drain_deliveries(|peer, packets| {
+            if let Some(outbox) = outboxes.get(&peer) {
+                let Unsent { called_off, no_room } = outbox.push(packets);
+                unsent.extend(
+                    called_off.into_iter().map(|id| (id, "a stop was ordered before it could be sent")),
+                );
+                if !outbox.takes() {
+                    full.insert(peer);
+                }
+                let deaf = "NOT SENT: the connection to the vessel takes nothing at present";
+                unsent.extend(no_room.into_iter().map(|id| (id, deaf)));
+            }
+        });
+        self.full.retain(|peer| {
+            let takes = self.outboxes.get(peer).is_none_or(|outbox| outbox.takes());
+            self.operations.hub_mut().takes(*peer, takes);
+            !takes
+        });
+        for (id, why) in unsent {
+            let now = self.clock.now();
+            self.operations.commands_mut().refused(now, id, why.to_owned());
+        }
+        let records = self.operations.hub_mut().drain_records();
+        if !records.is_empty() {
+            self.recorder.submit(records);
+        }
+        let (leases, commands) = (self.operations.leases(), self.operations.commands());
+        let control = leases.changed(0).map(|(vessel, lease)| {
+            let holder = lease.held.as_ref().map(|held| held.holder.name.clone());
+            (vessel, (lease.last_epoch, holder))
+        });
+        let control: Control = control.filter(|(_, (epoch, _))| *epoch > 0).collect();
+        self.told.send_if_modified(|known| {
+            let differs = *known != control;
+            *known = control;
+            differs
+        });
+        let alarms = self.operations.alarms().revision();
+        let revision = self.operations.fleet().revision() + leases.revision() + commands.revision() + alarms;
+        self.changed.send_if_modified(|known| std::mem::replace(known, revision) != revision);
+    }
+}

@@ -1,0 +1,31 @@
+//! What the shore is told once, at its start.
+
+use crate::{charts, identity, sinks};
+use std::path::PathBuf;
+
+/// What all services are told.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// The folder of archive, history and people.
+    pub data: PathBuf,
+    /// The server as a node of IMC.
+    pub hub: hub::Settings,
+    /// Transports besides the link at which vessels that have a link are believed.
+    pub trusted: Vec<hub::Door>,
+    /// Accounts and sessions.
+    pub people: identity::Settings,
+    /// The sea chart.
+    pub charts: charts::Settings,
+    /// Other stores.
+    pub sinks: sinks::Settings,
+    /// Bytes that an uploaded log may have, unpacked.
+    pub most_unpacked_bytes: u64,
+}
+
+impl Settings {
+    /// The file of the chart set.
+    pub fn chart_set(&self) -> PathBuf {
+        let set = &self.charts.set;
+        if set.as_os_str().is_empty() { self.data.join("charts/chart.gpkg") } else { set.clone() }
+    }
+}

@@ -1,0 +1,169 @@
+//! Starts everything that a shore consists of, and ends it in order.
+
+use crate::alarms::{Alarms, Watch};
+use crate::charts::{Charts, ChartsAboard};
+use crate::commands::{Commands, Grounding, Helms};
+use crate::fleet::Fleet;
+use crate::history::{History, Imports};
+use crate::identity::{FirstAdmin, People};
+use crate::links::Links;
+use crate::owners::Owners;
+use crate::recorder::Recorder;
+use crate::reports::Reports;
+use crate::router::Router;
+use crate::settings::Settings;
+use crate::sinks::influx::Sink;
+use crate::{Shore, folder, private};
+use anyhow::Context as _;
+use std::path::PathBuf;
+use std::time::Duration;
+use store::Store;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+/// How long what waits may take to get to the disk at the end.
+const LAST_WRITE: Duration = Duration::from_secs(30);
+/// How long open sockets may take to say good-bye.
+const GOOD_BYE: Duration = Duration::from_secs(2);
+
+/// The data folder is open and the hub runs, so that transports can be opened; nobody is let in yet.
+pub struct Opened {
+    /// The hub.
+    pub router: Router,
+    /// Whether those who own state are there.
+    pub owners: Owners,
+    /// Work that outlives its request.
+    pub tasks: TaskTracker,
+    /// Says that the server is about to end.
+    pub stop: CancellationToken,
+    settings: Settings,
+    recorder: Recorder,
+    recording: std::thread::JoinHandle<()>,
+}
+
+/// A shore that runs.
+pub struct Running {
+    /// Its services.
+    pub shore: Shore,
+    /// The account made at the very first start.
+    pub first_admin: Option<FirstAdmin>,
+    sink: Option<Sink>,
+    data: PathBuf,
+    recording: std::thread::JoinHandle<()>,
+}
+
+impl Opened {
+    /// Opens the data folder, and starts recorder and hub.
+    ///
+    /// # Errors
+    /// The data folder cannot be used, or is none of Lutra's.
+    pub fn open(settings: Settings) -> anyhow::Result<Self> {
+        folder::check(&settings.data)?;
+        let (tasks, owners, stop) = (TaskTracker::new(), Owners::default(), CancellationToken::new());
+        let data = &settings.data;
+        for told in private::keep(data).with_context(|| data.display().to_string())?.told(true) {
+            tracing::warn!("{told}");
+        }
+        let store = Store::open_at_once(data)?;
+        for note in &store.repairs().notes {
+            tracing::warn!("{note}");
+        }
+        let (recorder, recording) = Recorder::start(store, &owners).context("cannot start a thread")?;
+        let router = Router::start(settings.hub.clone(), recorder.clone(), &tasks, &owners, stop.clone());
+        Ok(Self { router, owners, tasks, stop, settings, recorder, recording })
+    }
+
+    /// Starts all services, and what they do by themselves. The caller lets nobody in before this is done: then it is known
+    /// who has a link.
+    ///
+    /// # Errors
+    /// app.db or a sink cannot be used.
+    pub async fn start(self) -> anyhow::Result<Running> {
+        let (router, trusted) = (self.router.clone(), self.settings.trusted.clone());
+        let mut running = tokio::task::spawn_blocking(move || self.assemble()).await??;
+        router.believe(trusted, running.shore.people.linked()).await?;
+        running.keep();
+        Ok(running)
+    }
+
+    /// Starts all services, which do nothing by themselves: tests drive them. Waits for the disk.
+    ///
+    /// # Errors
+    /// As [`Opened::start`].
+    pub fn assemble(self) -> anyhow::Result<Running> {
+        let Self { router, owners, tasks, stop, settings, recorder, recording } = self;
+        let sink = Sink::new(&settings.sinks.influx, &settings.data, recorder.clone())?;
+        // Last of all that can fail: a one-time password that is made must also be told.
+        let (people, first_admin) = People::start(&settings.data, &settings.people, &owners)?;
+        let (history, imports) = (History::new(&settings.data), Imports::new(&settings));
+        let charts = Charts::new(&settings);
+        charts.look();
+        let known = (charts.clone(), ChartsAboard::open(&settings.data));
+        let links = Links::new(router.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
+        let fleet = Fleet::new(router.clone());
+        let grounding = Grounding::new(router.clone(), people.clone(), fleet.clone(), charts.clone());
+        let commands = Commands::new(router.clone(), people.clone(), grounding.clone(), tasks.clone());
+        let alarms = Alarms::new(router.clone(), people.clone());
+        let influx = sink.as_ref().map(Sink::state);
+        let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
+        let helms = Helms::default();
+        let shore = Shore {
+            commands,
+            grounding,
+            alarms,
+            reports,
+            people,
+            fleet,
+            history,
+            imports,
+            charts,
+            links,
+            helms,
+            router,
+            recorder,
+            owners,
+            influx,
+            stop,
+            tasks,
+        };
+        Ok(Running { shore, first_admin, sink, data: settings.data, recording })
+    }
+}
+
+impl Running {
+    /// Starts what goes on by itself: the audit log, the chart set as it changes, sinks, the watch for alarms.
+    fn keep(&mut self) {
+        let Shore { people, commands, alarms, charts, links, recorder, owners, tasks, stop, .. } =
+            &self.shore;
+        people.keep(owners, tasks, stop);
+        tasks.spawn(charts.clone().keep(stop.clone()));
+        if let Some(sink) = self.sink.take() {
+            tasks.spawn(sink.run(stop.clone()));
+        }
+        tasks.spawn(owners.watch("the log of orders", commands.clone().keep_log(stop.clone())));
+        let watch = Watch {
+            links: links.clone(),
+            recorder: recorder.clone(),
+            data: self.data.clone(),
+            owners: owners.clone(),
+            tasks: tasks.clone(),
+            stop: stop.clone(),
+        };
+        tasks.spawn(owners.watch("the watch for alarms", alarms.clone().watch(watch)));
+    }
+
+    /// Ends the services, once nobody is let in any more and [`Shore::stop`] was cancelled.
+    pub async fn end(self) {
+        let Shore { tasks, people, recorder, .. } = self.shore;
+        tasks.close();
+        if tokio::time::timeout(GOOD_BYE, tasks.wait()).await.is_err() {
+            tracing::warn!("{} sockets were cut off", tasks.len());
+        }
+        people.finish().await;
+        recorder.close();
+        let recorded = tokio::task::spawn_blocking(|| self.recording.join());
+        if tokio::time::timeout(LAST_WRITE, recorded).await.is_err() {
+            tracing::error!("the disk hangs: what waited for it is not recorded");
+        }
+    }
+}
