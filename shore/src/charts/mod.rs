@@ -11,18 +11,19 @@ mod parcel;
 mod settings;
 mod verdict;
 
+pub use self::guard::{Limits, told};
 pub use aboard::ChartsAboard;
 pub use answer::{at, corridor, described, way_m};
 pub use parcel::Parcel;
 pub use settings::Settings;
 pub use verdict::{Limits, told};
 
+use ::guard::GuardLimits;
 use cache::Cache;
 use chartdb::{Chart, ChartDb};
 use charts::depth_index::{Demand, DepthIndex};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use guard::GuardLimits;
 use mission::Plan;
 use mission::check_plan;
 use std::fs;
