@@ -11,7 +11,7 @@ pub(crate) struct AppState {
     /// As the server was started.
     pub(crate) config: Arc<Config>,
     /// The services.
-    pub(crate) shore: Shore,
+    pub(crate) shore: Arc<Shore>,
     /// Figures for Prometheus.
     pub(crate) metrics: PrometheusHandle,
 }

@@ -66,8 +66,7 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-/// The services of a running shore; cheap to clone.
-#[derive(Clone)]
+/// The services of a running shore.
 pub struct Shore {
     /// Control, orders and STOP.
     pub commands: Commands,

@@ -17,6 +17,7 @@ use crate::sinks::influx::Sink;
 use crate::{Shore, folder, private};
 use anyhow::Context as _;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 use store::Store;
 use tokio_util::sync::CancellationToken;
@@ -46,10 +47,10 @@ pub struct Opened {
 /// A shore that runs.
 pub struct Running {
     /// Its services.
-    pub shore: Shore,
+    pub shore: Arc<Shore>,
     /// The account made at the very first start.
     pub first_admin: Option<FirstAdmin>,
-    sink: Option<Sink>,
+    sink: Option<Box<Sink>>,
     data: PathBuf,
     recording: std::thread::JoinHandle<()>,
 }
@@ -136,7 +137,8 @@ impl Opened {
             stop,
             tasks,
         };
-        Ok(Running { shore, first_admin, sink, data: settings.data, recording })
+        let shore = Arc::new(shore);
+        Ok(Running { shore, first_admin, sink: sink.map(Box::new), data: settings.data, recording })
     }
 }
 
@@ -144,7 +146,7 @@ impl Running {
     /// Starts what goes on by itself: the audit log, the chart set as it changes, sinks, the watch for alarms.
     fn keep(&mut self) {
         let Shore { people, commands, alarms, charts, links, recorder, owners, tasks, stop, .. } =
-            &self.shore;
+            &*self.shore;
         people.keep(owners, tasks, stop);
         tasks.spawn(charts.clone().keep(stop.clone()));
         if let Some(sink) = self.sink.take() {
@@ -164,7 +166,7 @@ impl Running {
 
     /// Ends the services, once nobody is let in any more and [`Shore::stop`] was cancelled.
     pub async fn end(self) {
-        let Shore { tasks, people, recorder, .. } = self.shore;
+        let Shore { tasks, people, recorder, .. } = &*self.shore;
         tasks.close();
         if tokio::time::timeout(GOOD_BYE, tasks.wait()).await.is_err() {
             tracing::warn!("{} sockets were cut off", tasks.len());

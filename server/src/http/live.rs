@@ -24,7 +24,6 @@ use bytes::Bytes;
 use futures_util::StreamExt as _;
 use futures_util::stream::{FuturesUnordered, SplitStream};
 use imc::Address;
-use shore::clock;
 use shore::commands::{Issuer, Stop};
 use shore::identity::{Principal, Via};
 use shore::{Wanted, alarms};

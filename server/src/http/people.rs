@@ -10,7 +10,6 @@ use axum::Json;
 use axum::extract::State;
 use axum::extract::rejection::JsonRejection;
 use serde::Deserialize;
-use shore::clock;
 use shore::identity::{Via, audit, persons, sessions, tokens};
 use utoipa::IntoParams;
 

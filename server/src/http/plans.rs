@@ -20,7 +20,6 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use imc::Address;
 use serde_json::json;
-use shore::clock;
 use shore::commands::Issuer;
 use shore::identity::{Fault, Principal};
 use shore::plans::{self, Change, Format, Row};

@@ -11,7 +11,6 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use shore::clock;
 use shore::identity::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
 
 #[derive(Template)]

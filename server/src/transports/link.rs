@@ -30,10 +30,10 @@ pub(crate) async fn open(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let (links, tasks) = (state.shore.links, state.shore.tasks);
+    let (links, tasks) = (state.shore.links.clone(), state.shore.tasks.clone());
     let given = headers.get(header::AUTHORIZATION).and_then(|given| given.to_str().ok());
     let token = given.and_then(|given| given.strip_prefix("Bearer ")).unwrap_or_default().trim().to_owned();
-    let invalid = until_invalid(state.shore.people, token, vessel);
+    let invalid = until_invalid(state.shore.people.clone(), token, vessel);
     outgoing::bounded(upgrade, MAX_MESSAGE_BYTES, WAITING_BYTES)
         .on_upgrade(move |socket| tasks.track_future(serve(links, vessel, socket, invalid)))
 }

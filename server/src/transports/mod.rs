@@ -17,13 +17,11 @@ use futures_util::FutureExt as _;
 use futures_util::future::BoxFuture;
 use hub::Door;
 use shore::owners::Owners;
-use shore::router::Router;
 use std::net::{IpAddr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 /// The doors that are open.

@@ -11,7 +11,6 @@ mod parcel;
 mod settings;
 mod verdict;
 
-pub use self::guard::{Limits, told};
 pub use aboard::ChartsAboard;
 pub use answer::{at, corridor, described, way_m};
 pub use parcel::Parcel;

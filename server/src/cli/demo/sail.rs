@@ -36,7 +36,7 @@ const MESSAGES: [&str; 3] = ["PlanControlState", "PlanControl", "TBRFishTag"];
 
 /// Who the demo is towards the shore: it commands as a script does.
 pub(super) struct Crew {
-    pub(super) shore: Shore,
+    pub(super) shore: Arc<Shore>,
     /// A script in the admin's name.
     pub(super) by: Issuer,
     /// The Otters that have begun to sail.

@@ -10,7 +10,7 @@ use axum::extract::State;
 use axum::response::Response;
 use hub::Door;
 use link::ShoreStatus;
-use shore::clock::{self, written};
+use shore::clock::written;
 use shore::router::{DoorRecord, Happened, PeerFigures};
 use units::UtcTime;
 

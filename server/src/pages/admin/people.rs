@@ -12,7 +12,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Response;
 use serde::Deserialize;
-use shore::clock;
 use shore::identity::{one_time_password, persons, sessions, tokens, vessels};
 
 #[derive(Template)]

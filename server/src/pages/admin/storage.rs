@@ -12,7 +12,7 @@ use axum::extract::{Query, State};
 use axum::response::Response;
 use serde::Deserialize;
 use shore::alarms;
-use shore::clock::{self, written};
+use shore::clock::written;
 use shore::recorder::RecorderState;
 use shore::sinks::SinkState;
 use std::collections::BTreeMap;

@@ -10,7 +10,6 @@ use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use serde::Deserialize;
-use shore::clock;
 use shore::identity::tokens::{self, NewLink};
 use shore::identity::vessels;
 
