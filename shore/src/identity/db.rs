@@ -221,11 +221,11 @@ pub fn within_transaction<R>(
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// A fresh database in memory.
-    pub fn fresh() -> Connection {
+    pub(crate) fn fresh() -> Connection {
         let mut connection = Connection::open_in_memory().unwrap();
         connection.pragma_update(None, "foreign_keys", true).unwrap();
         migrate(&mut connection).unwrap();

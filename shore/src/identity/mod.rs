@@ -23,7 +23,7 @@ pub mod tokens;
 pub mod vessels;
 
 #[cfg(test)]
-pub use db::tests::fresh as migrated;
+pub(crate) use db::tests::fresh as migrated;
 pub use db::{Fault, backup, open};
 pub use handle::{FirstAdmin, People};
 pub use journal::Line;

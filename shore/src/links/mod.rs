@@ -161,9 +161,9 @@ mod tests {
             data: folder.path().to_owned(),
             hub,
             trusted: Vec::new(),
-            people: Default::default(),
-            charts: Default::default(),
-            sinks: Default::default(),
+            people: crate::identity::Settings::default(),
+            charts: crate::charts::Settings::default(),
+            sinks: crate::sinks::Settings::default(),
             most_unpacked_bytes: 1 << 20,
         };
         let running = crate::Opened::open(settings, crate::clock::Clock::real()).unwrap().assemble().unwrap();
