@@ -249,7 +249,9 @@ mod tests {
     /// gives the same coverage back.
     fn agrees(cells: &[Cell]) {
         let mut builder = IndexBuilder::new();
-        cells.iter().for_each(|cell| builder.add_cell(cell).unwrap());
+        for cell in cells {
+            builder.add_cell(cell).unwrap();
+        }
         let index = builder.build().unwrap();
         let sources = index.sources().iter().map(|source| {
             let cell = cells.iter().find(|cell| cell.id.name.starts_with(&source.name)).unwrap();
@@ -279,7 +281,9 @@ mod tests {
             let names: Vec<&str> = holding.iter().map(|one| regions[*one].source.name.as_str()).collect();
             let expected: Vec<&str> = coverage.at(place).iter().map(|source| source.name.as_str()).collect();
             assert_eq!(names, expected, "{at:?}");
-            holding.iter().for_each(|one| in_force[*one] += 1);
+            for one in holding {
+                in_force[one] += 1;
+            }
         }
         assert!(in_force.len() > 1 && in_force.iter().all(|count| *count > 10), "{in_force:?}");
     }

@@ -11,7 +11,6 @@
 //!   are thinned by a grid of the zoom in which the shallowest wins. From [`ALL_DANGERS`] on no danger is left out,
 //!   however small.
 //! - [`Sheet::near`] gives what is [`Near`] a place, and [`About`] what is known of it.
-#![cfg_attr(test, expect(clippy::float_cmp, reason = "tests compare with values that are exact"))]
 
 mod clip;
 mod cut;

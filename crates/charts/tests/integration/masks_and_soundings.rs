@@ -1,21 +1,33 @@
 //! Land masks and single soundings: they can forbid, but never allow.
 
 use charts::depth_index::{Demand, DepthIndex, IndexBuilder, Leg, Water};
-use charts::s57::{Cell, NamedBytes};
+use charts::s57::{Area, Cell, GeoPoint, NamedBytes, Path};
 use charts::utm::Utm;
-use charts::xyz::{self, Vertical};
-use charts::{geojson, xyz::XyzError};
+use charts::xyz::{self, Vertical, XyzError};
+use geofile::{Position, geojson};
 use units::LatLon;
 
 fn place(lat_deg: f64, lon_deg: f64) -> LatLon {
     LatLon::from_deg(lat_deg, lon_deg).unwrap()
 }
 
+/// The polygons of a GeoJSON file as land.
+fn land(bytes: &[u8]) -> Vec<Area> {
+    let point = |at: Position| GeoPoint { lon_deg: at.lon_deg, lat_deg: at.lat_deg };
+    let path =
+        |ring: Vec<Position>| Path { points: ring.into_iter().map(point).collect(), edges: Vec::new() };
+    let area = |polygon: geofile::Polygon| {
+        let mut rings = polygon.into_iter().map(path);
+        Area { exteriors: rings.next().into_iter().collect(), holes: rings.collect() }
+    };
+    geojson::read_polygons(bytes).unwrap().into_iter().map(area).collect()
+}
+
 #[test]
 fn the_land_of_trondelag_is_land_and_its_sea_is_no_data() {
     let Some(path) = testkit::shared("data/charts/trondelag_land_osm.geojson") else { return };
     let mut builder = IndexBuilder::new();
-    builder.add_land("osm", &geojson::read_areas(&std::fs::read(path).unwrap()).unwrap()).unwrap();
+    builder.add_land("osm", &land(&std::fs::read(path).unwrap())).unwrap();
     let index = builder.build().unwrap();
     let demand = Demand::default();
     // The cathedral of Trondheim, and the fjord north of Munkholmen.
@@ -35,7 +47,7 @@ fn land_of_a_mask_is_land_under_any_cell() {
         br#"{"type":"Polygon","coordinates":[[[10.01,63.005],[10.02,63.005],[10.02,63.01],[10.01,63.005]]]}"#;
     let mut builder = IndexBuilder::new();
     builder.add_cell(&cell).unwrap();
-    builder.add_land("mask", &geojson::read_areas(mask).unwrap()).unwrap();
+    builder.add_land("mask", &land(mask)).unwrap();
     let index = builder.build().unwrap();
     let demand = Demand::least_depth(2.0);
     let islet = index.depth_at(place(63.006, 10.018), &demand);
