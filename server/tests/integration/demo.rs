@@ -220,7 +220,7 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
 }
 
 /// What needs no demo for itself, on one: scripts that only look, and each that acts has an Otter that no other acts on.
-/// Replay, two vessels over one time, a plan that is drawn ashore, brought aboard and sailed, and the past, parameters and
+/// Two vessels over one time, a plan that is drawn ashore, brought aboard and sailed, and the past, parameters and
 /// plans by keyboard alone.
 #[test]
 fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
@@ -230,10 +230,7 @@ fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
     let mut demo = Demo::start(&["--otters", "3"]);
     let (url, password) = demo.address_and_password();
     demo.sails(&["otter-1", "otter-2", "otter-3"]);
-    let log = testkit::shared("data/imc/dune_log_a/Data.lsf.gz");
-    let log = log.as_deref().and_then(Path::to_str);
     let scripts = [
-        ("replay.mjs", log),
         ("beside.mjs", None),
         ("keyboard-past.mjs", None),
         ("aboard.mjs", Some("otter-2")),
@@ -250,6 +247,22 @@ fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
         }
     }
     assert!(failed.is_empty(), "{failed:?} failed");
+}
+
+/// The past on a vessel's page: a DUNE vehicle's log and a simulated Otter, played, pointed to and taken away. Alone: on a map
+/// zoomed out far, a click on its tags would meet other vessels.
+#[test]
+fn the_past_is_replayed_in_a_browser() {
+    if !agent_is_there() || !testkit::browser::is_there() {
+        return;
+    }
+    let mut demo = Demo::start(&["--otters", "1"]);
+    let (url, password) = demo.address_and_password();
+    demo.sails(&["otter-1"]);
+    let log = testkit::shared("data/imc/dune_log_a/Data.lsf.gz");
+    let mut arguments = vec![url.as_str(), password.as_str()];
+    arguments.extend(log.as_deref().and_then(Path::to_str));
+    testkit::browser::run("replay.mjs", &arguments, |_| {});
 }
 
 /// Parameters in a browser: read, judged, written with the vessel's word for it, saved over a start, never lost.
