@@ -1,7 +1,7 @@
 //! The thread that owns the store: everything the hub wants recorded goes to the archive and the history here.
 //!
 //! The hub never waits for a disk. Records wait in a queue; the thread takes all of them, and makes them durable
-//! at least every [`COMMIT_EVERY`]. What came by the vessel link is acknowledged only then, and stays queued
+//! at least every `COMMIT_EVERY`. What came by the vessel link is acknowledged only then, and stays queued
 //! however long the disk is in trouble: the link's window bounds it, and the vessel keeps its copy. Of other doors
 //! [`WAITING_BYTES`] may wait; beyond that packets are not recorded, which is counted, told to the page and
 //! logged, for nobody can send them again.

@@ -3,7 +3,7 @@
 //! An order passes role (the caller's), the guard against grounding, lease and audit log, and goes down by the hub's one
 //! downlink. A task of the shore's carries each order, so that one is never left half done because whoever gave it went
 //! away. The audit log holds that it was asked before it is sent; how far it gets (sent, received, its effect, or why not)
-//! is written as it happens ([`log`]), as is what happens to control by itself.
+//! is written as it happens (`log`), as is what happens to control by itself.
 
 pub mod grounding;
 mod helms;

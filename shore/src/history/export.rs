@@ -73,7 +73,7 @@ fn one_of<T>(name: &str, text: Option<&str>, choices: [(&str, T); 2]) -> Result<
     }
 }
 
-/// The lists of a question; what an export may hold is decided by [`Wanted::selection`].
+/// The lists of a question; what an export may hold is decided by `Wanted`.
 #[derive(Debug, Clone)]
 pub struct Export {
     messages: Vec<String>,

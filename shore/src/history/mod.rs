@@ -1,7 +1,7 @@
 //! The fleet as it was: the store's reader, in the words of the API.
 //!
 //! Each question opens a reader of its own, which costs little and shares nothing, so that a long export holds up
-//! no page. Questions beyond [`QUESTIONS`] at once wait for their turn.
+//! no page. Questions beyond `QUESTIONS` at once wait for their turn.
 
 pub mod export;
 pub mod imports;
@@ -256,7 +256,7 @@ fn cell_of(cell: Cell, column: &Column) -> api::Field {
     }
 }
 
-/// A page of at most so many rows and [`ANSWER_BYTES`].
+/// A page of at most so many rows and `ANSWER_BYTES`.
 pub fn page(rows: usize, skip: usize) -> Page {
     Page { skip, rows, bytes: ANSWER_BYTES }
 }

@@ -1,7 +1,7 @@
 //! People: accounts, roles, sessions, tokens, and the log of what they did.
 //!
 //! `app.db` belongs to one thread ([`db`]); handlers ask it through [`People`]. Who may come in is answered from
-//! memory ([`register`]) and what happened is written when the disk takes it ([`journal`]), so that no disk keeps
+//! memory (`register`) and what happened is written when the disk takes it (`journal`), so that no disk keeps
 //! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing secret is kept readably: passwords as argon2id, random
 //! secrets as SHA-256.
 

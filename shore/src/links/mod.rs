@@ -1,6 +1,6 @@
 //! The vessel link ashore, without its sockets: the server opens those at `/link`, each with the token of one vessel.
 //!
-//! Every vessel has one task ([`vessel`]) that owns its [`link::Shore`] over all its connections, from the first
+//! Every vessel has one task (`vessel`) that owns its [`link::Shore`] over all its connections, from the first
 //! connection until the server ends. A connection is two halves: what comes is handed to the vessel's task, what
 //! the task says is written. A connection that takes nothing is closed by the task's bounded channel.
 

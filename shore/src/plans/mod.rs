@@ -1,7 +1,7 @@
 //! Plans ashore: kept with their revisions, checked as a vessel would, written for vessels and for other programs.
 //!
-//! What people draw is an [`api::PlanDocument`]. [`translate`] alone knows how it becomes a PlanSpecification and
-//! back; [`check`] asks the very code that vessels judge plans by, so that what is good here is good aboard, but
+//! What people draw is an [`api::PlanDocument`]. `translate` alone knows how it becomes a PlanSpecification and
+//! back; `check` asks the very code that vessels judge plans by, so that what is good here is good aboard, but
 //! for limits of a vessel's own.
 
 mod check;
