@@ -2,6 +2,9 @@
 //!
 //! Adapters only: sockets, pages, the command line and configuration around the services of [`shore`]. What a packet means
 //! is decided in the cores below. `main.rs` only starts it, so that tests can start it too.
+//!
+//! `serve` starts a server from a `Config` and gives a `Serving`; `cli` is its command line; `http::routes` and `pages` list
+//! every route. It knows every service of the shore and owns no state that commands a vessel.
 
 pub mod cli;
 pub mod config;

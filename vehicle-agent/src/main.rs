@@ -1,4 +1,8 @@
-//! The program aboard an Otter.
+//! The program aboard an Otter: it runs [`onboard::Brain`] against the clock, the devices, the network and the disk.
+//!
+//! `run::Agent` is the loop; it alone owns the clock. `hull::Hull` gives readings and takes thrust, `edge` stops the motors
+//! when the loop stalls. `net`, `disk` and `uplink` have threads of their own. It decides nothing about the voyage: that is
+//! `onboard`. It knows the shore by `link` only.
 
 mod clock;
 mod disk;

@@ -5,6 +5,9 @@
 //!
 //! Times are microseconds since 1970 UTC, as whole numbers that JavaScript holds exactly until the year 2255.
 //! Angles are radians and lengths metres as in IMC, unless a name says otherwise; values carry their unit.
+//!
+//! Data only: it knows no other crate of Lutra. Begin at `LiveFrame` (the fleet as it changes), `OrderAsk` and `Command`
+//! (orders), `PlanDocument` (plans).
 
 mod alarms;
 mod charts;

@@ -1,5 +1,7 @@
 //! Typed configuration of the vessel's agent, read from DUNE's `.ini` files.
 //!
+//! It knows no other crate of Lutra: no IMC, no units, no device. What a parameter does is its user's business.
+//!
 //! Reading has three steps. [`Ini`] is what a tree of files says: sections of texts, each with the line it
 //! comes from and everything it overrides. The [`schema`] says what Lutra understands: for every section the
 //! parameters with type, unit, range and default. [`Config`] is both together for the selected profiles:
@@ -19,7 +21,7 @@
 //! Invariants: reading never panics, never stops at the first mistake and keeps a bounded amount of memory
 //! whatever the files hold. Angles are in degrees as in the files; programs convert them where they use them.
 //!
-//! Source of the dialect: DUNE's `src/DUNE/Parsers/Config.cpp`, as described in facts/onboard.md section 1.
+//! Source of the dialect: DUNE's `src/DUNE/Parsers/Config.cpp`.
 
 mod check;
 mod config;

@@ -1,6 +1,6 @@
 //! Reads a file of the DUNE `.ini` dialect and everything it requires or includes.
 //!
-//! The forms of a line are those of DUNE's `Parsers/Config.cpp` (facts/onboard.md 1.1). Where a form does
+//! The forms of a line are those of DUNE's `Parsers/Config.cpp`. Where a form does
 //! something else than it seems to, what DUNE does is done, so that a file means the same on both, and the
 //! report says so. Nothing here grows faster than its input: files, lines, values and nesting have limits.
 

@@ -44,6 +44,8 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! It knows `units` only: no IMC, charts, plans or devices.
 
 mod activity;
 mod circle;

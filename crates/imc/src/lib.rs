@@ -13,6 +13,8 @@
 //! numbers, trailing bytes and either byte order survive a round trip. Messages inside messages ([`Nested`],
 //! [`MessageList`]) are checked at once and decoded when they are asked for, so that a decoded packet takes
 //! the memory it took on the wire and one struct.
+//!
+//! It knows `units` and nothing else of Lutra; what a vessel does with a message is others' business.
 
 mod address;
 pub mod catalogue;

@@ -23,6 +23,8 @@
 //! - The shore's sea chart is offered by its digest and fetched by the vessel, part by part, with what the link has
 //!   to spare; it goes on where it was after any cut or restart of either end. That the whole is what the digest says
 //!   is the vessel's driver's to check.
+//!
+//! It knows IMC packets and time, and nothing of sockets, disks, plans or people. A chart is bytes with a digest to it.
 
 mod backoff;
 mod batch;

@@ -6,8 +6,11 @@
 //!
 //! Inside, in the order in which a fix becomes thrust: [`Navigation`] (compass to estimate), the pilot (path
 //! and operator to thruster commands), [`Authority`] (whose commands reach the motors, and for how long).
-//! [`LeaseGate`] says whom it obeys. Above them the mission: plan database, plan engine and maneuvers, supervisors. Around them the bus: entity
-//! states, discovery, contacts, parameters, the log book.
+//! [`LeaseGate`] says whom it obeys. Above them the mission: plan database, plan engine and maneuvers, supervisors.
+//! Around them the bus: entity states, discovery, contacts, parameters, the log book.
+//!
+//! It translates between IMC and the cores `control`, `mission`, `guard` and `charts`. It knows readings (`devices`) but no port,
+//! file or socket, and nothing of the shore.
 
 mod arbiter;
 mod authority;

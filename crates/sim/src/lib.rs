@@ -8,6 +8,8 @@
 //! The crate has no clock, no threads and no input or output. Time is the sum of the steps; chance comes from
 //! seeds. Two runs with the same settings, seeds and commands give the same bytes. Units are SI and radians
 //! but where a name says otherwise; headings and courses turn clockwise from north.
+//!
+//! It knows `devices` and `units`: no IMC, no brain, no chart.
 
 mod battery;
 mod card;

@@ -50,6 +50,8 @@
 //!    counts, in whatever order the archive is read.
 //! 3. Everything in the history is a function of the archive.
 //! 4. Nothing is lost silently: what cannot be read as its id says, and ids that are not known, are kept raw.
+//!
+//! It knows IMC and the disk, and nothing of people, networks or live state. Time comes with the packets.
 
 mod archive;
 mod aside;

@@ -3,6 +3,9 @@
 //! Recordings and golden vectors that Lutra may read but not ship live in a folder `shared` beside the
 //! checkout. A test that needs one asks [`shared`] for it and returns early, with the reason printed, where
 //! the folder is absent.
+//!
+//! It may read files and start programs, and decides nothing: [`shared`] gives recordings, [`browser`] runs Chromium,
+//! [`Need`] and [`absent`] say what a test lacks.
 
 pub mod browser;
 mod needs;

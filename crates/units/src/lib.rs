@@ -2,6 +2,8 @@
 //!
 //! Everything is SI and radians; degrees exist only at wires, files and screens. Headings and courses turn
 //! clockwise from north. The types are small, `Copy` and free of input and output.
+//!
+//! It knows nothing else of Lutra. Main types: `LatLon` and `LocalFrame` (places), `MonoTime`, `UtcTime` and `Now` (time).
 
 mod angle;
 mod geodesy;

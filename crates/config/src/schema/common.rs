@@ -1,4 +1,4 @@
-//! What every task has (facts/onboard.md 1.3).
+//! What every task has.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

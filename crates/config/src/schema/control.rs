@@ -1,4 +1,4 @@
-//! Course and speed, and manual control (facts/onboard.md 3.2 and 3.5).
+//! Course and speed, and manual control.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

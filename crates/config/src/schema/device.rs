@@ -1,4 +1,4 @@
-//! The hardware on board (facts/onboard.md 2).
+//! The hardware on board.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

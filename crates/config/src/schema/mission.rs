@@ -1,4 +1,4 @@
-//! Navigation, plans and maneuvers (facts/onboard.md 3.1 and 4).
+//! Navigation, plans and maneuvers.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

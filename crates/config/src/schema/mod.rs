@@ -1,7 +1,7 @@
 //! The sections and parameters that Lutra knows, under DUNE's names.
 //!
 //! Defaults are DUNE's where it has one; where an Otter needs another value the documentation names it.
-//! Sources: facts/onboard.md 1.4, 2 to 6, and the `param(..)` lines of the DUNE tasks of the same names.
+//! Sources: the `param(..)` lines of the DUNE tasks of the same names.
 //! Keys that DUNE does not have are marked "Lutra:" in their documentation.
 
 pub mod common;

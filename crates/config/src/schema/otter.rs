@@ -1,6 +1,6 @@
 //! The values that Lutra's own configuration of an Otter has in place of the defaults.
 //!
-//! Sources: facts/onboard.md 1.4 and 3 (columns of the boats' public files and of the thesis) and the
+//! Sources: the boats' public configuration files, the thesis (NTNU 2020), and the
 //! minimum radii of DUNE's own otter.ini. What belongs to the gains of course and speed control is tuned with them
 //! on the model of the hull (`control::CourseSpeedConfig`).
 

@@ -1,4 +1,4 @@
-//! Path controllers: what they share and what each has of its own (facts/onboard.md 3.3 and 3.4).
+//! Path controllers: what they share and what each has of its own.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

@@ -1,4 +1,4 @@
-//! Simulated sensors and motors (facts/onboard.md 6).
+//! Simulated sensors and motors.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

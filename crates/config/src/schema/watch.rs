@@ -1,4 +1,4 @@
-//! Supervisors and monitors (facts/onboard.md 2.5, 4.2 and 5).
+//! Supervisors and monitors.
 
 #![expect(missing_docs, reason = "each parameter carries its documentation as a value")]
 

@@ -29,8 +29,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 const FRESH_US: i64 = 2_000_000;
 /// After a request to start the plan the next waits so long.
 const ASK_EVERY: Duration = Duration::from_secs(5);
-/// How long the demo keeps control for what becomes of a start; the start itself goes on.
-const STARTED_WITHIN: Duration = Duration::from_secs(10);
+/// How long it waits for what becomes of an order; the order itself goes on.
+const PATIENCE: Duration = Duration::from_secs(10);
 /// What the demo looks at.
 const MESSAGES: [&str; 3] = ["PlanControlState", "PlanControl", "TBRFishTag"];
 
@@ -265,14 +265,20 @@ impl Watch {
     }
 
     async fn order(&self, by: &Issuer) -> shore::Result<()> {
-        let (commands, vessel) = (&self.crew.shore.commands, self.otter.address);
-        commands.issue(vessel, by, Order::Upload(Box::new(self.plan.clone()))).await?;
+        // The vessel must have the plan before it can start it.
+        self.see_out(by, Order::Upload(Box::new(self.plan.clone()))).await?;
         let plan_id = self.plan.plan_id.to_str_lossy().into_owned();
-        let start = commands.issue(vessel, by, Order::StartPlan { plan_id }).await?;
+        self.see_out(by, Order::StartPlan { plan_id }).await
+    }
+
+    /// Gives an order, and waits for what becomes of it, but not for ever.
+    async fn see_out(&self, by: &Issuer, order: Order) -> shore::Result<()> {
+        let (commands, vessel) = (&self.crew.shore.commands, self.otter.address);
+        let given = commands.issue(vessel, by, order).await?;
         let (begun, mut looks) = (Instant::now(), tokio::time::interval(LOOK_EVERY));
-        while begun.elapsed() < STARTED_WITHIN {
+        while begun.elapsed() < PATIENCE {
             looks.tick().await;
-            if commands.one(vessel, start.id).await?.is_none_or(|start| start.over) {
+            if commands.one(vessel, given.id).await?.is_none_or(|one| one.over) {
                 break;
             }
         }
