@@ -42,7 +42,7 @@ pub(crate) fn make(
         progress(what);
         true
     })?;
-    people::backup(data, to)?;
+    people::wait(people::backup(data, to))?;
     let mut manifest = Manifest::new(clock::now().micros());
     for path in files(data, Path::new(""))? {
         progress(&path.display().to_string());

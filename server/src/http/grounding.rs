@@ -131,7 +131,7 @@ pub(super) async fn drawn_here(
         aboard.plans.iter().find(|plan| plan.plan_id == wanted).map(|plan| plan.md5.clone())
     };
     let Some(md5) = state.relay.look(look).await.map_err(|_| ApiError::stopping())? else { return Ok(None) };
-    let mut rows = state.people.ask(plans::list).await?;
+    let mut rows = state.people.ask(plans::List).await?;
     rows.retain(|row| row.plan.name == plan_id);
     let same = move || {
         let specifications = rows.iter().filter_map(|row| plans::specification(&row.plan).ok());

@@ -7,6 +7,7 @@ use super::asked::{Asked, InPath};
 use super::caller::Caller;
 use super::error::ApiError;
 use super::guard::Who;
+use crate::people::{ASK_PATIENCE, Line, Principal};
 use crate::shore::AppState;
 use crate::shore::imports::{RESERVED_BYTES, Upload};
 use api::{Import, ImportQuery};
@@ -48,7 +49,7 @@ pub(crate) async fn cancel(
     let missing = || ApiError::not_found("There is no such import; GET /api/v1/import lists them.");
     let import = state.imports.get(id).ok_or_else(missing)?;
     let subject = format!("{} (import {id})", import.name);
-    state.people.act(&who, caller.address.to_string(), "log.import.cancel", subject, |_| Ok(())).await?;
+    state.people.record(vec![line(&who, caller, "log.import.cancel", subject)], ASK_PATIENCE).await?;
     if !state.imports.cancel(id, who.name) {
         let text = "This import is at its end: GET /api/v1/import tells how it went.";
         return Err(ApiError::new(StatusCode::CONFLICT, "import_ended", text));
@@ -86,9 +87,15 @@ pub(crate) async fn upload(
     }
     let upload = receive(upload, body, most).await?;
     let subject = format!("{name} ({} bytes)", upload.bytes);
-    state.people.act(&who, caller.address.to_string(), "log.import", subject, |_| Ok(())).await?;
+    state.people.record(vec![line(&who, caller, "log.import", subject)], ASK_PATIENCE).await?;
     let (recorder, stop) = (state.recorder.clone(), state.stop.clone());
     Ok(Json(state.imports.begin(upload, name, who.name, recorder, &state.tasks, stop)))
+}
+
+/// What the audit log says of somebody who did this.
+fn line(who: &Principal, caller: Caller, action: &'static str, subject: String) -> Line {
+    let (address, outcome) = (caller.address.to_string(), "done".to_owned());
+    Line { actor: who.actor(), address, action, subject, outcome }
 }
 
 /// Writes the body to the disk, and looks early whether it is a log at all.

@@ -6,8 +6,6 @@
 
 use super::error::ApiError;
 use super::grounding;
-use crate::clock;
-use crate::people::audit::{self, Act};
 use crate::people::{Fault, Line, People, Principal};
 use crate::relay::Relay;
 use crate::shore::{AppState, control};
@@ -146,15 +144,11 @@ async fn write_asked(
     action: &'static str,
     subjects: &[String],
 ) -> Result<(), Fault> {
-    let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
-    let write = state.people.change(move |db| {
-        for subject in &subjects {
-            let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
-            audit::record(db, act, clock::now())?;
-        }
-        Ok(())
-    });
-    tokio::time::timeout(AUDIT_PATIENCE, write).await.unwrap_or(Err(Fault::Hangs))
+    let line = |subject: &String| {
+        let (actor, address) = (by.who.actor(), by.from.clone());
+        Line { actor, address, action, subject: subject.clone(), outcome: "asked".to_owned() }
+    };
+    state.people.record(subjects.iter().map(line).collect(), AUDIT_PATIENCE).await
 }
 
 /// Sends an order, if the lease that it was given under still holds; `None` for what takes none.

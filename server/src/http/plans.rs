@@ -37,7 +37,7 @@ pub(crate) async fn list(
     State(state): State<AppState>,
     Who(who): Who,
 ) -> Result<Json<Vec<PlanSummary>>, ApiError> {
-    let mut rows = state.people.ask(plans::list).await?;
+    let mut rows = state.people.ask(plans::List).await?;
     rows.retain(|row| may_see(&who, row.plan.vessel));
     let now = clock::now();
     Ok(Json(slow(move || rows.into_iter().map(|row| summary(row, now)).collect()).await?))
@@ -72,7 +72,7 @@ pub(crate) async fn revisions(
     InPath(id): InPath<i64>,
 ) -> Result<Json<Vec<PlanRevision>>, ApiError> {
     find(&state, &who, id, None).await?;
-    Ok(Json(state.people.ask(move |db| plans::revisions(db, id)).await?))
+    Ok(Json(state.people.ask(plans::Revisions(id)).await?))
 }
 
 /// `PUT /api/v1/plans/{id}`: 409 with the newer plan when there is one.
@@ -101,14 +101,12 @@ pub(crate) async fn save(
             )));
         }
     }
-    let (author, subject) = (who.name.clone(), plan.name.clone());
-    let work = move |db: &rusqlite::Connection| {
-        plans::save(db, id, from, &plan, Change { author: &author, now, draft })
-    };
+    let subject = plan.name.clone();
+    let save = plans::Save { id, from, plan, change: Change { author: who.name.clone(), now, draft } };
     let done = if draft {
-        state.people.change(work).await
+        state.people.change(save).await
     } else {
-        state.people.act(&who, caller.address.to_string(), "plan.save", subject, work).await
+        state.people.act(&who, caller.address.to_string(), "plan.save", subject, save).await
     };
     let row = find(&state, &who, id, None).await?;
     match done {
@@ -142,8 +140,8 @@ pub(crate) async fn delete(
 ) -> Result<(), ApiError> {
     let row = find(&state, &who, id, None).await?;
     may_change(&who, row.plan.vessel)?;
-    let work = move |db: &rusqlite::Connection| plans::delete(db, id, clock::now());
-    Ok(state.people.act(&who, caller.address.to_string(), "plan.delete", row.plan.name, work).await?)
+    let delete = plans::Delete { id, now: clock::now() };
+    Ok(state.people.act(&who, caller.address.to_string(), "plan.delete", row.plan.name, delete).await?)
 }
 
 /// `POST /api/v1/plans/{id}/restore`.
@@ -153,14 +151,12 @@ pub(crate) async fn restore(
     caller: Caller,
     InPath(id): InPath<i64>,
 ) -> Result<Json<StoredPlan>, ApiError> {
-    let row = state.people.ask(move |db| plans::load(db, id, None)).await?;
+    let row = state.people.ask(plans::Load { id, revision: None }).await?;
     let row = row.filter(|row| may_see(&who, row.plan.vessel)).ok_or_else(no_such)?;
     may_change(&who, row.plan.vessel)?;
-    let author = who.name.clone();
-    let work = move |db: &rusqlite::Connection| {
-        plans::restore(db, id, Change { author: &author, now: clock::now(), draft: false })
-    };
-    state.people.act(&who, caller.address.to_string(), "plan.restore", row.plan.name, work).await?;
+    let change = Change { author: who.name.clone(), now: clock::now(), draft: false };
+    let restore = plans::Restore { id, change };
+    state.people.act(&who, caller.address.to_string(), "plan.restore", row.plan.name, restore).await?;
     stored(&state, &who, find(&state, &who, id, None).await?).await.map(Json)
 }
 
@@ -252,11 +248,10 @@ async fn keep_new(
 ) -> Result<StoredPlan, ApiError> {
     may_change(who, plan.vessel)?;
     plans::limits(&plan).map_err(refused)?;
-    let (author, subject) = (who.name.clone(), plan.name.clone());
-    let work = move |db: &rusqlite::Connection| {
-        plans::create(db, plan, Change { author: &author, now: clock::now(), draft: true })
-    };
-    let id = state.people.act(who, caller.address.to_string(), action, subject, work).await?;
+    let subject = plan.name.clone();
+    let change = Change { author: who.name.clone(), now: clock::now(), draft: true };
+    let create = plans::Create { plan, change };
+    let id = state.people.act(who, caller.address.to_string(), action, subject, create).await?;
     stored(state, who, find(state, who, id, None).await?).await
 }
 
@@ -273,7 +268,7 @@ pub(crate) async fn seen_plan(
 
 /// A plan that the person may see.
 async fn find(state: &AppState, who: &Principal, id: i64, revision: Option<u32>) -> Result<Row, ApiError> {
-    let row = state.people.ask(move |db| plans::load(db, id, revision)).await?;
+    let row = state.people.ask(plans::Load { id, revision }).await?;
     row.filter(|row| !row.deleted && may_see(who, row.plan.vessel)).ok_or_else(no_such)
 }
 

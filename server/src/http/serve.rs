@@ -108,10 +108,7 @@ pub async fn serve(config: Config) -> anyhow::Result<Serving> {
     relay.ledger().opened(hub::Door::Link, format!("{scheme}://{address}/link"));
     let doors = doors::open(&config.doors, &config.data, &relay, (&tasks, &owners), &stop).await?;
     // Last of all that can fail: a one-time password that is made must also be told.
-    let (folder, settings) = (config.data.clone(), config.people.clone());
-    let whose = owners.clone();
-    let opened = tokio::task::spawn_blocking(move || People::start(&folder, &settings, &whose));
-    let (people, first) = opened.await??;
+    let (people, first) = People::start(&config.data, &config.people, &owners).await?;
     // Nobody comes in before it is known who has a link.
     let (linked, trusted) = (people.linked(), config.doors.trusted());
     let believe = move |hub: &mut hub::Hub, _| {

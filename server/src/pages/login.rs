@@ -131,8 +131,8 @@ pub(super) async fn logout(
     caller: Caller,
 ) -> Result<Response, PageError> {
     if let Via::Session { id, .. } = who.via {
-        let work = move |db: &rusqlite::Connection| sessions::end(db, id, None);
-        state.people.act(&who, caller.address.to_string(), "logout", who.name.clone(), work).await?;
+        let end = sessions::End { id, person: None };
+        state.people.act(&who, caller.address.to_string(), "logout", who.name.clone(), end).await?;
     }
     let cookie = set_secret_cookie(SESSION_COOKIE, "", 0, caller);
     Ok(([(header::SET_COOKIE, cookie)], Redirect::to("/login")).into_response())

@@ -4,8 +4,9 @@
 //! soon as app.db takes it, in order, with the time at which they happened. [`WAITING`] lines may wait; one more goes to
 //! the program's log alone, as an error with everything that it says, and is counted.
 
-use super::audit::{self, Act};
-use super::db::{Db, Fault};
+use super::audit;
+use super::fault::Fault;
+use super::writer::Db;
 use crate::clock;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -119,13 +120,7 @@ impl Journal {
             if count == 0 {
                 return Ok(());
             }
-            let work = move |connection: &rusqlite::Connection| {
-                for (at, Line { actor, address, action, subject, outcome }) in &lines {
-                    audit::record(connection, Act { actor, address, action, subject, outcome }, *at)?;
-                }
-                Ok(())
-            };
-            db.change(work).await?;
+            db.change(audit::Record(lines)).await?;
             // Whoever notes appends, and nobody else takes away.
             self.waiting().drain(..count);
         }
@@ -134,7 +129,7 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
-    use super::super::db::tests::fresh;
+    use super::super::writer::tests::started;
     use super::*;
     use crate::owners::Owners;
 
@@ -146,7 +141,7 @@ mod tests {
     #[tokio::test]
     async fn lines_are_written_in_order_at_the_latest_when_the_server_ends() {
         let owners = Owners::default();
-        let db = Db::start(fresh(), Arc::default(), &owners).unwrap();
+        let (db, _folder) = started(&owners).await;
         let (journal, stop) = (Journal::default(), CancellationToken::new());
         for number in 0..500 {
             journal.note(line(&number.to_string()));
@@ -154,7 +149,7 @@ mod tests {
         stop.cancel();
         journal.clone().keep(db.clone(), stop).await;
         journal.finish(&db).await;
-        let written = db.ask(|db| audit::entries(db, None, 1_000)).await.unwrap();
+        let written = db.ask(audit::Entries { before: None, count: 1_000 }).await.unwrap();
         let subjects: Vec<String> = written.into_iter().rev().map(|entry| entry.subject).collect();
         assert_eq!(subjects, (0..500).map(|number| number.to_string()).collect::<Vec<_>>());
         assert!(journal.trouble().is_none() && owners.are_there());

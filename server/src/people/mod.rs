@@ -1,12 +1,14 @@
 //! People: accounts, roles, sessions, tokens, and the log of what they did.
 //!
-//! `app.db` belongs to one thread ([`db`]); handlers ask it through [`People`]. Who may come in is answered from
+//! One thread writes `app.db` and a few connections read beside it ([`writer`]); handlers ask through [`People`], each
+//! question and change a [`Request`] with its arguments. Who may come in is answered from
 //! memory ([`register`]) and what happened is written when the disk takes it ([`journal`]), so that no disk keeps
-//! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing secret is kept readably: passwords as argon2id, random
-//! secrets as SHA-256.
+//! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing
+//! secret is kept readably: passwords as argon2id, random secrets as SHA-256.
 
 pub(crate) mod audit;
-pub(crate) mod db;
+mod db;
+mod fault;
 mod handle;
 mod hashing;
 mod journal;
@@ -18,15 +20,20 @@ mod register;
 mod roles;
 mod secret;
 pub(crate) mod sessions;
+#[cfg(test)]
+pub(crate) mod testing;
 pub(crate) mod tokens;
 pub(crate) mod vessels;
+mod writer;
 
 #[cfg(test)]
 pub(crate) use db::tests::fresh as migrated;
-pub(crate) use db::{Fault, backup, open};
-pub(crate) use handle::{FirstAdmin, People};
+pub(crate) use db::{backup, open, wait};
+pub(crate) use fault::Fault;
+pub(crate) use handle::{ASK_PATIENCE, FirstAdmin, People};
 pub(crate) use journal::Line;
 pub(crate) use limiter::network;
 pub(crate) use login::{Attempt, Refused};
 pub(crate) use roles::{Grants, Principal, Via};
 pub(crate) use secret::{Secret, one_time_password, same};
+pub(crate) use writer::{Request, within_transaction};

@@ -16,5 +16,5 @@ mod tests;
 pub(crate) use check::{aboard, check, check_with, limits, understood};
 pub(crate) use files::{Format, read, write};
 pub(crate) use route::route;
-pub(crate) use store::{Change, Row, create, delete, list, load, restore, revisions, save};
+pub(crate) use store::{Change, Create, Delete, List, Load, Restore, Revisions, Row, Save};
 pub(crate) use translate::{document, specification};

@@ -4,12 +4,12 @@
 //! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
 
 use super::{AppState, Wanted};
-use crate::people::{Fault, People};
+use crate::people::{Fault, People, Request};
 use api::{AlarmNote, AlarmShelf, AlarmWord};
 use hub::alarm::{Alarm, AlarmId, Key, Kind, LinkClock, Note, Outside, Priority, Said, Saved, State};
 use hub::{Fleet, Hub};
 use imc::Address;
-use rusqlite::{Connection, params};
+use sqlx::SqliteConnection;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
@@ -113,21 +113,36 @@ fn saved(alarm: api::Alarm) -> Option<Saved> {
 }
 
 /// Reads what stood when the server ended.
-fn read(db: &Connection) -> Result<Vec<api::Alarm>, Fault> {
-    let mut query = db.prepare("SELECT body FROM alarm ORDER BY id")?;
-    let bodies: Vec<String> = query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
-    Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+#[derive(Debug)]
+struct ReadStanding;
+
+impl Request for ReadStanding {
+    type Answer = Vec<api::Alarm>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<api::Alarm>, Fault> {
+        let sql = "SELECT body FROM alarm ORDER BY id";
+        let bodies: Vec<String> = sqlx::query_scalar(sql).fetch_all(db).await?;
+        Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+    }
 }
 
 /// Writes down what stands, in place of what stood.
-fn write(db: &Connection, standing: &[api::Alarm]) -> Result<(), Fault> {
-    db.execute("DELETE FROM alarm", [])?;
-    let mut insert = db.prepare_cached("INSERT INTO alarm (id, body) VALUES (?1, ?2)")?;
-    for alarm in standing {
-        let body = serde_json::to_string(alarm).unwrap_or_default();
-        insert.execute(params![i64::try_from(alarm.id).unwrap_or(i64::MAX), body])?;
+#[derive(Debug)]
+struct WriteStanding(Vec<api::Alarm>);
+
+impl Request for WriteStanding {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        sqlx::query("DELETE FROM alarm").execute(&mut *db).await?;
+        for alarm in &self.0 {
+            let body = serde_json::to_string(alarm).unwrap_or_default();
+            let insert = sqlx::query("INSERT INTO alarm (id, body) VALUES (?1, ?2)");
+            let insert = insert.bind(i64::try_from(alarm.id).unwrap_or(i64::MAX)).bind(body);
+            insert.execute(&mut *db).await?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Takes over what stood when the server ended.
@@ -135,7 +150,7 @@ fn write(db: &Connection, standing: &[api::Alarm]) -> Result<(), Fault> {
 /// # Errors
 /// app.db cannot be read, or the server is stopping.
 pub(crate) async fn restore(state: &AppState) -> Result<(), Fault> {
-    let stood = state.people.ask(read).await?;
+    let stood = state.people.ask(ReadStanding).await?;
     // A caution needs nobody: if it still holds it comes again by itself.
     let kept = stood.into_iter().filter(|one| one.priority != "caution" || one.shelved.is_some());
     let saved: Vec<Saved> = kept.filter_map(saved).collect();
@@ -205,7 +220,7 @@ async fn keep(people: People, mut standing: watch::Receiver<Vec<api::Alarm>>, st
     while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
         loop {
             let now = standing.borrow_and_update().clone();
-            match people.change(move |db| write(db, &now)).await {
+            match people.change(WriteStanding(now)).await {
                 Ok(()) => break told = false,
                 Err(Fault::Stopped) => return,
                 Err(error) => {
@@ -260,8 +275,8 @@ mod tests {
     use hub::Now;
     use units::MonoTime;
 
-    #[test]
-    fn what_somebody_acknowledged_is_so_after_a_restart() {
+    #[tokio::test]
+    async fn what_somebody_acknowledged_is_so_after_a_restart() {
         let now = Now { mono: MonoTime::from_micros(1), utc: UtcTime::from_micros(1_790_000_000_000_000) };
         let mut alarms = hub::alarm::Alarms::default();
         let full = Outside { recording: Some("the disk is full".to_owned()), ..Outside::default() };
@@ -271,11 +286,12 @@ mod tests {
         alarms.shelve(now, id, "nils", Duration::from_mins(5), "a disk comes").unwrap();
         let fleet = Fleet::default();
         let before: Vec<api::Alarm> = alarms.standing().map(|one| alarm(&fleet, one)).collect();
-        let db = crate::people::migrated();
-        write(&db, &before).unwrap();
-        write(&db, &before).unwrap();
+        let mut db = crate::people::migrated().await;
+        for _ in 0..2 {
+            WriteStanding(before.clone()).run(&mut db).await.unwrap();
+        }
         let mut after = hub::alarm::Alarms::default();
-        for one in read(&db).unwrap().into_iter().filter_map(saved) {
+        for one in ReadStanding.run(&mut db).await.unwrap().into_iter().filter_map(saved) {
             after.restore(now, one);
         }
         let after: Vec<api::Alarm> = after.standing().map(|one| alarm(&fleet, one)).collect();

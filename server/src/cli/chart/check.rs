@@ -4,7 +4,8 @@ use super::ask::{index, place};
 use crate::charts::{Limits, told};
 use crate::cli::say::say;
 use crate::config::Config;
-use crate::{people, plans};
+use crate::people::{self, Request as _};
+use crate::plans;
 use anyhow::{Context as _, anyhow, bail, ensure};
 use api::PlanDocument;
 use clap::Args;
@@ -61,7 +62,9 @@ fn find(config: &Config, name: &str) -> anyhow::Result<PlanSpecification> {
         let Ok(id) = name.parse() else {
             bail!("{name}: there is no such file, and it is no number of a plan");
         };
-        let row = plans::load(&people::open(&config.data)?, id, None)?.filter(|row| !row.deleted);
+        let load =
+            async { plans::Load { id, revision: None }.run(&mut people::open(&config.data).await?).await };
+        let row = people::wait(load)?.filter(|row| !row.deleted);
         let row =
             row.with_context(|| format!("the server keeps no plan {id} in {}", config.data.display()))?;
         return of_document(name, &row.plan);

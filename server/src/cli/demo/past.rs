@@ -5,7 +5,7 @@ use super::fleet::{self, Otter, World};
 use super::plans;
 use crate::cli::say::say;
 use crate::clock;
-use crate::people::Fault;
+use crate::people::vessels;
 use crate::shore::AppState;
 use anyhow::{Context as _, bail};
 use api::{Import, ImportState};
@@ -32,6 +32,11 @@ pub(super) struct Past {
 }
 
 impl Past {
+    /// Yesterday's Otter has a name, too.
+    pub(super) fn vessel(&self, now: UtcTime) -> vessels::Add {
+        vessels::Add { address: self.otter.address.0, name: self.otter.name.clone(), now }
+    }
+
     /// Yesterday's, at this time of day.
     pub(super) fn before(now: UtcTime) -> Self {
         // Whole seconds, as they are written into the command line.
@@ -152,11 +157,6 @@ pub(super) fn tell(past: &Past, url: &str, outcome: anyhow::Result<u64>) {
         }
         Err(error) => say!("{name:<9} there is no log of yesterday: {error:#}"),
     }
-}
-
-/// Yesterday's Otter has a name, too.
-pub(super) fn admit(db: &rusqlite::Connection, past: &Past, now: UtcTime) -> Result<(), Fault> {
-    crate::people::vessels::add(db, past.otter.address.0, &past.otter.name, now)
 }
 
 #[cfg(test)]

@@ -8,9 +8,8 @@ pub(super) mod storage;
 pub(super) mod vessels;
 
 use crate::http::{ApiError, Caller};
-use crate::people::{Fault, Principal};
+use crate::people::{Fault, Principal, Request};
 use crate::shore::AppState;
-use rusqlite::Connection;
 
 /// What a page says above its table.
 #[derive(Debug, Default)]
@@ -34,14 +33,14 @@ impl Words {
 }
 
 /// Does something with its line in the audit log; a refusal becomes words for the page.
-async fn act<R: Send + 'static>(
+async fn act<R: Request>(
     state: &AppState,
     (who, caller): (&Principal, Caller),
     action: &'static str,
     subject: &str,
-    work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
-) -> Result<Result<R, Words>, ApiError> {
-    match state.people.act(who, caller.address.to_string(), action, subject.to_owned(), work).await {
+    request: R,
+) -> Result<Result<R::Answer, Words>, ApiError> {
+    match state.people.act(who, caller.address.to_string(), action, subject.to_owned(), request).await {
         Ok(done) => Ok(Ok(done)),
         Err(Fault::Refused(text)) => Ok(Err(Words::problem(text))),
         Err(fault) => Err(fault.into()),

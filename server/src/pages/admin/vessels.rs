@@ -5,8 +5,7 @@ use crate::clock;
 use crate::http::{ApiError, Caller, Who};
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
-use crate::people::tokens::{self, NewLink};
-use crate::people::vessels;
+use crate::people::{tokens, vessels};
 use crate::shore::AppState;
 use askama::Template;
 use axum::extract::State;
@@ -68,7 +67,7 @@ async fn show_with(
     words: Words,
     aboard: Option<Aboard>,
 ) -> Result<Response, PageError> {
-    let (vessels, tokens) = state.people.ask(|db| Ok((vessels::list(db)?, tokens::list(db, None)?))).await?;
+    let (vessels, tokens) = state.people.ask((vessels::List, tokens::List(None))).await?;
     let links = |address: u16| {
         let of = |token: &&api::Token| token.role.is_none() && token.vessel == Some(address);
         tokens.iter().filter(of).count()
@@ -107,11 +106,8 @@ pub(in crate::pages) async fn add(
         Ok(address) => address,
         Err(problem) => return show(&state, frame, Words::problem(problem)).await,
     };
-    let added = name.clone();
-    let done = act(&state, (&who, caller), "vessel.add", &name, move |db| {
-        vessels::add(db, address, &added, clock::now())
-    });
-    let words = match done.await? {
+    let add = vessels::Add { address, name: name.clone(), now: clock::now() };
+    let words = match act(&state, (&who, caller), "vessel.add", &name, add).await? {
         Ok(()) => Words::notice(format!("{name} is known. Its link needs a token: make one below.")),
         Err(words) => words,
     };
@@ -132,8 +128,8 @@ pub(in crate::pages) async fn remove(
     Sent(ByAddress { address }): Sent<ByAddress>,
 ) -> Result<Response, PageError> {
     let subject = format!("0x{address:04X}");
-    let done = act(&state, (&who, caller), "vessel.remove", &subject, move |db| vessels::remove(db, address));
-    let words = match done.await? {
+    let remove = vessels::Remove(address);
+    let words = match act(&state, (&who, caller), "vessel.remove", &subject, remove).await? {
         Ok(()) => Words::notice("Forgotten, and its link tokens are revoked. Its archive and history stay."),
         Err(words) => words,
     };
@@ -154,11 +150,9 @@ pub(in crate::pages) async fn token(
     let known = state.people.vessels();
     let vessel = known.iter().find(|vessel| vessel.address == address).cloned();
     let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
-    let label = vessel.name.clone();
-    let done = act(&state, (&who, caller), "token.make", &vessel.name, move |db| {
-        tokens::make_link(db, &NewLink { label: &label, vessel: address, days: None }, clock::now())
-    });
-    let secret = match done.await? {
+    let (label, now) = (vessel.name.clone(), clock::now());
+    let make = tokens::MakeLink { label, vessel: address, days: None, now };
+    let secret = match act(&state, (&who, caller), "token.make", &vessel.name, make).await? {
         Ok(made) => made.secret,
         Err(words) => return show(&state, frame, words).await,
     };
