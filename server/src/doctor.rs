@@ -4,8 +4,9 @@
 use crate::config::Config;
 use crate::tls;
 use api::Role;
-use shore::identity::{self, persons};
+use shore::identity::{self, Fault, Request as _, persons};
 use shore::{clock, folder};
+use std::path::Path;
 use store::{Check, Health};
 use units::UtcTime;
 
@@ -83,20 +84,25 @@ fn people_are_well(config: &Config) -> Result<String, String> {
     if !config.data.join("app.db").exists() {
         return Ok(format!("none yet; the first start makes an admin in {}", config.data.display()));
     }
-    let db = identity::open(&config.data).map_err(|error| error.to_string())?;
-    let verdict: String = db
-        .query_row("PRAGMA quick_check", [], |row| row.get(0))
-        .map_err(|error| format!("app.db: {error}"))?;
+    let (verdict, people) =
+        identity::wait(look_at_people(&config.data)).map_err(|error| error.to_string())?;
     if verdict != "ok" {
         return Err(format!("app.db is damaged ({verdict}): stop the server and put a backup in its place"));
     }
-    let people = persons::list(&db).map_err(|error| error.to_string())?;
     let waiting = people.iter().filter(|person| person.must_change_password).count();
     let admin = |person: &&api::Person| {
         person.permissions.iter().any(|given| given.vessel.is_none() && given.role == Role::Admin)
     };
     let admins = people.iter().filter(admin).count();
     Ok(format!("{} accounts, {admins} of them admins, {waiting} with a one-time password", people.len()))
+}
+
+/// What SQLite says of app.db, and who is in it.
+async fn look_at_people(data: &Path) -> Result<(String, Vec<api::Person>), Fault> {
+    let mut db = identity::open(data).await?;
+    let verdict = identity::check(&mut db).await?;
+    let people = if verdict == "ok" { persons::List.run(&mut db).await? } else { Vec::new() };
+    Ok((verdict, people))
 }
 
 fn encryption(config: &Config) -> Result<String, String> {

@@ -5,7 +5,7 @@
 
 use crate::Wanted;
 use crate::error::{Error, ErrorKind, Result};
-use crate::identity::{Fault, People, Principal};
+use crate::identity::{ASK_PATIENCE, Fault, Line, People, Principal, Request};
 use crate::links::Links;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
@@ -17,7 +17,7 @@ use operations::Operations;
 use operations::alarms::{
     Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, Priority, Said, Saved, ShoreState, State,
 };
-use rusqlite::{Connection, params};
+use sqlx::SqliteConnection;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -122,22 +122,36 @@ fn saved(alarm: api::Alarm) -> Option<Saved> {
 }
 
 /// Reads what stood when the server ended.
-fn read(db: &Connection) -> std::result::Result<Vec<api::Alarm>, Fault> {
-    let mut query = db.prepare("SELECT body FROM alarm ORDER BY id")?;
-    let bodies: Vec<String> =
-        query.query_map([], |row| row.get(0))?.collect::<std::result::Result<_, _>>()?;
-    Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+#[derive(Debug)]
+struct ReadStanding;
+
+impl Request for ReadStanding {
+    type Answer = Vec<api::Alarm>;
+
+    async fn run(self, db: &mut SqliteConnection) -> std::result::Result<Vec<api::Alarm>, Fault> {
+        let sql = "SELECT body FROM alarm ORDER BY id";
+        let bodies: Vec<String> = sqlx::query_scalar(sql).fetch_all(db).await?;
+        Ok(bodies.iter().filter_map(|body| serde_json::from_str(body).ok()).collect())
+    }
 }
 
 /// Writes down what stands, in place of what stood.
-fn write(db: &Connection, standing: &[api::Alarm]) -> std::result::Result<(), Fault> {
-    db.execute("DELETE FROM alarm", [])?;
-    let mut insert = db.prepare_cached("INSERT INTO alarm (id, body) VALUES (?1, ?2)")?;
-    for alarm in standing {
-        let body = serde_json::to_string(alarm).unwrap_or_default();
-        insert.execute(params![i64::try_from(alarm.id).unwrap_or(i64::MAX), body])?;
+#[derive(Debug)]
+struct WriteStanding(Vec<api::Alarm>);
+
+impl Request for WriteStanding {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> std::result::Result<(), Fault> {
+        sqlx::query("DELETE FROM alarm").execute(&mut *db).await?;
+        for alarm in &self.0 {
+            let body = serde_json::to_string(alarm).unwrap_or_default();
+            let insert = sqlx::query("INSERT INTO alarm (id, body) VALUES (?1, ?2)");
+            let insert = insert.bind(i64::try_from(alarm.id).unwrap_or(i64::MAX)).bind(body);
+            insert.execute(&mut *db).await?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// The alarm service; cheap to clone.
@@ -249,11 +263,9 @@ impl Alarms {
         if let Ok(known) = &mut outcome {
             name(&self.people, std::slice::from_mut(known));
         }
-        let refused = outcome.as_ref().err().map(ToString::to_string);
-        let written = self
-            .people
-            .act(who, from, action, subject, move |_| refused.map_or(Ok(()), |why| Err(Fault::Refused(why))));
-        if let (Err(error), Ok(_)) = (written.await, &outcome) {
+        let result = outcome.as_ref().err().map_or_else(|| "done".to_owned(), ToString::to_string);
+        let line = Line { actor: who.actor(), address: from, action, subject, outcome: result };
+        if let Err(error) = self.people.record(vec![line], ASK_PATIENCE).await {
             tracing::error!(%error, action, "is not in the audit log");
         }
         outcome.map_err(|why| Error::refused(why.to_string()))
@@ -264,7 +276,7 @@ impl Alarms {
     /// # Errors
     /// app.db cannot be read, or the server is stopping.
     pub async fn restore(&self) -> Result<()> {
-        let stood = self.people.ask(read).await?;
+        let stood = self.people.ask(ReadStanding).await?;
         // A caution needs nobody: if it still holds it comes again by itself.
         let kept = stood.into_iter().filter(|one| one.priority != "caution" || one.shelved.is_some());
         let saved: Vec<Saved> = kept.filter_map(saved).collect();
@@ -373,7 +385,7 @@ async fn keep(people: People, mut standing: watch::Receiver<Vec<api::Alarm>>, st
     while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
         loop {
             let now = standing.borrow_and_update().clone();
-            match people.change(move |db| write(db, &now)).await {
+            match people.change(WriteStanding(now)).await {
                 Ok(()) => break told = false,
                 Err(Fault::Stopped) => return,
                 Err(error) => {
@@ -400,8 +412,8 @@ mod tests {
     use super::*;
     use units::MonoTime;
 
-    #[test]
-    fn what_somebody_acknowledged_is_so_after_a_restart() {
+    #[tokio::test]
+    async fn what_somebody_acknowledged_is_so_after_a_restart() {
         let now = Now { mono: MonoTime::from_micros(1), utc: UtcTime::from_micros(1_790_000_000_000_000) };
         let mut alarms = operations::alarms::Alarms::default();
         let full = ShoreState { recording: Some("the disk is full".to_owned()), ..ShoreState::default() };
@@ -411,11 +423,12 @@ mod tests {
         alarms.shelve(now, id, "nils", Duration::from_mins(5), "a disk comes").unwrap();
         let fleet = Fleet::default();
         let before: Vec<api::Alarm> = alarms.standing().map(|one| alarm(&fleet, one)).collect();
-        let db = crate::identity::migrated();
-        write(&db, &before).unwrap();
-        write(&db, &before).unwrap();
+        let mut db = crate::identity::migrated().await;
+        for _ in 0..2 {
+            WriteStanding(before.clone()).run(&mut db).await.unwrap();
+        }
         let mut after = operations::alarms::Alarms::default();
-        for one in read(&db).unwrap().into_iter().filter_map(saved) {
+        for one in ReadStanding.run(&mut db).await.unwrap().into_iter().filter_map(saved) {
             after.restore(now, one);
         }
         let after: Vec<api::Alarm> = after.standing().map(|one| alarm(&fleet, one)).collect();

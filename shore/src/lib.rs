@@ -12,12 +12,6 @@
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
 //! settings of its own.
-
-#![expect(
-    clippy::missing_errors_doc,
-    reason = "services refuse with an Error whose kind and text say why; where that needs more words it is said"
-)]
-
 pub mod alarms;
 pub mod backup;
 pub mod charts;

@@ -48,6 +48,9 @@ pub fn begin() {
 }
 
 /// Looks who may reach what Lutra made in a folder of data.
+///
+/// # Errors
+/// The folder cannot be read.
 pub fn look(data: &Path) -> io::Result<Found> {
     walk(data, false)
 }
@@ -55,6 +58,9 @@ pub fn look(data: &Path) -> io::Result<Found> {
 /// Takes from others what they could reach of what Lutra made in a folder of data, which [`crate::folder::check`] found to
 /// be one. Names that Lutra does not make are left as they are, and so is what lies on another disk or beyond a symbolic
 /// link. What belongs to somebody else is only told.
+///
+/// # Errors
+/// The folder cannot be read.
 pub fn keep(data: &Path) -> io::Result<Found> {
     walk(data, true)
 }

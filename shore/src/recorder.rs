@@ -91,6 +91,9 @@ struct Waiting {
 
 impl Recorder {
     /// Starts the thread. It ends, with everything durable that can be, after [`Recorder::close`].
+    ///
+    /// # Errors
+    /// There is no thread to be had.
     pub fn start(store: Store, owners: &Owners) -> std::io::Result<(Self, JoinHandle<()>)> {
         let shared = Arc::new(Shared {
             waiting: Mutex::default(),

@@ -90,24 +90,26 @@ impl Opened {
     /// app.db or a sink cannot be used.
     pub async fn start(self) -> anyhow::Result<Running> {
         let (router, trusted) = (self.router.clone(), self.settings.trusted.clone());
-        let mut running = tokio::task::spawn_blocking(move || self.assemble()).await??;
+        let mut running = self.assemble().await?;
         router.believe(trusted, running.shore.people.linked()).await?;
         running.keep();
         Ok(running)
     }
 
-    /// Starts all services, which do nothing by themselves: tests drive them. Waits for the disk.
+    /// Starts all services, which do nothing by themselves: tests drive them.
     ///
     /// # Errors
     /// As [`Opened::start`].
-    pub fn assemble(self) -> anyhow::Result<Running> {
+    pub async fn assemble(self) -> anyhow::Result<Running> {
         let Self { router, owners, tasks, stop, clock, settings, recorder, recording } = self;
         let sink = Sink::new(&settings.sinks.influx, &settings.data, recorder.clone(), clock.clone())?;
         // Last of all that can fail: a one-time password that is made must also be told.
-        let (people, first_admin) = People::start(&settings.data, &settings.people, &owners, clock.clone())?;
+        let (people, first_admin) =
+            People::start(&settings.data, &settings.people, &owners, clock.clone()).await?;
         let (history, imports) = (History::new(&settings.data), Imports::new(&settings, clock.clone()));
         let charts = Charts::new(&settings);
-        charts.look();
+        let first_look = charts.clone();
+        tokio::task::spawn_blocking(move || first_look.look()).await?;
         let known = (charts.clone(), ChartsAboard::open(&settings.data));
         let links = Links::new(router.clone(), recorder.clone(), known, tasks.clone(), stop.clone());
         let fleet = Fleet::new(router.clone());

@@ -3,14 +3,14 @@
 use super::Common;
 use super::say::{complain, say};
 use anyhow::Context as _;
-use api::{NewToken, Role};
+use api::{NewToken, Person, Role, Token};
 use clap::Subcommand;
-use rusqlite::Connection;
 use shore::clock;
-use shore::identity::audit::{self, Act};
-use shore::identity::db::within_transaction;
-use shore::identity::tokens::{self, NewLink};
-use shore::identity::{Fault, one_time_password, open, password, persons, vessels};
+use shore::identity::audit::Acted;
+use shore::identity::{
+    Connection, Fault, Line, Request, one_time_password, open, password, persons, tokens, vessels, wait,
+    within_transaction,
+};
 use std::io::Read as _;
 use units::UtcTime;
 
@@ -111,41 +111,42 @@ pub(super) enum VesselCommand {
 /// `lutra-server user`.
 pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> {
     let config = common.load_to_write()?;
-    let mut db = open(&config.data)?;
-    let least = config.people.password_length;
+    let (data, least) = (&config.data, config.people.password_length);
     match command {
         UserCommand::Add { name, role, vessel, password_stdin } => {
             let (new, told) = new_password(&name, password_stdin, least)?;
-            let hash = password::hash(&new);
-            act(&mut db, "person.add", &name, |db, now| {
-                let vessel = vessel.as_deref().map(|vessel| vessels::named(db, vessel)).transpose()?;
-                let id = persons::add(db, &name, &hash, told, now)?;
-                persons::set_permission(db, id, vessel, Some(role))
+            let (person, password_hash, now) = (name.clone(), password::hash(&new), clock::now());
+            wait(async {
+                let db = &mut open(data).await?;
+                let vessel = find(db, vessel.as_deref()).await?;
+                let add = persons::Add { name: person, password_hash, must_change: told, vessel, role, now };
+                act(db, "person.add", &name, add).await
             })?;
             tell_password(&name, &new, told);
         }
         UserCommand::Passwd { name, password_stdin } => {
             let (new, told) = new_password(&name, password_stdin, least)?;
-            let hash = password::hash(&new);
-            act(&mut db, "person.password", &name, |db, _| {
-                persons::set_password(db, persons::known(db, &name)?.id, &hash, told, None)
-            })?;
+            let (person, password_hash) = (name.clone(), password::hash(&new));
+            let set = persons::SetPassword { name: person, password_hash, must_change: told, keep: None };
+            wait(async { act(&mut open(data).await?, "person.password", &name, set).await })?;
             tell_password(&name, &new, told);
         }
-        UserCommand::List => list_people(&db)?,
+        UserCommand::List => list_people(wait(async { persons::List.run(&mut open(data).await?).await })?),
         UserCommand::Role { name, role, vessel } => {
             let role: Option<Role> = match role.as_str() {
                 "none" => None,
                 role => Some(role.parse().map_err(anyhow::Error::msg)?),
             };
             let subject = format!("{name}: {}", role.map_or("nothing", Role::name));
-            act(&mut db, "person.role", &subject, |db, _| {
-                let vessel = vessel.as_deref().map(|vessel| vessels::named(db, vessel)).transpose()?;
-                persons::set_permission(db, persons::known(db, &name)?.id, vessel, role)
+            wait(async {
+                let db = &mut open(data).await?;
+                let vessel = find(db, vessel.as_deref()).await?;
+                act(db, "person.role", &subject, persons::SetRole { name, vessel, role }).await
             })?;
         }
         UserCommand::Remove { name } => {
-            act(&mut db, "person.remove", &name, |db, _| persons::remove(db, &name))?;
+            let remove = persons::Remove(name.clone());
+            wait(async { act(&mut open(data).await?, "person.remove", &name, remove).await })?;
         }
     }
     Ok(())
@@ -153,36 +154,32 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
 
 /// `lutra-server token`.
 pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()> {
-    let mut db = open(&common.load_to_write()?.data)?;
+    let data = common.load_to_write()?.data;
     match command {
         TokenCommand::Create { person, link, role, vessel, days, label } => {
-            let made = act(&mut db, "token.make", &label, |db, now| match (&person, &link) {
-                (_, Some(link)) => {
-                    let vessel = vessels::named(db, link)?;
-                    tokens::make_link(db, &NewLink { label: &label, vessel, days }, now)
+            let (now, subject) = (clock::now(), label.clone());
+            let made = wait(async {
+                let db = &mut open(&data).await?;
+                if let Some(link) = link {
+                    let vessel = vessels::named(db, &link).await?;
+                    let make = tokens::MakeLink { label, vessel, days, now };
+                    return act(db, "token.make", &subject, make).await;
                 }
-                (person, None) => {
-                    let account = persons::known(db, person.as_deref().unwrap_or_default())?;
-                    let vessel = vessel.as_deref().map(|vessel| vessels::named(db, vessel)).transpose()?;
-                    let new = NewToken { label: label.clone(), role, vessel, days: days.unwrap_or(90) };
-                    tokens::make(db, account.id, &new, now)
-                }
+                let person = persons::Number(person.unwrap_or_default()).run(db).await?;
+                let vessel = find(db, vessel.as_deref()).await?;
+                let new = NewToken { label, role, vessel, days: days.unwrap_or(90) };
+                act(db, "token.make", &subject, tokens::Make { person, new, now }).await
             })?;
             complain!("token {}; it is shown this once:", made.id);
             say!("{}", made.secret);
         }
         TokenCommand::List => {
-            for token in tokens::list(&db, None)? {
-                let owner = token.person.unwrap_or_else(|| "link".to_owned());
-                let place = token.vessel.map_or_else(|| "all".to_owned(), |vessel| format!("0x{vessel:04X}"));
-                let role = token.role.map_or("link", Role::name);
-                let until = token.expires_us.map(|us| clock::written(UtcTime::from_micros(us)));
-                let until = until.unwrap_or_else(|| "never".to_owned());
-                say!("{}\t{owner}\t{role}\t{place}\tends {until}\t{}", token.id, token.label);
-            }
+            list_tokens(wait(async { tokens::List(None).run(&mut open(&data).await?).await })?);
         }
         TokenCommand::Revoke { id } => {
-            let label = act(&mut db, "token.revoke", &id.to_string(), |db, _| tokens::revoke(db, id, None))?;
+            let revoke = tokens::Revoke { id, person: None };
+            let label =
+                wait(async { act(&mut open(&data).await?, "token.revoke", &id.to_string(), revoke).await })?;
             complain!("revoked: {label}");
         }
     }
@@ -191,28 +188,29 @@ pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()
 
 /// `lutra-server vessel`.
 pub(super) fn vessel(common: &Common, command: VesselCommand) -> anyhow::Result<()> {
-    let mut db = open(&common.load_to_write()?.data)?;
+    let data = common.load_to_write()?.data;
     match command {
         VesselCommand::Add { name, address } => {
-            act(&mut db, "vessel.add", &name, |db, now| vessels::add(db, address, &name, now))?;
+            let add = vessels::Add { address, name: name.clone(), now: clock::now() };
+            wait(async { act(&mut open(&data).await?, "vessel.add", &name, add).await })?;
             complain!("a token for its link: lutra-server token create --link {name}");
         }
         VesselCommand::List => {
-            for vessel in vessels::list(&db)? {
+            for vessel in wait(async { vessels::List.run(&mut open(&data).await?).await })? {
                 say!("{}\t0x{:04X}", vessel.name, vessel.address);
             }
         }
-        VesselCommand::Remove { vessel } => {
-            act(&mut db, "vessel.remove", &vessel, |db, _| {
-                vessels::remove(db, vessels::named(db, &vessel)?)
-            })?;
-        }
+        VesselCommand::Remove { vessel } => wait(async {
+            let db = &mut open(&data).await?;
+            let remove = vessels::Remove(vessels::named(db, &vessel).await?);
+            act(db, "vessel.remove", &vessel, remove).await
+        })?,
     }
     Ok(())
 }
 
-fn list_people(db: &Connection) -> Result<(), Fault> {
-    for person in persons::list(db)? {
+fn list_people(people: Vec<Person>) {
+    for person in people {
         let roles = person.permissions.iter().map(|given| match given.vessel {
             None => given.role.to_string(),
             Some(vessel) => format!("{} on 0x{vessel:04X}", given.role),
@@ -221,23 +219,38 @@ fn list_people(db: &Connection) -> Result<(), Fault> {
         let pending = if person.must_change_password { "\tone-time password" } else { "" };
         say!("{}\t{}{pending}", person.name, roles.join(", "));
     }
-    Ok(())
+}
+
+fn list_tokens(tokens: Vec<Token>) {
+    for token in tokens {
+        let owner = token.person.unwrap_or_else(|| "link".to_owned());
+        let place = token.vessel.map_or_else(|| "all".to_owned(), |vessel| format!("0x{vessel:04X}"));
+        let role = token.role.map_or("link", Role::name);
+        let until = token.expires_us.map(|us| clock::written(UtcTime::from_micros(us)));
+        let until = until.unwrap_or_else(|| "never".to_owned());
+        say!("{}\t{owner}\t{role}\t{place}\tends {until}\t{}", token.id, token.label);
+    }
+}
+
+/// The address of the vessel that is named or whose address is given.
+async fn find(db: &mut Connection, vessel: Option<&str>) -> Result<Option<u16>, Fault> {
+    match vessel {
+        Some(text) => vessels::named(db, text).await.map(Some),
+        None => Ok(None),
+    }
 }
 
 /// Does something with its line in the audit log.
-fn act<R>(
+async fn act<R: Request>(
     db: &mut Connection,
-    action: &str,
+    action: &'static str,
     subject: &str,
-    work: impl FnOnce(&Connection, UtcTime) -> Result<R, Fault>,
-) -> Result<R, Fault> {
-    let now = clock::now();
-    within_transaction(db, |db| {
-        let done = work(db, now)?;
-        let act = Act { actor: "command line", address: "command line", action, subject, outcome: "done" };
-        audit::record(db, act, now)?;
-        Ok(done)
-    })
+    request: R,
+) -> Result<R::Answer, Fault> {
+    let by = || "command line".to_owned();
+    let (subject, outcome) = (subject.to_owned(), "done".to_owned());
+    let line = Line { actor: by(), address: by(), action, subject, outcome };
+    within_transaction(db, Acted { request, line, now: clock::now() }).await
 }
 
 /// A password, and whether it is a one-time password.

@@ -34,7 +34,7 @@ async fn post(shore: &Shore, path: &str, token: &str, body: &str) -> (StatusCode
 
 #[tokio::test]
 async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_down() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let operator = shore.token(Some(FIRST), Role::Operator).await;
     let viewer = shore.token(Some(FIRST), Role::Viewer).await;
     let elsewhere = shore.token(Some(FIRST + 7), Role::Operator).await;
@@ -51,8 +51,8 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     assert!(standing(&shore, &elsewhere).await.is_empty(), "not theirs to see");
     // As its page calls it: by its own name, unless people gave it one.
     assert_eq!(silent[0].vessel_name.as_deref(), Some("otter-0"));
-    let named = shore.state.shore.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
-    named.await.unwrap();
+    let named = vessels::Add { address: FIRST, name: "northern-otter".to_owned(), now: clock::now() };
+    shore.state.shore.people.change(named).await.unwrap();
     assert_eq!(standing(&shore, &viewer).await[0].vessel_name.as_deref(), Some("northern-otter"));
     let acknowledge = format!("{}/acknowledge", silent[0].id);
     assert_eq!(post(&shore, &acknowledge, &operator, "").await.0, StatusCode::UNPROCESSABLE_ENTITY);
@@ -79,8 +79,13 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     let (status, text) = post(&shore, &shelve, &operator, r#"{"minutes":30,"reason":"a disk comes"}"#).await;
     assert_eq!(status, StatusCode::OK, "{text}");
     assert_eq!(serde_json::from_str::<Alarm>(&text).unwrap().shelved.unwrap().reason, "a disk comes");
-    let entries =
-        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
+    let entries = shore
+        .state
+        .shore
+        .people
+        .ask(shore::identity::audit::Entries { before: None, count: 100 })
+        .await
+        .unwrap();
     let acts: Vec<(String, bool)> = entries
         .into_iter()
         .rev()

@@ -253,9 +253,9 @@ fn settings(shore: &Shore) -> Settings {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn ashore_and_aboard_agree_on_ten_thousand_plans() {
-    let shore = Shore::with(archipelago);
+    let shore = Shore::with(archipelago).await;
     let usual = Box::pin(agree(&shore, settings(&shore), 0x9E37_79B9_7F4A_7C15)).await;
-    let shore = Shore::with(archipelago);
+    let shore = Shore::with(archipelago).await;
     let mut own = settings(&shore);
     own.grounding.limits.autonomous_m = 8.0;
     own.grounding.limits.cross_track_m = 4.0;

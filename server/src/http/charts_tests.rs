@@ -25,7 +25,7 @@ pub(super) fn archipelago(data: &Path) {
 
 #[tokio::test]
 async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(Some(7), Role::Viewer).await;
     let answer = shore.get("/api/v1/chart", &token).await;
     let set: ChartSet = serde_json::from_str(&answer.body).unwrap();
@@ -57,7 +57,7 @@ async fn without_a_chart_everything_says_so_and_a_new_one_is_taken_while_running
 
 #[tokio::test]
 async fn depths_and_objects_are_told() {
-    let shore = Shore::with(archipelago);
+    let shore = Shore::with(archipelago).await;
     let token = shore.token(Some(7), Role::Viewer).await;
     let answer = shore.get("/api/v1/chart/at?lat_deg=63.446&lon_deg=10.345&within_m=500", &token).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.body);
@@ -89,7 +89,7 @@ async fn corridor(shore: &Shore, token: &str, ask: &Value) -> (StatusCode, Strin
 
 #[tokio::test]
 async fn a_corridor_tells_its_worst_spots_and_a_profile() {
-    let shore = Shore::with(archipelago);
+    let shore = Shore::with(archipelago).await;
     let token = shore.token(Some(7), Role::Viewer).await;
     let ask = json!({"points": [[63.446, 10.345], [63.447, 10.345], [63.446, 11.0]], "half_width_m": 20});
     let (status, body) = corridor(&shore, &token, &ask).await;
@@ -120,7 +120,7 @@ async fn a_corridor_tells_its_worst_spots_and_a_profile() {
 
 #[tokio::test]
 async fn tiles_are_kept_by_their_set_and_hostile_ones_refused() {
-    let shore = Shore::with(archipelago);
+    let shore = Shore::with(archipelago).await;
     let token = shore.token(Some(7), Role::Viewer).await;
     let set = shore.state.shore.charts.set().unwrap().digest.clone();
     // Zoom 13 at 63.446° N, 10.345° E.

@@ -20,14 +20,19 @@ async fn stop(shore: &Shore, vessel: &str, token: &str) -> Result<Ordered, Statu
 
 async fn audited(shore: &Shore) -> Vec<AuditEntry> {
     shore.state.shore.people.write_notes().await;
-    let entries =
-        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
+    let entries = shore
+        .state
+        .shore
+        .people
+        .ask(shore::identity::audit::Entries { before: None, count: 100 })
+        .await
+        .unwrap();
     entries.into_iter().filter(|entry| entry.action == "vessel.abort").collect()
 }
 
 #[tokio::test]
 async fn a_stop_goes_to_its_vessel_by_name_of_the_server_and_into_the_audit_log() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let operator = shore.token(Some(FIRST), Role::Operator).await;
     let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
@@ -50,7 +55,7 @@ async fn a_stop_goes_to_its_vessel_by_name_of_the_server_and_into_the_audit_log(
 
 #[tokio::test]
 async fn a_stop_that_no_door_leads_to_waits_for_its_vessel() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let operator = shore.token(None, Role::Operator).await;
     let ordered = stop(&shore, "2068", &operator).await.unwrap();
     assert!(!ordered.reached && ordered.waits, "{ordered:?}");

@@ -24,8 +24,13 @@ async fn lease(shore: &Shore, token: &str, body: &str) -> Result<Lease, String> 
 
 async fn audited(shore: &Shore) -> Vec<(String, String)> {
     shore.state.shore.people.write_notes().await;
-    let entries =
-        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
+    let entries = shore
+        .state
+        .shore
+        .people
+        .ask(shore::identity::audit::Entries { before: None, count: 100 })
+        .await
+        .unwrap();
     entries.into_iter().rev().map(|AuditEntry { action, outcome, .. }| (action, outcome)).collect()
 }
 
@@ -34,7 +39,7 @@ const START: &str = r#"{"order":{"kind":"plan.start","plan_id":"survey"},"window
 
 #[tokio::test]
 async fn of_two_people_one_has_control_and_everything_is_written_down() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let one = shore.token(Some(FIRST), Role::Operator).await;
     let two = shore.token(Some(FIRST), Role::Operator).await;
     let boats = Boats::join(&shore.state.shore.router).await;
@@ -80,7 +85,7 @@ async fn of_two_people_one_has_control_and_everything_is_written_down() {
 
 #[tokio::test]
 async fn a_start_is_followed_to_its_effect_by_what_the_vessel_says() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(Some(FIRST), Role::Operator).await;
     let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;
@@ -120,7 +125,7 @@ async fn a_start_is_followed_to_its_effect_by_what_the_vessel_says() {
 
 #[tokio::test]
 async fn what_cannot_be_sent_or_is_no_order_says_why() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(Some(FIRST), Role::Operator).await;
     lease(&shore, &token, REQUEST).await.unwrap();
     let (status, text) = post(&shore, "commands", &token, START).await;

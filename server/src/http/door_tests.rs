@@ -18,7 +18,7 @@ fn read<T: serde::de::DeserializeOwned>(answer: &Answer) -> T {
 
 #[tokio::test]
 async fn peers_are_told_to_those_who_may_see_their_vessels() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let boats = Boats::join(&shore.state.shore.router).await;
     let console = Peer {
         door: Door::Proxy,
@@ -53,7 +53,7 @@ async fn peers_are_told_to_those_who_may_see_their_vessels() {
 
 #[tokio::test]
 async fn trouble_with_the_disk_is_told_everywhere_and_passes() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(Some(FIRST), Role::Viewer).await;
     let health = async || shore.get("/healthz", "").await;
     let recording = async || read::<Recording>(&shore.get("/api/v1/recording", &token).await);

@@ -5,13 +5,13 @@ use super::serve::serve;
 use super::testing::FIRST;
 use super::tests::Shore;
 use crate::config::Config;
-use api::{NewToken, Role};
+use api::Role;
 use axum::http::{StatusCode, header};
 use flate2::read::MultiGzDecoder;
 use imc::lsf::{LogItem, LogReader};
 use imc::messages::{EntityList, EntityListOp, LogBookEntry, LogBookEntryType, Temperature, Voltage};
 use shore::clock;
-use shore::identity::{open, persons, tokens};
+use shore::identity::testing;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::time::Duration;
@@ -42,7 +42,7 @@ fn made_up(data: &Path) {
 
 #[tokio::test]
 async fn a_table_holds_what_was_asked_for() {
-    let shore = Shore::with(made_up);
+    let shore = Shore::with(made_up).await;
     let token = shore.token(None, Role::Researcher).await;
     let csv = async |query: &str| {
         let answer = shore.get(&format!("/api/v1/export.csv?{query}"), &token).await;
@@ -91,7 +91,8 @@ async fn a_log_holds_the_very_packets() {
         let now = units::UtcTime::from_micros(START_US);
         store.import(std::slice::from_ref(&recording), now, &mut |_| true).unwrap();
         store.close().unwrap();
-    });
+    })
+    .await;
     let token = shore.token(None, Role::Researcher).await;
     let wanted = packets(LogReader::open(&recording).unwrap());
     let all = shore.get("/api/v1/export.lsf", &token).await;
@@ -123,7 +124,7 @@ fn packets<R: std::io::Read>(mut log: LogReader<R>) -> Vec<Vec<u8>> {
 
 #[tokio::test]
 async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
-    let shore = Shore::with(made_up);
+    let shore = Shore::with(made_up).await;
     let token = shore.token(None, Role::Researcher).await;
     for (query, named) in [
         ("message=Voltag", "message: IMC has no message `Voltag`; did you mean `Voltage`?"),
@@ -159,7 +160,7 @@ async fn what_cannot_be_exported_is_refused_before_the_first_byte() {
 
 #[tokio::test]
 async fn exports_beyond_the_places_are_told_to_wait() {
-    let shore = Shore::with(made_up);
+    let shore = Shore::with(made_up).await;
     let token = shore.token(None, Role::Researcher).await;
     let places = shore.state.shore.history.exports.available_permits();
     let taken = shore.state.shore.history.exports.acquire_many(places as u32).await.unwrap();
@@ -187,13 +188,7 @@ async fn an_export_that_meets_a_broken_disk_does_not_end_as_a_whole_one() {
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config.imc.active = false;
     let serving = serve(config).await.unwrap();
-    let token = {
-        let db = open(folder.path()).unwrap();
-        let person = persons::add(&db, "p", "x", false, now).unwrap();
-        persons::set_permission(&db, person, None, Some(Role::Researcher)).unwrap();
-        let new = NewToken { label: "test".to_owned(), role: Role::Researcher, vessel: None, days: 1 };
-        tokens::make(&db, person, &new, now).unwrap().secret
-    };
+    let (_, token) = testing::script(folder.path(), "p", None, Role::Researcher).await;
     let export = async |more: &str| {
         let request = format!(
             "GET /api/v1/export.csv?message=Voltage&entity=2&vessel={FIRST}{more} HTTP/1.1\r\nhost: a\r\n\

@@ -27,7 +27,7 @@ struct Scene {
 
 impl Scene {
     async fn start(fill: impl FnOnce(&std::path::Path)) -> Self {
-        let shore = Shore::with(fill);
+        let shore = Shore::with(fill).await;
         let token = shore.token(Some(FIRST), Role::Operator).await;
         let boats = Boats::join(&shore.state.shore.router).await;
         let now = clock::now();

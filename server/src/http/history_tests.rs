@@ -46,7 +46,8 @@ async fn a_recording_of_dune_is_whole_in_plots_and_tables() {
         let mut store = Store::open(data).unwrap();
         store.import(&[recording], UtcTime::from_micros(START_US), &mut |_| true).unwrap();
         store.close().unwrap();
-    });
+    })
+    .await;
     let token = shore.token(None, Role::Viewer).await;
     let all: Vec<Series> = json(&shore, "/api/v1/series", &token).await;
     let mut reader = Reader::open(shore.data()).unwrap();
@@ -122,7 +123,8 @@ async fn how_a_vessel_was_is_told_by_the_last_of_every_series() {
         packets.push((9, second(5), state.into()));
         packets.push((8, second(-40 * 86_400), voltage(1.0).into()));
         put(data, &packets);
-    });
+    })
+    .await;
     let token = shore.token(None, Role::Viewer).await;
     let at = async |time_us: i64| -> At {
         json(&shore, &format!("/api/v1/vessels/{OTTER}/at?time_us={time_us}"), &token).await
@@ -177,7 +179,8 @@ async fn silence_is_told_where_nothing_is_declared() {
         };
         store.declare_gap(&gap).unwrap();
         store.close().unwrap();
-    });
+    })
+    .await;
     let token = shore.token(Some(OTTER), Role::Viewer).await;
     let question = format!("/api/v1/vessels/{OTTER}/gaps?from_us={START_US}&to_us={}", second(100));
     let gaps: Vec<Gap> = json(&shore, &question, &token).await;
@@ -230,7 +233,8 @@ async fn tags_entries_and_gaps_are_told() {
         };
         store.declare_gap(&gap).unwrap();
         store.close().unwrap();
-    });
+    })
+    .await;
     let token = shore.token(Some(OTTER), Role::Viewer).await;
     let of =
         |what: &str, to_us: i64| format!("/api/v1/vessels/{OTTER}/{what}from_us={START_US}&to_us={to_us}");
@@ -274,7 +278,7 @@ async fn tags_entries_and_gaps_are_told() {
 #[tokio::test]
 async fn nobody_is_told_of_what_they_may_not_see() {
     let now = clock::now();
-    let shore = Shore::with(|data| an_hour(data, now));
+    let shore = Shore::with(|data| an_hour(data, now)).await;
     let token = shore.token(Some(FIRST + 1), Role::Viewer).await;
     let all: Vec<Series> = json(&shore, "/api/v1/series", &token).await;
     assert!(!all.is_empty() && all.iter().all(|one| one.system == FIRST + 1));
@@ -322,7 +326,7 @@ const WRONG: [(&str, &str); 25] = [
 
 #[tokio::test]
 async fn what_makes_no_sense_is_refused_with_its_name() {
-    let shore = Shore::with(|data| an_hour(data, clock::now()));
+    let shore = Shore::with(|data| an_hour(data, clock::now())).await;
     let token = shore.token(None, Role::Admin).await;
     for (question, named) in WRONG {
         let answer = shore.get(&format!("/api/v1/vessels/{FIRST}/{question}"), &token).await;
@@ -360,7 +364,7 @@ const HOSTILE: [&str; 16] = [
 
 #[tokio::test]
 async fn no_question_makes_the_server_fail() {
-    let shore = Shore::with(|data| an_hour(data, clock::now()));
+    let shore = Shore::with(|data| an_hour(data, clock::now())).await;
     let token = shore.token(None, Role::Admin).await;
     let good = |name: &str| match name {
         "message" => "Voltage",

@@ -193,8 +193,8 @@ async fn whatever_vessels_say_stop_stays_on_the_screen_and_nothing_is_executed()
     let folder = tempfile::tempdir().unwrap();
     let serving = serve(quiet(folder.path())).await.unwrap();
     let longest = "n".repeat(64);
-    let named = serving.state.shore.people.change(move |db| vessels::add(db, FIRST, &longest, clock::now()));
-    named.await.unwrap();
+    let named = vessels::Add { address: FIRST, name: longest, now: clock::now() };
+    serving.state.shore.people.change(named).await.unwrap();
     let round = Arc::new(AtomicU64::new(1));
     tokio::spawn(speak(Boats::join(&serving.state.shore.router).await, Arc::clone(&round)));
     let address = format!("http://{}", serving.address);

@@ -69,7 +69,7 @@ fn is_clean(shore: &Shore) -> bool {
 
 #[tokio::test]
 async fn a_log_is_imported_once_however_often_it_comes() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(None, Role::Operator).await;
     let plain = log(5_000);
     let first = ended(&shore, &token, &upload(&shore, &token, "Data.lsf", plain.clone()).await).await;
@@ -86,7 +86,7 @@ async fn a_log_is_imported_once_however_often_it_comes() {
 #[tokio::test]
 async fn a_recording_of_dune_comes_in_by_upload() {
     let Some(recording) = testkit::shared("data/imc/dune_log_a/Data.lsf.gz") else { return };
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(None, Role::Admin).await;
     let bytes = std::fs::read(recording).unwrap();
     let import = ended(&shore, &token, &upload(&shore, &token, "Data.lsf.gz", bytes).await).await;
@@ -96,7 +96,7 @@ async fn a_recording_of_dune_comes_in_by_upload() {
 
 #[tokio::test]
 async fn what_is_no_log_is_refused_with_the_remedy() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(None, Role::Operator).await;
     let garbage: Vec<u8> =
         (0..3_000_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
@@ -130,7 +130,7 @@ async fn what_is_no_log_is_refused_with_the_remedy() {
 
 #[tokio::test]
 async fn a_damaged_log_gives_what_it_has_and_says_what_is_wrong() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(None, Role::Operator).await;
     let mut damaged = log(100);
     damaged[30] ^= 0xFF;
@@ -149,7 +149,7 @@ async fn a_damaged_log_gives_what_it_has_and_says_what_is_wrong() {
 
 #[tokio::test]
 async fn one_at_a_time_and_a_cut_upload_leaves_nothing() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(None, Role::Operator).await;
     let (begun, begins) = oneshot::channel();
     let (cut, hold) = oneshot::channel::<()>();
@@ -187,7 +187,7 @@ fn repeated(bytes: usize) -> Vec<u8> {
 
 #[tokio::test]
 async fn a_small_upload_that_unpacks_to_too_much_is_given_up_in_time() {
-    let shore = Shore::changed(|config| config.http.max_unpacked_mib = 1);
+    let shore = Shore::changed(|config| config.http.max_unpacked_mib = 1).await;
     let token = shore.token(None, Role::Operator).await;
     let bomb = gzip(&repeated(20 << 20));
     assert!(bomb.len() < 1 << 20, "{} bytes", bomb.len());
@@ -200,7 +200,7 @@ async fn a_small_upload_that_unpacks_to_too_much_is_given_up_in_time() {
 
 #[tokio::test]
 async fn an_import_is_cancelled_and_the_list_outlives_the_server() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let token = shore.token(None, Role::Operator).await;
     let answer = upload(&shore, &token, "long.lsf", repeated(40 << 20)).await;
     let begun: Import = serde_json::from_str(&answer.body).unwrap();
@@ -249,7 +249,8 @@ async fn an_import_waits_for_a_history_that_is_made_again() {
         }
         store.close().unwrap();
         std::fs::write(data.join("history/2026-11.sqlite"), "no database").unwrap();
-    });
+    })
+    .await;
     let token = shore.token(None, Role::Operator).await;
     let import = ended(&shore, &token, &upload(&shore, &token, "Data.lsf", log(60_001)).await).await;
     assert_eq!((import.state, import.added, import.problems.len()), (ImportState::Done, 1, 0), "{import:?}");

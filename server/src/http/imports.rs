@@ -15,6 +15,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use futures_util::StreamExt as _;
 use shore::history::imports::{RESERVED_BYTES, Upload};
+use shore::identity::{ASK_PATIENCE, Line, Principal};
 use std::time::{Duration, Instant};
 
 /// Bytes that are written at once.
@@ -48,11 +49,7 @@ pub(crate) async fn cancel(
     let missing = || ApiError::not_found("There is no such import; GET /api/v1/import lists them.");
     let import = state.shore.imports.get(id).ok_or_else(missing)?;
     let subject = format!("{} (import {id})", import.name);
-    state
-        .shore
-        .people
-        .act(&who, remote.address.to_string(), "log.import.cancel", subject, |_| Ok(()))
-        .await?;
+    state.shore.people.record(vec![line(&who, remote, "log.import.cancel", subject)], ASK_PATIENCE).await?;
     if !state.shore.imports.cancel(id, who.name) {
         let text = "This import is at its end: GET /api/v1/import tells how it went.";
         return Err(ApiError::new(StatusCode::CONFLICT, "import_ended", text));
@@ -90,9 +87,15 @@ pub(crate) async fn upload(
     }
     let upload = receive(upload, body, most).await?;
     let subject = format!("{name} ({} bytes)", upload.bytes);
-    state.shore.people.act(&who, remote.address.to_string(), "log.import", subject, |_| Ok(())).await?;
+    state.shore.people.record(vec![line(&who, remote, "log.import", subject)], ASK_PATIENCE).await?;
     let (recorder, stop) = (state.shore.recorder.clone(), state.shore.stop.clone());
     Ok(Json(state.shore.imports.begin(upload, name, who.name, recorder, &state.shore.tasks, stop)))
+}
+
+/// What the audit log says of somebody who did this.
+fn line(who: &Principal, remote: Remote, action: &'static str, subject: String) -> Line {
+    let (address, outcome) = (remote.address.to_string(), "done".to_owned());
+    Line { actor: who.actor(), address, action, subject, outcome }
 }
 
 /// Writes the body to the disk, and looks early whether it is a log at all.

@@ -3,11 +3,11 @@
 use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat, event, voltage};
 use crate::config::Config;
-use api::{LiveFrame, NewToken, Role};
+use api::{LiveFrame, Role};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::LogBookEntry;
 use shore::clock;
-use shore::identity::{open, persons, sessions, tokens, vessels};
+use shore::identity::{sessions, testing, vessels};
 use std::time::Duration;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
@@ -39,18 +39,13 @@ impl Shore {
     }
 
     /// A token for a new person.
-    pub(super) fn token(&self, vessel: Option<u16>, role: Role) -> String {
-        let db = open(self.folder.path()).unwrap();
-        let person = persons::add(&db, &format!("p{}", role as u8), "x", false, clock::now()).unwrap();
-        persons::set_permission(&db, person, vessel, Some(role)).unwrap();
-        let new = NewToken { label: "test".to_owned(), role, vessel: None, days: 1 };
-        tokens::make(&db, person, &new, clock::now()).unwrap().secret
+    pub(super) async fn token(&self, vessel: Option<u16>, role: Role) -> String {
+        testing::script(self.folder.path(), &format!("p{}", role as u8), vessel, role).await.1
     }
 
     /// A token for the link of a vessel.
-    pub(super) fn link_token(&self, vessel: u16) -> String {
-        let link = tokens::NewLink { label: "link", vessel, days: None };
-        tokens::make_link(&open(self.folder.path()).unwrap(), &link, clock::now()).unwrap().secret
+    pub(super) async fn link_token(&self, vessel: u16) -> String {
+        testing::link(self.folder.path(), vessel).await
     }
 
     pub(super) async fn connect(&self, header: &str, value: &str, origin: &str) -> Result<Socket, String> {
@@ -87,7 +82,7 @@ async fn frame(socket: &mut Socket) -> Option<LiveFrame> {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_snapshot_comes_first_and_then_what_changes() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     shore.boats.say(boat(0, clock::now())).await;
     let mut socket = shore.subscribed(&token, "{\"messages\":[\"Voltage\"],\"every_ms\":5}").await;
     let first = frame(&mut socket).await.unwrap();
@@ -106,10 +101,9 @@ async fn a_snapshot_comes_first_and_then_what_changes() {
 #[tokio::test(flavor = "multi_thread")]
 async fn an_alarm_calls_its_vessel_by_the_name_that_people_gave_it() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
-    let named =
-        shore.serving.state.shore.people.change(|db| vessels::add(db, FIRST, "northern-otter", clock::now()));
-    named.await.unwrap();
+    let token = shore.token(None, Role::Viewer).await;
+    let named = vessels::Add { address: FIRST, name: "northern-otter".to_owned(), now: clock::now() };
+    shore.serving.state.shore.people.change(named).await.unwrap();
     shore.boats.say(boat(0, clock::now())).await;
     let mut socket = shore.subscribed(&token, "{\"messages\":[],\"every_ms\":5}").await;
     let silent = |operations: &mut operations::Operations, now: units::Now| {
@@ -131,7 +125,7 @@ async fn an_alarm_calls_its_vessel_by_the_name_that_people_gave_it() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_was_replaced_is_counted_and_events_all_come() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     let now = clock::now().micros();
     let at = |index: i64| UtcTime::from_micros(now + index * 1_000);
     let both = |index| vec![voltage(0, at(index)), event(0, at(index), LogBookEntry::default())];
@@ -211,7 +205,7 @@ impl Raw {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_client_behind_a_slow_way_gets_what_is_and_no_queue_of_what_was() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     let now = clock::now().micros();
     let at = |index: i64| UtcTime::from_micros(now + index * 1_000);
     shore.boats.say(vec![voltage(0, at(0))]).await;
@@ -242,7 +236,7 @@ async fn nobody_sees_more_than_they_may() {
     for number in 0..3 {
         shore.boats.say(boat(number, clock::now())).await;
     }
-    let token = shore.token(Some(0x0815), Role::Viewer);
+    let token = shore.token(Some(0x0815), Role::Viewer).await;
     let mut socket = shore.subscribed(&token, "{}").await;
     let first = frame(&mut socket).await.unwrap();
     let seen: Vec<u16> = first.systems.iter().map(|system| system.address).collect();
@@ -254,11 +248,9 @@ async fn nobody_sees_more_than_they_may() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
     let shore = Shore::start().await;
-    let db = open(shore.folder.path()).unwrap();
-    let person = persons::add(&db, "nils", "x", false, clock::now()).unwrap();
-    persons::set_permission(&db, person, None, Some(Role::Viewer)).unwrap();
-    let life = sessions::Lifetime { idle: Duration::from_hours(1), whole: Duration::from_hours(1) };
-    let session = sessions::begin(&db, person, "127.0.0.1", "test", life, clock::now()).unwrap();
+    let folder = shore.folder.path();
+    let (person, _) = testing::script(folder, "nils", None, Role::Viewer).await;
+    let session = testing::session(folder, person).await;
     let cookie = format!("lutra_session={}", session.text());
     let own = format!("http://{}", shore.serving.address);
     assert!(shore.connect("cookie", &cookie, "http://evil.example").await.unwrap_err().contains("403"));
@@ -267,8 +259,9 @@ async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
     subscribe(&mut socket, "{}").await;
     assert!(frame(&mut socket).await.is_some());
     // Through the server, as the page does it: ended by itself from a second session.
-    let second = sessions::begin(&db, person, "127.0.0.1", "test", life, clock::now()).unwrap();
-    let first_id = sessions::list(&db, Some(person)).unwrap().iter().map(|session| session.id).min().unwrap();
+    let second = testing::session(folder, person).await;
+    let sessions = shore.serving.state.shore.people.ask(sessions::List(Some(person))).await.unwrap();
+    let first_id = sessions.iter().map(|session| session.id).min().unwrap();
     let request = format!(
         "DELETE /api/v1/sessions/{first_id} HTTP/1.1\r\nhost: {0}\r\norigin: {own}\r\nconnection: close\r\n\
          cookie: lutra_session={1}\r\nx-csrf-token: {2}\r\n\r\n",
@@ -283,7 +276,7 @@ async fn a_socket_ends_with_its_session_and_foreign_pages_get_none() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_not_understood_is_answered_with_the_reason() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     for request in ["{", "{\"subscribe\":{\"system\":1}}", "{\"unsubscribe\":{}}", "null"] {
         let mut socket =
             shore.connect("authorization", &format!("Bearer {token}"), "http://a").await.unwrap();
@@ -300,7 +293,7 @@ async fn what_is_not_understood_is_answered_with_the_reason() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_request_that_is_too_large_is_told_so_by_code_and_words() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     for message in [Message::Text(" ".repeat(64 * 1024 + 1).into()), Message::Binary(vec![0; 100_000].into())]
     {
         let mut socket =
@@ -316,7 +309,7 @@ async fn a_request_that_is_too_large_is_told_so_by_code_and_words() {
 #[tokio::test(flavor = "multi_thread")]
 async fn sockets_are_closed_when_the_server_stops() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     let mut socket = shore.subscribed(&token, "{}").await;
     assert!(frame(&mut socket).await.is_some());
     let stopping = tokio::spawn(shore.serving.stop());

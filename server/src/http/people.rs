@@ -16,13 +16,13 @@ use utoipa::IntoParams;
 /// `GET /api/v1/me`.
 pub(crate) async fn me(State(state): State<AppState>, Who(who): Who) -> Result<Json<Me>, ApiError> {
     let person = who.person;
-    let permissions = state.shore.people.ask(move |db| persons::permissions(db, person)).await?;
+    let permissions = state.shore.people.ask(persons::Permissions(person)).await?;
     Ok(Json(Me { name: who.name, permissions }))
 }
 
 /// `GET /api/v1/people`.
 pub(crate) async fn list(State(state): State<AppState>) -> Result<Json<Vec<Person>>, ApiError> {
-    Ok(Json(state.shore.people.ask(persons::list).await?))
+    Ok(Json(state.shore.people.ask(persons::List).await?))
 }
 
 /// `GET /api/v1/tokens`: one's own, or for an admin all.
@@ -31,7 +31,7 @@ pub(crate) async fn token_list(
     Who(who): Who,
 ) -> Result<Json<Vec<Token>>, ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
-    Ok(Json(state.shore.people.ask(move |db| tokens::list(db, person)).await?))
+    Ok(Json(state.shore.people.ask(tokens::List(person)).await?))
 }
 
 /// `POST /api/v1/tokens`.
@@ -46,11 +46,9 @@ pub(crate) async fn token_make(
         return Err(ApiError::forbidden("A token cannot make tokens: log in with a browser."));
     }
     let Json(new) = new.map_err(|error| ApiError::malformed(error.status(), error.body_text()))?;
-    let (person, subject, now) = (who.person, new.label.clone(), state.shore.clock.utc());
-    let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, move |db| {
-        tokens::make(db, person, &new, now)
-    });
-    Ok(Json(made.await?))
+    let subject = new.label.clone();
+    let make = tokens::Make { person: who.person, new, now: state.shore.clock.utc() };
+    Ok(Json(state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, make).await?))
 }
 
 /// `DELETE /api/v1/tokens/{id}`: one's own, or for an admin any.
@@ -67,8 +65,9 @@ pub(crate) async fn token_revoke(
     {
         return Err(ApiError::forbidden("A token can revoke itself alone: log in with a browser."));
     }
-    let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
-    Ok(state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), work).await?)
+    let revoke = tokens::Revoke { id, person };
+    state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), revoke).await?;
+    Ok(())
 }
 
 /// `GET /api/v1/sessions`: one's own, or for an admin all.
@@ -77,7 +76,7 @@ pub(crate) async fn session_list(
     Who(who): Who,
 ) -> Result<Json<Vec<Session>>, ApiError> {
     let person = (who.grants.everywhere() < Some(Role::Admin)).then_some(who.person);
-    Ok(Json(state.shore.people.ask(move |db| sessions::list(db, person)).await?))
+    Ok(Json(state.shore.people.ask(sessions::List(person)).await?))
 }
 
 /// `DELETE /api/v1/sessions/{id}`: one's own, or for an admin any.
@@ -92,8 +91,8 @@ pub(crate) async fn session_end(
         // Whoever got hold of a script's token must not be able to lock its person out.
         return Err(ApiError::forbidden("A token cannot end sessions: log in with a browser."));
     }
-    let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
-    Ok(state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), work).await?)
+    let end = sessions::End { id, person };
+    Ok(state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), end).await?)
 }
 
 /// Which part of the audit log.
@@ -112,5 +111,5 @@ pub(crate) async fn audit_list(
     Asked(query): Asked<AuditQuery>,
 ) -> Result<Json<Vec<AuditEntry>>, ApiError> {
     let count = query.count.unwrap_or(100).min(1_000);
-    Ok(Json(state.shore.people.ask(move |db| audit::entries(db, query.before, count)).await?))
+    Ok(Json(state.shore.people.ask(audit::Entries { before: query.before, count }).await?))
 }

@@ -35,7 +35,7 @@ pub(crate) async fn list(
     State(state): State<AppState>,
     Who(who): Who,
 ) -> Result<Json<Vec<PlanSummary>>, ApiError> {
-    let mut rows = state.shore.people.ask(plans::list).await?;
+    let mut rows = state.shore.people.ask(plans::List).await?;
     rows.retain(|row| may_see(&who, row.plan.vessel));
     let now = state.shore.clock.utc();
     Ok(Json(slow(move || rows.into_iter().map(|row| summary(row, now)).collect()).await?))
@@ -70,7 +70,7 @@ pub(crate) async fn revisions(
     InPath(id): InPath<i64>,
 ) -> Result<Json<Vec<PlanRevision>>, ApiError> {
     find(&state, &who, id, None).await?;
-    Ok(Json(state.shore.people.ask(move |db| plans::revisions(db, id)).await?))
+    Ok(Json(state.shore.people.ask(plans::Revisions(id)).await?))
 }
 
 /// `PUT /api/v1/plans/{id}`: 409 with the newer plan when there is one.
@@ -99,14 +99,12 @@ pub(crate) async fn save(
             )));
         }
     }
-    let (author, subject) = (who.name.clone(), plan.name.clone());
-    let work = move |db: &rusqlite::Connection| {
-        plans::save(db, id, from, &plan, Change { author: &author, now, draft })
-    };
+    let subject = plan.name.clone();
+    let save = plans::Save { id, from, plan, change: Change { author: who.name.clone(), now, draft } };
     let done = if draft {
-        state.shore.people.change(work).await
+        state.shore.people.change(save).await
     } else {
-        state.shore.people.act(&who, remote.address.to_string(), "plan.save", subject, work).await
+        state.shore.people.act(&who, remote.address.to_string(), "plan.save", subject, save).await
     };
     let row = find(&state, &who, id, None).await?;
     match done {
@@ -140,9 +138,8 @@ pub(crate) async fn delete(
 ) -> Result<(), ApiError> {
     let row = find(&state, &who, id, None).await?;
     may_change(&who, row.plan.vessel)?;
-    let now = state.shore.clock.utc();
-    let work = move |db: &rusqlite::Connection| plans::delete(db, id, now);
-    Ok(state.shore.people.act(&who, remote.address.to_string(), "plan.delete", row.plan.name, work).await?)
+    let delete = plans::Delete { id, now: state.shore.clock.utc() };
+    Ok(state.shore.people.act(&who, remote.address.to_string(), "plan.delete", row.plan.name, delete).await?)
 }
 
 /// `POST /api/v1/plans/{id}/restore`.
@@ -152,14 +149,12 @@ pub(crate) async fn restore(
     remote: Remote,
     InPath(id): InPath<i64>,
 ) -> Result<Json<StoredPlan>, ApiError> {
-    let row = state.shore.people.ask(move |db| plans::load(db, id, None)).await?;
+    let row = state.shore.people.ask(plans::Load { id, revision: None }).await?;
     let row = row.filter(|row| may_see(&who, row.plan.vessel)).ok_or_else(no_such)?;
     may_change(&who, row.plan.vessel)?;
-    let (author, now) = (who.name.clone(), state.shore.clock.utc());
-    let work = move |db: &rusqlite::Connection| {
-        plans::restore(db, id, Change { author: &author, now, draft: false })
-    };
-    state.shore.people.act(&who, remote.address.to_string(), "plan.restore", row.plan.name, work).await?;
+    let change = Change { author: who.name.clone(), now: state.shore.clock.utc(), draft: false };
+    let restore = plans::Restore { id, change };
+    state.shore.people.act(&who, remote.address.to_string(), "plan.restore", row.plan.name, restore).await?;
     stored(&state, &who, find(&state, &who, id, None).await?).await.map(Json)
 }
 
@@ -252,11 +247,10 @@ async fn keep_new(
 ) -> Result<StoredPlan, ApiError> {
     may_change(who, plan.vessel)?;
     plans::limits(&plan).map_err(refused)?;
-    let (author, subject, now) = (who.name.clone(), plan.name.clone(), state.shore.clock.utc());
-    let work = move |db: &rusqlite::Connection| {
-        plans::create(db, plan, Change { author: &author, now, draft: true })
-    };
-    let id = state.shore.people.act(who, remote.address.to_string(), action, subject, work).await?;
+    let subject = plan.name.clone();
+    let change = Change { author: who.name.clone(), now: state.shore.clock.utc(), draft: true };
+    let create = plans::Create { plan, change };
+    let id = state.shore.people.act(who, remote.address.to_string(), action, subject, create).await?;
     stored(state, who, find(state, who, id, None).await?).await
 }
 
@@ -273,7 +267,7 @@ pub(crate) async fn seen_plan(
 
 /// A plan that the person may see.
 async fn find(state: &AppState, who: &Principal, id: i64, revision: Option<u32>) -> Result<Row, ApiError> {
-    let row = state.shore.people.ask(move |db| plans::load(db, id, revision)).await?;
+    let row = state.shore.people.ask(plans::Load { id, revision }).await?;
     row.filter(|row| !row.deleted && may_see(who, row.plan.vessel)).ok_or_else(no_such)
 }
 

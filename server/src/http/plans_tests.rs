@@ -32,7 +32,7 @@ impl Person<'_> {
 
 #[tokio::test]
 async fn a_change_of_an_older_revision_gets_the_newer_plan() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let one = Person { shore: &shore, token: shore.token(None, Role::Operator).await };
     let other = Person { shore: &shore, token: shore.token(None, Role::Operator).await };
     let (status, made) = one.ask("POST", "/api/v1/plans", &document("survey", None)).await;
@@ -64,7 +64,7 @@ async fn a_change_of_an_older_revision_gets_the_newer_plan() {
 
 #[tokio::test]
 async fn a_plan_with_problems_is_kept_but_not_saved() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let one = Person { shore: &shore, token: shore.token(None, Role::Operator).await };
     let (_, made) = one.ask("POST", "/api/v1/plans", &document("survey", None)).await;
     let path = format!("/api/v1/plans/{}", made["id"]);
@@ -84,7 +84,7 @@ async fn a_plan_with_problems_is_kept_but_not_saved() {
 
 #[tokio::test]
 async fn a_vessels_plans_are_for_those_who_may_see_it_and_changed_by_its_operators() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let own = Person { shore: &shore, token: shore.token(Some(7), Role::Operator).await };
     let elsewhere = Person { shore: &shore, token: shore.token(Some(8), Role::Operator).await };
     let viewer = Person { shore: &shore, token: shore.token(Some(7), Role::Viewer).await };
@@ -107,7 +107,7 @@ async fn a_vessels_plans_are_for_those_who_may_see_it_and_changed_by_its_operato
 
 #[tokio::test]
 async fn a_deleted_plan_is_gone_until_it_is_restored() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let one = Person { shore: &shore, token: shore.token(None, Role::Operator).await };
     let admin = Person { shore: &shore, token: shore.token(None, Role::Admin).await };
     let (_, made) = one.ask("POST", "/api/v1/plans", &document("survey", None)).await;
@@ -126,7 +126,7 @@ async fn a_deleted_plan_is_gone_until_it_is_restored() {
 
 #[tokio::test]
 async fn plans_go_out_and_come_in_as_files() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let one = Person { shore: &shore, token: shore.token(None, Role::Operator).await };
     let hostile = "<b>\"; rm -rf /æ";
     let (_, made) = one.ask("POST", "/api/v1/plans", &document(hostile, None)).await;

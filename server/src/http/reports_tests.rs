@@ -33,7 +33,7 @@ fn told(values: &[(&str, &str)]) -> EntityParameters {
 
 #[tokio::test]
 async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let viewer = shore.token(Some(FIRST), Role::Viewer).await;
     let elsewhere = shore.token(Some(FIRST + 1), Role::Operator).await;
     let operator = shore.token(Some(FIRST), Role::Operator).await;
@@ -84,8 +84,13 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     assert_eq!(status, StatusCode::ACCEPTED, "{command}");
     boats.heard(SetEntityParameters::ID).await;
     shore.state.shore.people.write_notes().await;
-    let written =
-        shore.state.shore.people.ask(|db| shore::identity::audit::entries(db, None, 100)).await.unwrap();
+    let written = shore
+        .state
+        .shore
+        .people
+        .ask(shore::identity::audit::Entries { before: None, count: 100 })
+        .await
+        .unwrap();
     let of = |outcome: &str| -> Vec<String> {
         let set = written.iter().rev().filter(|one| one.action == "parameters.set");
         set.filter(|one| one.outcome.starts_with(outcome)).map(|one| one.subject.clone()).collect()
@@ -108,7 +113,8 @@ async fn after_a_restart_the_history_tells_the_last_known_values() {
             store.accept(&accepted).unwrap();
         }
         store.close().unwrap();
-    });
+    })
+    .await;
     let viewer = shore.token(Some(FIRST), Role::Viewer).await;
     let read: VesselParameters = get(&shore, "parameters", &viewer).await;
     assert!(read.recorded, "{read:?}");
@@ -143,7 +149,7 @@ fn specification(id: &str, speed: f32) -> PlanSpecification {
 
 #[tokio::test]
 async fn the_plan_that_a_vessel_sails_is_known_when_it_told_it_and_else_that_is_said() {
-    let shore = Shore::with(|_| ());
+    let shore = Shore::with(|_| ()).await;
     let viewer = shore.token(Some(FIRST), Role::Viewer).await;
     let boats = Boats::join(&shore.state.shore.router).await;
     boats.say(boat(0, clock::now())).await;

@@ -43,8 +43,7 @@ async fn lose(serving: &Serving, owner: &str) {
             assert!(lost.is_none(), "who asks gets an answer all the same");
         }
         "app.db" => {
-            let lost = state.shore.people.ask(|_| -> Result<(), _> { panic!("a fault in app.db") }).await;
-            assert!(lost.is_err());
+            assert!(state.shore.people.lose_writer().await.is_err(), "who asks gets an answer all the same");
         }
         "the hashing of passwords" => state.shore.people.lose_hashing(),
         watched => assert!(serving.state.shore.owners.lose(watched), "{watched}"),

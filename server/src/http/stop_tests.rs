@@ -69,7 +69,7 @@ fn addressed(mark: &[u8]) -> bytes::Bytes {
 #[tokio::test]
 async fn a_stop_that_finds_no_room_is_said_to_wait_and_is_the_first_to_leave() {
     let shore = Shore::start().await;
-    let token = shore.token(Some(FIRST), Role::Operator);
+    let token = shore.token(Some(FIRST), Role::Operator).await;
     shore.boats.say(boat(0, clock::now())).await;
     let entry = LogBookEntry { text: "x".repeat(60_000).as_str().into(), ..LogBookEntry::default() };
     for number in 0..30 {
@@ -96,7 +96,7 @@ async fn a_stop_that_finds_no_room_is_said_to_wait_and_is_the_first_to_leave() {
 async fn a_stop_that_comes_by_socket_and_request_is_one_stop_with_one_answer() {
     let shore = Shore::start().await;
     shore.boats.say(boat(0, clock::now())).await;
-    let token = shore.token(Some(FIRST), Role::Operator);
+    let token = shore.token(Some(FIRST), Role::Operator).await;
     let mut socket = connect(&shore, &token).await;
     let (by_socket, by_request) = tokio::join!(
         stop(&mut socket, "{\"vessel\":2068,\"window\":\"w\",\"key\":\"one\"}"),
@@ -115,7 +115,7 @@ async fn a_stop_that_comes_by_socket_and_request_is_one_stop_with_one_answer() {
     let second = stop(&mut socket, "{\"vessel\":2068,\"key\":\"two\"}").await.ordered.unwrap();
     let third = post(&shore, &token, "").await;
     let fourth = post(&shore, &token, "").await;
-    let admin = shore.token(None, Role::Admin);
+    let admin = shore.token(None, Role::Admin).await;
     let fifth = post(&shore, &admin, "?key=one").await;
     let mut ids: Vec<u64> =
         [&by_request, &second, &third, &fourth, &fifth].iter().map(|one| one.id).collect();
@@ -128,12 +128,12 @@ async fn a_stop_that_comes_by_socket_and_request_is_one_stop_with_one_answer() {
 async fn a_stop_by_the_socket_is_refused_to_whom_the_request_is() {
     let shore = Shore::start().await;
     shore.boats.say(boat(0, clock::now())).await;
-    let viewer = shore.token(Some(FIRST), Role::Researcher);
+    let viewer = shore.token(Some(FIRST), Role::Researcher).await;
     let mut socket = connect(&shore, &viewer).await;
     let answer = stop(&mut socket, "{\"vessel\":2068,\"key\":\"a\"}").await;
     assert_eq!(answer.ordered, None);
     assert!(answer.refused.unwrap().contains("it takes an operator"));
-    let operator = shore.token(Some(FIRST), Role::Operator);
+    let operator = shore.token(Some(FIRST), Role::Operator).await;
     let mut socket = connect(&shore, &operator).await;
     let other = stop(&mut socket, "{\"vessel\":2069,\"key\":\"a\"}").await;
     assert!(other.refused.unwrap().contains("may not stop vessel 2069"));
@@ -147,7 +147,7 @@ async fn a_stop_by_the_socket_is_refused_to_whom_the_request_is() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stop_is_carried_out_though_nothing_goes_back_to_its_sender() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Operator);
+    let token = shore.token(None, Role::Operator).await;
     let mut client = Raw::connect(&shore, &token).await;
     client.say(1, b"{\"subscribe\":{\"every_ms\":2}}").await;
     // More than fits on the way: the client takes nothing, so that a frame of the server's stays half sent.
@@ -169,7 +169,7 @@ fn resident_bytes() -> u64 {
 #[tokio::test(flavor = "multi_thread")]
 async fn who_sends_pings_and_takes_nothing_fills_no_memory_and_is_let_go() {
     let shore = Shore::start().await;
-    let token = shore.token(None, Role::Viewer);
+    let token = shore.token(None, Role::Viewer).await;
     let mut client = Raw::connect(&shore, &token).await;
     let ping = [&[0x89, 0xFD, 0, 0, 0, 0][..], &[7; 125]].concat();
     let many = ping.repeat(1_000);
@@ -192,7 +192,7 @@ async fn who_sends_pings_and_takes_nothing_fills_no_memory_and_is_let_go() {
 #[tokio::test(flavor = "multi_thread")]
 async fn pings_whose_answers_nobody_takes_fill_no_memory_at_any_socket() {
     let shore = Shore::start().await;
-    let (operator, link) = (shore.token(None, Role::Operator), shore.link_token(FIRST));
+    let (operator, link) = (shore.token(None, Role::Operator).await, shore.link_token(FIRST).await);
     let ping = [&[0x89, 0xFD, 0, 0, 0, 0][..], &[7; 125]].concat().repeat(1_000);
     let steering = format!("/api/v1/vessels/{FIRST}/teleop");
     for (path, token) in [("/link", &link), (steering.as_str(), &operator)] {

@@ -3,7 +3,7 @@
 use super::serve::{Serving, serve};
 use super::testing::{Boats, FIRST, boat};
 use crate::config::Config;
-use api::{NewToken, Role, TeleopPhase, TeleopTold};
+use api::{Role, TeleopPhase, TeleopTold};
 use futures_util::{SinkExt as _, StreamExt as _};
 use imc::messages::{
     Payload as _, PlanControl, PlanControlState, PlanControlStateState, PlanControlType, RemoteActions,
@@ -12,7 +12,7 @@ use imc::messages::{
 use imc::{Address, Header, Packet, PacketView};
 use operations::{Holder, LeaseAsk};
 use shore::clock;
-use shore::identity::{audit, open, persons, tokens};
+use shore::identity::{audit, testing};
 use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -50,12 +50,8 @@ impl Shore {
     }
 
     /// A new person: their number and a token.
-    fn person(&self, name: &str, role: Role) -> (i64, String) {
-        let db = open(self.folder.path()).unwrap();
-        let person = persons::add(&db, name, "x", false, clock::now()).unwrap();
-        persons::set_permission(&db, person, Some(FIRST), Some(role)).unwrap();
-        let new = NewToken { label: "test".to_owned(), role, vessel: None, days: 1 };
-        (person, tokens::make(&db, person, &new, clock::now()).unwrap().secret)
+    async fn person(&self, name: &str, role: Role) -> (i64, String) {
+        testing::script(self.folder.path(), name, Some(FIRST), role).await
     }
 
     async fn control(&self, (person, name): (i64, &str), ask: LeaseAsk) {
@@ -68,7 +64,7 @@ impl Shore {
 
     /// Somebody with control of the vessel, which waits for their hands.
     async fn hands_of_anna(&self) -> Hands {
-        let (anna, token) = self.person("anna", Role::Operator);
+        let (anna, token) = self.person("anna", Role::Operator).await;
         self.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
         let mut hands = self.connect(&token).await.unwrap();
         hands.begin().await;
@@ -85,8 +81,9 @@ impl Shore {
     }
 
     /// What stands in the audit log of steering, in order: action, subject, outcome. How far the orders got is left out.
-    fn audited(&self) -> Vec<[String; 3]> {
-        let entries = audit::entries(&open(self.folder.path()).unwrap(), None, 100).unwrap();
+    async fn audited(&self) -> Vec<[String; 3]> {
+        let entries =
+            self.serving.state.shore.people.ask(audit::Entries { before: None, count: 100 }).await.unwrap();
         let steering = entries.into_iter().rev().filter(|entry| entry.action.starts_with("teleop."));
         let stages =
             ["waiting", "sent", "received", "executing", "effect seen", "expired", "timed out", "refused"];
@@ -98,7 +95,7 @@ impl Shore {
     async fn audited_all(&self, count: usize) -> Vec<[String; 3]> {
         let end = tokio::time::Instant::now() + DEADLINE;
         loop {
-            let log = self.audited();
+            let log = self.audited().await;
             if log.len() >= count {
                 return log;
             }
@@ -176,9 +173,9 @@ impl Hands {
 #[tokio::test(flavor = "multi_thread")]
 async fn only_who_has_control_steers_and_everything_is_written_down() {
     let shore = Shore::start().await;
-    let (anna, anna_token) = shore.person("anna", Role::Operator);
-    let (bert, _) = shore.person("bert", Role::Operator);
-    let (_, viewer) = shore.person("vera", Role::Viewer);
+    let (anna, anna_token) = shore.person("anna", Role::Operator).await;
+    let (bert, _) = shore.person("bert", Role::Operator).await;
+    let (_, viewer) = shore.person("vera", Role::Viewer).await;
     assert!(shore.connect(&viewer).await.err().unwrap().contains("403"));
 
     let mut hands = shore.connect(&anna_token).await.unwrap();
@@ -259,7 +256,7 @@ async fn a_vessel_that_falls_silent_is_not_steered() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_vessel_without_a_link_is_stopped_and_let_go_when_control_of_it_is_lost() {
     let shore = Shore::start().await;
-    let (bert, _) = shore.person("bert", Role::Operator);
+    let (bert, _) = shore.person("bert", Role::Operator).await;
     let mut hands = shore.hands_of_anna().await;
     hands.until(true, |told| told.phase == TeleopPhase::Steering).await;
     let (heard, mut all) = tokio::sync::watch::channel(Vec::new());
@@ -295,7 +292,7 @@ async fn a_vessel_without_a_link_is_stopped_and_let_go_when_control_of_it_is_los
 #[tokio::test(flavor = "multi_thread")]
 async fn a_window_that_falls_silent_gives_the_helm_back() {
     let shore = Shore::start().await;
-    let (anna, token) = shore.person("anna", Role::Operator);
+    let (anna, token) = shore.person("anna", Role::Operator).await;
     shore.control((anna, "anna"), LeaseAsk::Request(String::new())).await;
     let mut dead = shore.connect(&token).await.unwrap();
     dead.begin().await;
@@ -305,9 +302,16 @@ async fn a_window_that_falls_silent_gives_the_helm_back() {
     let refused = again.until(false, |told| told.why.starts_with("Not begun: ")).await;
     assert!(refused.why.contains("another window"), "{refused:?}");
     // Nothing comes from the first any more, and its connection is not closed either.
-    let ended = || shore.audited().into_iter().find(|[action, ..]| action == "teleop.end");
-    again.until(false, |_| ended().is_some()).await;
-    let [_, subject, outcome] = ended().unwrap();
+    let ended = async || shore.audited().await.into_iter().find(|[action, ..]| action == "teleop.end");
+    let written = std::sync::atomic::AtomicBool::new(false);
+    let look = async {
+        while ended().await.is_none() {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        written.store(true, std::sync::atomic::Ordering::Relaxed);
+    };
+    tokio::join!(look, again.until(false, |_| written.load(std::sync::atomic::Ordering::Relaxed)));
+    let [_, subject, outcome] = ended().await.unwrap();
     assert!(subject.contains("nothing came from the window for 3 s") && outcome == "asked", "{subject}");
     again.begin().await;
     let ((), _) = tokio::join!(shore.obey(), again.until(false, |told| told.phase == TeleopPhase::Ready));

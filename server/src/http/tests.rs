@@ -5,13 +5,14 @@ use super::route::{Kind, Need};
 use super::{routes, serve};
 use crate::AppState;
 use crate::config::Config;
-use api::{NewToken, Role};
+use api::Role;
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
 use shore::Opened;
 use shore::clock::{self, Clock};
-use shore::identity::{People, persons, tokens, vessels};
+use shore::identity::testing::NewScript;
+use shore::identity::{People, persons, vessels};
 use std::path::Path;
 use std::sync::Arc;
 use tower::ServiceExt as _;
@@ -56,27 +57,27 @@ impl Answer {
 }
 
 impl Shore {
-    fn start() -> Self {
-        Self::with(|_| ())
+    async fn start() -> Self {
+        Self::with(|_| ()).await
     }
 
     /// A server on a data folder that was filled before.
-    pub(super) fn with(fill: impl FnOnce(&Path)) -> Self {
+    pub(super) async fn with(fill: impl FnOnce(&Path)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fill(folder.path());
-        Self::of(folder, |_| ())
+        Self::of(folder, |_| ()).await
     }
 
     /// A server with another configuration.
-    pub(super) fn changed(change: impl FnOnce(&mut Config)) -> Self {
-        Self::of(tempfile::tempdir().unwrap(), change)
+    pub(super) async fn changed(change: impl FnOnce(&mut Config)) -> Self {
+        Self::of(tempfile::tempdir().unwrap(), change).await
     }
 
-    fn of(folder: tempfile::TempDir, change: impl FnOnce(&mut Config)) -> Self {
+    async fn of(folder: tempfile::TempDir, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = Config { data: folder.path().to_owned(), ..Config::default() };
         change(&mut config);
         // Nothing goes on by itself: tests drive what they test.
-        let running = Opened::open(config.shore(), Clock::real()).unwrap().assemble().unwrap();
+        let running = Opened::open(config.shore(), Clock::real()).unwrap().assemble().await.unwrap();
         let metrics = serve::figures(&running.shore.tasks, running.shore.stop.clone());
         let shore = running.shore.clone();
         let state = AppState { config: Arc::new(config), shore, metrics };
@@ -114,14 +115,9 @@ impl Shore {
 
     /// A token for a new person with this role on `vessel` (`None`: all).
     pub(super) async fn token(&self, vessel: Option<u16>, role: Role) -> String {
-        let made = self.people.change(move |db| {
-            let count: i64 = db.query_row("SELECT count(*) FROM person", [], |row| row.get(0))?;
-            let person = persons::add(db, &format!("person{count}"), "x", false, clock::now())?;
-            persons::set_permission(db, person, vessel, Some(role))?;
-            let new = NewToken { label: "test".to_owned(), role: Role::Admin, vessel: None, days: 1 };
-            tokens::make(db, person, &new, clock::now())
-        });
-        made.await.unwrap().secret
+        let name = format!("person{}", self.people.ask(persons::List).await.unwrap().len());
+        let new = NewScript { name, vessel, role, most: Role::Admin };
+        self.people.change(new).await.unwrap().1
     }
 
     async fn form(&self, path: &str, cookies: &str, fields: &[(&str, &str)]) -> Answer {
@@ -177,7 +173,7 @@ pub(super) fn bearer(request: axum::http::request::Builder, token: &str) -> axum
 
 #[tokio::test]
 async fn every_route_refuses_the_anonymous_unless_it_says_anyone() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     for route in routes::table() {
         let answer = shore.ask(request(&route), "").await;
         assert_eq!(answer.is_refused(), route.need != Need::Anyone, "{} {}", route.method, route.path);
@@ -191,7 +187,7 @@ async fn every_route_refuses_the_anonymous_unless_it_says_anyone() {
 
 #[tokio::test]
 async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     let mut tokens = Vec::new();
     for role in Role::ALL {
         let elsewhere = shore.token(Some(OWN + 1), role).await;
@@ -223,7 +219,7 @@ async fn every_route_refuses_the_wrong_role_and_lets_the_right_one_in() {
 
 #[tokio::test]
 async fn a_one_time_password_opens_nothing_but_its_own_change() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     let login = shore.login("admin", &shore.first_password).await;
     assert_eq!(
         (login.status, &login.headers[header::LOCATION]),
@@ -246,7 +242,7 @@ async fn a_one_time_password_opens_nothing_but_its_own_change() {
 
 #[tokio::test]
 async fn from_login_to_logout() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     let cookies = shore.admin().await;
     assert_eq!(shore.page("/", &cookies).await.status, StatusCode::OK);
     assert!(shore.login("admin", &shore.first_password).await.body.contains("Name or password is wrong"));
@@ -260,7 +256,7 @@ async fn from_login_to_logout() {
 
 #[tokio::test]
 async fn changes_need_the_token_and_our_own_origin() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     let cookies = shore.admin().await;
     let csrf = shore.page("/admin", &cookies).await.csrf();
     let fields = |csrf| [("csrf", csrf), ("name", "eve"), ("role", "admin"), ("vessel", "")];
@@ -286,7 +282,7 @@ async fn changes_need_the_token_and_our_own_origin() {
 
 #[tokio::test]
 async fn a_stranger_who_guesses_does_not_lock_the_person_out() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     let cookies = shore.admin().await;
     let mut status = StatusCode::OK;
     for _ in 0..8 {
@@ -302,7 +298,7 @@ async fn a_stranger_who_guesses_does_not_lock_the_person_out() {
 
 #[tokio::test]
 async fn what_people_write_reaches_pages_as_text() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     let cookies = shore.admin().await;
     let csrf = shore.page("/account", &cookies).await.csrf();
     let label = "<script>alert(1)</script>\"'";
@@ -315,12 +311,11 @@ async fn what_people_write_reaches_pages_as_text() {
 
 #[tokio::test]
 async fn nobody_reads_names_of_vessels_that_they_may_not_see() {
-    let shore = Shore::start();
-    let named = shore.people.change(|db| {
-        vessels::add(db, OWN, "mine", clock::now())?;
-        vessels::add(db, OWN + 1, "theirs", clock::now())
-    });
-    named.await.unwrap();
+    let shore = Shore::start().await;
+    for (address, name) in [(OWN, "mine"), (OWN + 1, "theirs")] {
+        let add = vessels::Add { address, name: name.to_owned(), now: clock::now() };
+        shore.people.change(add).await.unwrap();
+    }
     let operator = shore.token(Some(OWN), Role::Operator).await;
     for path in ["/".to_owned(), format!("/vessels/{OWN}"), "/plans".to_owned()] {
         let page = shore.get(&path, &operator).await;
@@ -330,7 +325,7 @@ async fn nobody_reads_names_of_vessels_that_they_may_not_see() {
 
 #[tokio::test]
 async fn every_answer_carries_the_headers() {
-    let shore = Shore::start();
+    let shore = Shore::start().await;
     for path in ["/login", "/nowhere", "/api/v1/me", "/static/nothing.js", "/favicon.ico"] {
         let answer = shore.page(path, "").await;
         let policy = answer.headers[header::CONTENT_SECURITY_POLICY].to_str().unwrap();

@@ -63,10 +63,9 @@ async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> 
         Via::Session { id, must_change_password, .. } => (Some(*id), *must_change_password),
         Via::Token { .. } => (None, false),
     };
-    let read = state.shore.people.ask(move |db| {
-        Ok((sessions::list(db, Some(person))?, tokens::list(db, Some(person))?, vessels::list(db)?))
-    });
-    let (sessions, tokens, vessels) = read.await?;
+    let read =
+        state.shore.people.ask(((sessions::List(Some(person)), tokens::List(Some(person))), vessels::List));
+    let ((sessions, tokens), vessels) = read.await?;
     let bad = !words.problem.is_empty();
     let mut response = html(&AccountPage {
         frame: Frame { path: "/account".to_owned(), ..frame },
@@ -125,18 +124,13 @@ async fn change_password(
         let error = ApiError::from(refused);
         return if error.status.is_server_error() { Err(error) } else { Ok(Err(error.text)) };
     }
-    let hash = state.shore.people.hash(sent.new).await?;
-    let person = who.person;
+    let password_hash = state.shore.people.hash(sent.new).await?;
     let keep = match who.via {
         Via::Session { id, .. } => Some(id),
         Via::Token { .. } => None,
     };
-    let work = move |db: &rusqlite::Connection| persons::set_password(db, person, &hash, false, keep);
-    state
-        .shore
-        .people
-        .act(who, remote.address.to_string(), "password.change", who.name.clone(), work)
-        .await?;
+    let set = persons::SetPassword { name: who.name.clone(), password_hash, must_change: false, keep };
+    state.shore.people.act(who, remote.address.to_string(), "password.change", who.name.clone(), set).await?;
     Ok(Ok(()))
 }
 
@@ -153,8 +147,8 @@ pub(super) async fn session_end(
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     let person = Some(who.person);
-    let work = move |db: &rusqlite::Connection| sessions::end(db, id, person);
-    state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), work).await?;
+    let end = sessions::End { id, person };
+    state.shore.people.act(&who, remote.address.to_string(), "session.end", id.to_string(), end).await?;
     Ok(Redirect::to("/account?done=session").into_response())
 }
 
@@ -183,10 +177,9 @@ pub(super) async fn token_make(
         label: wanted.label,
         days: wanted.days,
     };
-    let (person, subject, now) = (who.person, new.label.clone(), state.shore.clock.utc());
-    let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, move |db| {
-        tokens::make(db, person, &new, now)
-    });
+    let subject = new.label.clone();
+    let make = tokens::Make { person: who.person, new, now: state.shore.clock.utc() };
+    let made = state.shore.people.act(&who, remote.address.to_string(), "token.make", subject, make);
     let words = match made.await {
         Ok(made) => Words { secret: made.secret, ..Words::default() },
         Err(Fault::Refused(problem)) => Words { problem, ..Words::default() },
@@ -203,7 +196,7 @@ pub(super) async fn token_revoke(
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     let person = Some(who.person);
-    let work = move |db: &rusqlite::Connection| tokens::revoke(db, id, person).map(drop);
-    state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), work).await?;
+    let revoke = tokens::Revoke { id, person };
+    state.shore.people.act(&who, remote.address.to_string(), "token.revoke", id.to_string(), revoke).await?;
     Ok(Redirect::to("/account?done=token").into_response())
 }

@@ -131,8 +131,8 @@ pub(super) async fn logout(
     remote: Remote,
 ) -> Result<Response, PageError> {
     if let Via::Session { id, .. } = who.via {
-        let work = move |db: &rusqlite::Connection| sessions::end(db, id, None);
-        state.shore.people.act(&who, remote.address.to_string(), "logout", who.name.clone(), work).await?;
+        let end = sessions::End { id, person: None };
+        state.shore.people.act(&who, remote.address.to_string(), "logout", who.name.clone(), end).await?;
     }
     let cookie = set_secret_cookie(SESSION_COOKIE, "", 0, remote);
     Ok(([(header::SET_COOKIE, cookie)], Redirect::to("/login")).into_response())

@@ -40,7 +40,7 @@ pub fn make(
         progress(what);
         true
     })?;
-    identity::backup(data, to)?;
+    identity::wait(identity::backup(data, to))?;
     let mut manifest = Manifest::new(clock::now().micros());
     for path in files(data, Path::new(""))? {
         progress(&path.display().to_string());

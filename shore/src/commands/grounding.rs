@@ -126,6 +126,9 @@ impl Grounding {
     }
 
     /// The plan of that name aboard, if it is one of those kept here.
+    ///
+    /// # Errors
+    /// The server is stopping, or app.db cannot be read.
     pub async fn drawn_here(&self, vessel: Address, plan_id: String) -> Result<Option<PlanSpecification>> {
         let wanted = plan_id.clone();
         let ask = move |operations: &mut Operations, _| {
@@ -133,7 +136,7 @@ impl Grounding {
             aboard.plans.iter().find(|plan| plan.plan_id == wanted).map(|plan| plan.md5.clone())
         };
         let Some(md5) = self.router.ask(ask).await? else { return Ok(None) };
-        let mut rows = self.people.ask(plans::list).await?;
+        let mut rows = self.people.ask(plans::List).await?;
         rows.retain(|row| row.plan.name == plan_id);
         let same = move || {
             let specifications = rows.iter().filter_map(|row| plans::specification(&row.plan).ok());

@@ -17,7 +17,6 @@ pub use helms::{Helm, Helms};
 pub use stop::{Stop, Stops};
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::identity::audit::{self, Act};
 use crate::identity::{Fault, Line, People, Principal};
 use crate::router::Router;
 use api::{Command, Lease, PlansAboard};
@@ -221,15 +220,10 @@ impl Commands {
         action: &'static str,
         subjects: &[String],
     ) -> std::result::Result<(), Fault> {
-        let (actor, address, subjects) = (by.who.actor(), by.from.clone(), subjects.to_vec());
-        let now = self.router.clock().utc();
-        let write = self.people.change(move |db| {
-            for subject in &subjects {
-                let act = Act { actor: &actor, address: &address, action, subject, outcome: "asked" };
-                audit::record(db, act, now)?;
-            }
-            Ok(())
-        });
-        tokio::time::timeout(AUDIT_PATIENCE, write).await.unwrap_or(Err(Fault::Hangs))
+        let line = |subject: &String| {
+            let (actor, address) = (by.who.actor(), by.from.clone());
+            Line { actor, address, action, subject: subject.clone(), outcome: "asked".to_owned() }
+        };
+        self.people.record(subjects.iter().map(line).collect(), AUDIT_PATIENCE).await
     }
 }

@@ -26,6 +26,9 @@ pub fn list(text: Option<&str>) -> Vec<String> {
 }
 
 /// A message that the catalogue has.
+///
+/// # Errors
+/// It has none; with names that are like it.
 pub fn message(name: &str) -> Result<&'static str, Wrong> {
     if let Some(desc) = imc::catalogue::by_abbrev(name) {
         return Ok(desc.abbrev);

@@ -84,6 +84,9 @@ pub struct Upload {
 
 impl Upload {
     /// Appends.
+    ///
+    /// # Errors
+    /// The disk is full or fails.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.file.write_all(bytes)?;
         self.bytes += bytes.len() as u64;
@@ -91,11 +94,17 @@ impl Upload {
     }
 
     /// Whether what was written so far begins as a log does.
+    ///
+    /// # Errors
+    /// The file cannot be read.
     pub fn begins_as_log(&self) -> store::Result<bool> {
         store::begins_as_log(&self.path)
     }
 
     /// What its disk has left for uploads, bytes.
+    ///
+    /// # Errors
+    /// The disk does not say.
     pub fn room_bytes(&self) -> store::Result<u64> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         Ok(store::free_bytes(folder)?.saturating_sub(RESERVED_BYTES))
@@ -168,6 +177,9 @@ impl Imports {
     }
 
     /// Room for an upload; `None` while there is another or one is being read.
+    ///
+    /// # Errors
+    /// The folder of uploads cannot be written.
     pub fn upload(&self) -> io::Result<Option<Upload>> {
         let Ok(place) = Arc::clone(&self.shared.place).try_acquire_owned() else { return Ok(None) };
         fs::create_dir_all(&self.shared.folder)?;
@@ -177,6 +189,9 @@ impl Imports {
     }
 
     /// A file of this computer as an upload; `None` while there is another or one is being read.
+    ///
+    /// # Errors
+    /// The file cannot be read, or there is no room for a copy of it.
     pub fn take(&self, file: &Path) -> io::Result<Option<Upload>> {
         let Some(mut upload) = self.upload()? else { return Ok(None) };
         upload.bytes = io::copy(&mut File::open(file)?, &mut upload.file)?;

@@ -72,6 +72,9 @@ impl History {
 }
 
 /// Which messages there are of which system.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
     let mut all = BTreeMap::<(u16, String), Recorded>::new();
     for series in reader.series(None)? {
@@ -88,6 +91,9 @@ pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
 }
 
 /// Every series of the systems that `may` admits.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn series(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::Result<Vec<api::Series>> {
     let all = reader.series(None)?;
     let describe = |series: store::Series| {
@@ -140,6 +146,9 @@ fn field(column: &Column) -> api::SeriesField {
 }
 
 /// A field as about `pixels` buckets.
+///
+/// # Errors
+/// There is no such field, or the store cannot be read.
 pub fn buckets(
     reader: &mut Reader,
     source: &Source,
@@ -168,6 +177,9 @@ pub fn buckets(
 }
 
 /// Samples as they are; all fields when none are named.
+///
+/// # Errors
+/// There is no such field, the answer would be too large, or the store cannot be read.
 pub fn samples(
     reader: &mut Reader,
     source: &Source,
@@ -219,6 +231,9 @@ fn value(cell: Cell, kind: ColumnKind) -> Json {
 }
 
 /// How a vessel was at a time.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn at(reader: &mut Reader, vessel: Address, time_us: i64) -> store::Result<api::At> {
     let then = reader.then(vessel, time_us, SERIES, ANSWER_BYTES)?;
     let update = |last: store::Last| {
@@ -271,6 +286,9 @@ fn next(next: store::Next, range: TimeRange, order: Order) -> api::Next {
 }
 
 /// A track of at most about so many points.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn track(
     reader: &mut Reader,
     vessel: Address,
@@ -287,6 +305,9 @@ pub fn track(
 }
 
 /// All labels that a vessel's entities had.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::Entity>> {
     let entity = |name: store::EntityName| api::Entity {
         entity: name.entity,
@@ -298,6 +319,9 @@ pub fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::
 }
 
 /// Tags that a vessel heard.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn detections(
     reader: &mut Reader,
     vessel: Address,
@@ -333,6 +357,9 @@ pub fn detections(
 }
 
 /// A vessel's log book.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn log_book(
     reader: &mut Reader,
     vessel: Address,
@@ -356,6 +383,9 @@ pub fn log_book(
 
 /// What a vessel declared missing, and when nothing was heard of it, in order of time. What is declared says more
 /// than silence: a silence within a declared gap is not told again.
+///
+/// # Errors
+/// The store cannot be read.
 pub fn gaps(reader: &mut Reader, vessel: Address, range: TimeRange) -> store::Result<Vec<api::Gap>> {
     let gap = |gap: store::Gap| api::Gap {
         from_us: gap.from.micros(),

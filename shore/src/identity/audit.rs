@@ -1,8 +1,10 @@
 //! The log of what people did and tried.
 
-use super::db::Fault;
+use super::fault::Fault;
+use super::journal::Line;
+use super::writer::Request;
 use api::AuditEntry;
-use rusqlite::{Connection, params};
+use sqlx::SqliteConnection;
 use units::UtcTime;
 
 /// Entries that are kept; older ones go.
@@ -10,80 +12,120 @@ const ENTRIES: i64 = 1_000_000;
 
 /// Something somebody does.
 #[derive(Debug, Clone, Copy)]
-pub struct Act<'a> {
-    /// Who, as the log names them.
-    pub actor: &'a str,
-    /// From which network address.
-    pub address: &'a str,
+pub(super) struct Act<'a> {
+    pub(super) actor: &'a str,
+    pub(super) address: &'a str,
     /// Like `user.add`.
-    pub action: &'a str,
-    /// What it is about.
-    pub subject: &'a str,
+    pub(super) action: &'a str,
+    pub(super) subject: &'a str,
     /// `done`, or why not.
-    pub outcome: &'a str,
+    pub(super) outcome: &'a str,
+}
+
+/// Writes lines down, each with the time at which it happened.
+#[derive(Debug)]
+pub struct Record(pub Vec<(UtcTime, Line)>);
+
+impl Request for Record {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        for (at, Line { actor, address, action, subject, outcome }) in &self.0 {
+            record(db, Act { actor, address, action, subject, outcome }, *at).await?;
+        }
+        Ok(())
+    }
+}
+
+/// A request with its line in the audit log, both or neither.
+#[derive(Debug)]
+pub struct Acted<R> {
+    /// What is done.
+    pub request: R,
+    /// What is written of it.
+    pub line: Line,
+    /// When.
+    pub now: UtcTime,
+}
+
+impl<R: Request> Request for Acted<R> {
+    type Answer = R::Answer;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<R::Answer, Fault> {
+        let done = self.request.run(db).await?;
+        Record(vec![(self.now, self.line)]).run(db).await?;
+        Ok(done)
+    }
+}
+
+/// Up to `count` entries before the entry `before`, the newest first.
+#[derive(Debug)]
+pub struct Entries {
+    /// Entries with lower numbers only.
+    pub before: Option<i64>,
+    /// At most so many.
+    pub count: u32,
+}
+
+impl Request for Entries {
+    type Answer = Vec<AuditEntry>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<AuditEntry>, Fault> {
+        entries(db, self.before, self.count).await
+    }
 }
 
 /// Writes it down.
-pub fn record(db: &Connection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
+pub(super) async fn record(db: &mut SqliteConnection, act: Act<'_>, now: UtcTime) -> Result<(), Fault> {
     let short = |text: &str| text.chars().take(200).collect::<String>();
     // A parameter with its value before and after.
     let subject: String = act.subject.chars().take(500).collect();
-    db.prepare_cached(
-        "INSERT INTO audit (time_us, actor, address, action, subject, outcome) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
-    )?
-    .execute(params![
-        now.micros(),
-        short(act.actor),
-        short(act.address),
-        act.action,
-        subject,
-        short(act.outcome)
-    ])?;
-    let oldest = db.last_insert_rowid() - ENTRIES;
-    db.prepare_cached("DELETE FROM audit WHERE id <= ?1")?.execute([oldest])?;
+    let sql = "INSERT INTO audit (time_us, actor, address, action, subject, outcome) VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+    let query = sqlx::query(sql).bind(now.micros()).bind(short(act.actor)).bind(short(act.address));
+    let query = query.bind(act.action).bind(subject).bind(short(act.outcome));
+    let oldest = query.execute(&mut *db).await?.last_insert_rowid() - ENTRIES;
+    sqlx::query("DELETE FROM audit WHERE id <= ?1").bind(oldest).execute(db).await?;
     Ok(())
 }
 
 /// Up to `count` entries before the entry `before`, the newest first.
-pub fn entries(db: &Connection, before: Option<i64>, count: u32) -> Result<Vec<AuditEntry>, Fault> {
-    let mut query = db.prepare_cached(
-        "SELECT id, time_us, actor, address, action, subject, outcome FROM audit
-         WHERE id < ?1 ORDER BY id DESC LIMIT ?2",
-    )?;
-    let rows = query.query_map(params![before.unwrap_or(i64::MAX), count], |row| {
-        Ok(AuditEntry {
-            id: row.get(0)?,
-            time_us: row.get(1)?,
-            actor: row.get(2)?,
-            address: row.get(3)?,
-            action: row.get(4)?,
-            subject: row.get(5)?,
-            outcome: row.get(6)?,
-        })
-    })?;
-    Ok(rows.collect::<Result<_, _>>()?)
+async fn entries(
+    db: &mut SqliteConnection,
+    before: Option<i64>,
+    count: u32,
+) -> Result<Vec<AuditEntry>, Fault> {
+    let sql = "SELECT id, time_us, actor, address, action, subject, outcome FROM audit
+               WHERE id < ?1 ORDER BY id DESC LIMIT ?2";
+    let rows = sqlx::query_as(sql).bind(before.unwrap_or(i64::MAX)).bind(count).fetch_all(db).await?;
+    let entry = |(id, time_us, actor, address, action, subject, outcome)| AuditEntry {
+        id,
+        time_us,
+        actor,
+        address,
+        action,
+        subject,
+        outcome,
+    };
+    Ok(rows.into_iter().map(entry).collect())
 }
 
 /// Entries that are looked through for steering by hand that has no end.
 const LOOKED_THROUGH: i64 = 10_000;
 
 /// Writes an end behind every steering by hand that has none: the server that was to write it was killed. How many.
-pub fn close_open(db: &Connection, now: UtcTime) -> Result<usize, Fault> {
-    let mut query = db.prepare(
-        "SELECT actor, subject FROM audit AS begun
+pub(super) async fn close_open(db: &mut SqliteConnection, now: UtcTime) -> Result<usize, Fault> {
+    let sql = "SELECT actor, subject FROM audit AS begun
          WHERE id > (SELECT max(id) FROM audit) - ?1 AND action = 'teleop.begin' AND outcome IN ('asked', 'done')
          AND NOT EXISTS (SELECT 1 FROM audit AS later WHERE later.id > begun.id
              AND (later.action = 'teleop.end' OR later.action = 'teleop.begin' AND (later.outcome IN ('asked', 'done')
                  OR later.outcome LIKE 'refused%' OR later.outcome LIKE 'expired%'))
              AND later.actor = begun.actor
-             AND substr(later.subject, 1, length(begun.subject)) = begun.subject)",
-    )?;
-    let open: Vec<(String, String)> =
-        query.query_map([LOOKED_THROUGH], |row| Ok((row.get(0)?, row.get(1)?)))?.collect::<Result<_, _>>()?;
+             AND substr(later.subject, 1, length(begun.subject)) = begun.subject)";
+    let open: Vec<(String, String)> = sqlx::query_as(sql).bind(LOOKED_THROUGH).fetch_all(&mut *db).await?;
     for (actor, subject) in &open {
         let subject = format!("{} the server was killed or lost its power", subject.trim());
         let act = Act { actor, address: "", action: "teleop.end", subject: &subject, outcome: "done" };
-        record(db, act, now)?;
+        record(db, act, now).await?;
     }
     Ok(open.len())
 }
@@ -93,38 +135,39 @@ mod tests {
     use super::super::db::tests::fresh;
     use super::*;
 
-    #[test]
-    fn entries_come_newest_first_and_in_pages() {
-        let db = fresh();
+    #[tokio::test]
+    async fn entries_come_newest_first_and_in_pages() {
+        let mut db = fresh().await;
         for subject in ["a", "b", "c"] {
             let act = Act { actor: "nils", address: "::1", action: "user.add", subject, outcome: "done" };
-            record(&db, act, UtcTime::from_micros(1)).unwrap();
+            record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();
         }
-        let first = entries(&db, None, 2).unwrap();
+        let first = entries(&mut db, None, 2).await.unwrap();
         let subjects: Vec<&str> = first.iter().map(|entry| entry.subject.as_str()).collect();
         assert_eq!(subjects, ["c", "b"]);
-        assert_eq!(entries(&db, Some(first[1].id), 2).unwrap()[0].subject, "a");
+        assert_eq!(entries(&mut db, Some(first[1].id), 2).await.unwrap()[0].subject, "a");
     }
 
-    #[test]
-    fn steering_that_has_no_end_gets_one_once() {
-        let db = fresh();
-        let says = |actor, action, subject, outcome| {
-            record(&db, Act { actor, address: "", action, subject, outcome }, UtcTime::from_micros(1))
-                .unwrap();
-        };
-        says("anna", "teleop.begin", "otter-1 ", "done");
-        says("anna", "teleop.end", "otter-1 the person ended it", "done");
-        says("anna", "teleop.begin", "otter-2 ", "you do not have control of this vessel");
-        says("bert", "teleop.begin", "otter-3 ", "asked");
-        says("bert", "teleop.begin", "otter-3 ", "sent: by link");
-        says("bert", "teleop.begin", "otter-3 ", "effect seen: executing teleoperation-mode");
-        says("cora", "teleop.begin", "otter-4 ", "asked");
-        says("cora", "teleop.begin", "otter-4 ", "refused: no plan");
-        assert_eq!(close_open(&db, UtcTime::from_micros(2)).unwrap(), 1);
-        let last = entries(&db, None, 1).unwrap().remove(0);
+    #[tokio::test]
+    async fn steering_that_has_no_end_gets_one_once() {
+        let mut db = fresh().await;
+        for (actor, action, subject, outcome) in [
+            ("anna", "teleop.begin", "otter-1 ", "done"),
+            ("anna", "teleop.end", "otter-1 the person ended it", "done"),
+            ("anna", "teleop.begin", "otter-2 ", "you do not have control of this vessel"),
+            ("bert", "teleop.begin", "otter-3 ", "asked"),
+            ("bert", "teleop.begin", "otter-3 ", "sent: by link"),
+            ("bert", "teleop.begin", "otter-3 ", "effect seen: executing teleoperation-mode"),
+            ("cora", "teleop.begin", "otter-4 ", "asked"),
+            ("cora", "teleop.begin", "otter-4 ", "refused: no plan"),
+        ] {
+            let act = Act { actor, address: "", action, subject, outcome };
+            record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();
+        }
+        assert_eq!(close_open(&mut db, UtcTime::from_micros(2)).await.unwrap(), 1);
+        let last = entries(&mut db, None, 1).await.unwrap().remove(0);
         assert_eq!((last.actor.as_str(), last.action.as_str()), ("bert", "teleop.end"));
         assert_eq!(last.subject, "otter-3 the server was killed or lost its power");
-        assert_eq!(close_open(&db, UtcTime::from_micros(3)).unwrap(), 0);
+        assert_eq!(close_open(&mut db, UtcTime::from_micros(3)).await.unwrap(), 0);
     }
 }

@@ -1,7 +1,7 @@
 //! The handle through which a running server asks about people.
 
-use super::audit::{self, Act};
-use super::db::{Db, Fault};
+use super::audit::{self, Acted};
+use super::fault::Fault;
 use super::hashing::Hashing;
 use super::journal::{Journal, Line};
 use super::limiter::Limiter;
@@ -9,11 +9,12 @@ use super::register::{Found, Register, Use};
 use super::roles::Principal;
 use super::secret::{self, Secret};
 use super::sessions::{self, Lifetime};
+use super::writer::{Db, Request, within_transaction};
 use super::{password, persons, tokens};
 use crate::clock::Clock;
 use crate::owners::Owners;
 use api::{Role, Vessel};
-use rusqlite::Connection;
+use sqlx::{Connection as _, SqliteConnection};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -25,7 +26,7 @@ use units::{MonoTime, UtcTime};
 /// How long somebody whom the register does not know waits for app.db.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// How long a question or an act waits for app.db before it is said that it hangs.
-const ASK_PATIENCE: Duration = Duration::from_secs(10);
+pub const ASK_PATIENCE: Duration = Duration::from_secs(10);
 /// How often it is looked whether another program changed app.db.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
@@ -58,20 +59,19 @@ impl People {
     ///
     /// # Errors
     /// As [`super::open`].
-    pub fn start(
+    pub async fn start(
         folder: &Path,
         config: &super::Settings,
         owners: &Owners,
         clock: Clock,
     ) -> Result<(Self, Option<FirstAdmin>), Fault> {
-        let mut connection = super::open(folder)?;
-        let first = super::db::within_transaction(&mut connection, |db| first_admin(db, clock.utc()))?;
-        audit::close_open(&connection, clock.utc())?;
+        let mut connection = super::open(folder).await?;
+        let first = within_transaction(&mut connection, FirstLook { now: clock.utc() }).await?;
         let register = Arc::new(Register::default());
-        register.catch_up(&connection)?;
+        register.catch_up(&mut *connection.begin().await?).await?;
         let no_thread = |error| Fault::Folder(folder.display().to_string(), error);
         let people = Self {
-            db: Db::start(connection, Arc::clone(&register), owners).map_err(no_thread)?,
+            db: Db::start(connection, folder, Arc::clone(&register), owners).map_err(no_thread)?,
             life: Lifetime {
                 idle: Duration::from_secs(u64::from(config.session_idle_h) * 3_600),
                 whole: Duration::from_secs(u64::from(config.session_days) * 86_400),
@@ -105,6 +105,21 @@ impl People {
         }));
     }
 
+    /// Loses the thread that writes app.db to a fault, as a bug in it would; what whoever asked is told.
+    #[cfg(any(test, feature = "testing"))]
+    pub async fn lose_writer(&self) -> Result<(), Fault> {
+        #[derive(Debug)]
+        struct Lost;
+        impl Request for Lost {
+            type Answer = ();
+
+            async fn run(self, _: &mut SqliteConnection) -> Result<(), Fault> {
+                panic!("a fault in app.db")
+            }
+        }
+        self.db.change(Lost).await
+    }
+
     /// Loses the hashing of passwords to a fault, as a bug in it would.
     #[cfg(any(test, feature = "testing"))]
     pub fn lose_hashing(&self) {
@@ -114,55 +129,51 @@ impl People {
     /// Reads.
     ///
     /// # Errors
-    /// What `work` says, or that app.db does not answer.
-    pub async fn ask<R: Send + 'static>(
-        &self,
-        work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
-    ) -> Result<R, Fault> {
-        tokio::time::timeout(ASK_PATIENCE, self.db.ask(work)).await.unwrap_or(Err(Fault::Hangs))
+    /// What the request says, or that app.db does not answer.
+    pub async fn ask<R: Request>(&self, request: R) -> Result<R::Answer, Fault> {
+        tokio::time::timeout(ASK_PATIENCE, self.db.ask(request)).await.unwrap_or(Err(Fault::Hangs))
     }
 
     /// Changes something without a line in the audit log.
     ///
     /// # Errors
-    /// What `work` says.
-    pub async fn change<R: Send + 'static>(
-        &self,
-        work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
-    ) -> Result<R, Fault> {
-        self.db.change(work).await
+    /// What the request says.
+    pub async fn change<R: Request>(&self, request: R) -> Result<R::Answer, Fault> {
+        self.db.change(request).await
     }
 
     /// Changes something in `who`'s name, with its line in the audit log, or refuses, with its line too.
     ///
     /// # Errors
-    /// What `work` says.
-    pub async fn act<R: Send + 'static>(
+    /// What the request says.
+    pub async fn act<R: Request>(
         &self,
         who: &Principal,
         address: String,
         action: &'static str,
         subject: String,
-        work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
-    ) -> Result<R, Fault> {
-        let (actor, clock) = (who.actor(), self.clock.clone());
-        let note = move |db: &Connection, outcome: &str| {
-            let act = Act { actor: &actor, address: &address, action, subject: &subject, outcome };
-            audit::record(db, act, clock.utc())
-        };
-        let again = note.clone();
-        let done = self.db.change(move |db| {
-            let done = work(db)?;
-            note(db, "done")?;
-            Ok(done)
-        });
+        request: R,
+    ) -> Result<R::Answer, Fault> {
+        let line = Line { actor: who.actor(), address, action, subject, outcome: "done".to_owned() };
+        let done = self.db.change(Acted { request, line: line.clone(), now: self.clock.utc() });
         let outcome = tokio::time::timeout(ASK_PATIENCE, done).await.unwrap_or(Err(Fault::Hangs));
         if let Err(Fault::Refused(reason)) = &outcome {
-            let reason = reason.clone();
-            self.db.change(move |db| again(db, &reason)).await?;
+            let line = Line { outcome: reason.clone(), ..line };
+            self.db.change(audit::Record(vec![(self.clock.utc(), line)])).await?;
         }
         self.changed.send_modify(|count| *count += 1);
         outcome
+    }
+
+    /// Writes lines into the audit log; they are on the disk when it returns.
+    ///
+    /// # Errors
+    /// They may not be: app.db cannot be written, or does not answer within `patience`.
+    pub async fn record(&self, lines: Vec<Line>, patience: Duration) -> Result<(), Fault> {
+        let now = self.clock.utc();
+        let lines = lines.into_iter().map(|line| (now, line)).collect();
+        let written = self.db.change(audit::Record(lines));
+        tokio::time::timeout(patience, written).await.unwrap_or(Err(Fault::Hangs))
     }
 
     /// Has something that happened written into the audit log; never waits.
@@ -249,15 +260,10 @@ impl People {
 
     /// Has it written down that a session or token was used, when app.db takes it. Nobody is refused for that.
     fn write_use(&self, of: Use) {
-        let (register, clock) = (Arc::clone(&self.register), self.clock.clone());
-        self.db.change_some_time(move |db| {
-            let now = clock.utc();
-            match of {
-                Use::Session(id) => sessions::touch(db, id, now)?,
-                Use::Token(id) => tokens::touch(db, id, now)?,
-            }
-            register.written(of, now);
-            Ok(())
+        self.db.change_some_time(WriteUse {
+            of,
+            register: Arc::clone(&self.register),
+            now: self.clock.utc(),
         });
     }
 
@@ -277,13 +283,47 @@ impl People {
     }
 }
 
-fn first_admin(db: &Connection, now: UtcTime) -> Result<Option<FirstAdmin>, Fault> {
-    let people: i64 = db.query_row("SELECT count(*) FROM person", [], |row| row.get(0))?;
-    if people > 0 {
-        return Ok(None);
+/// Writes down that a session or token was used.
+#[derive(Debug)]
+struct WriteUse {
+    of: Use,
+    register: Arc<Register>,
+    now: UtcTime,
+}
+
+impl Request for WriteUse {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let Self { of, register, now } = self;
+        match of {
+            Use::Session(id) => sessions::touch(db, id, now).await?,
+            Use::Token(id) => tokens::touch(db, id, now).await?,
+        }
+        register.written(of, now);
+        Ok(())
     }
-    let first = FirstAdmin { name: "admin", one_time_password: secret::one_time_password() };
-    let id = persons::add(db, first.name, &password::hash(&first.one_time_password), true, now)?;
-    persons::set_permission(db, id, None, Some(Role::Admin))?;
-    Ok(Some(first))
+}
+
+/// What a start writes: the ends that a killed server left open, and, for an empty database, its first admin.
+#[derive(Debug)]
+struct FirstLook {
+    now: UtcTime,
+}
+
+impl Request for FirstLook {
+    type Answer = Option<FirstAdmin>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Option<FirstAdmin>, Fault> {
+        let now = self.now;
+        audit::close_open(db, now).await?;
+        let people: i64 = sqlx::query_scalar("SELECT count(*) FROM person").fetch_one(&mut *db).await?;
+        if people > 0 {
+            return Ok(None);
+        }
+        let first = FirstAdmin { name: "admin", one_time_password: secret::one_time_password() };
+        let id = persons::add(db, first.name, &password::hash(&first.one_time_password), true, now).await?;
+        persons::set_permission(db, id, None, Some(Role::Admin)).await?;
+        Ok(Some(first))
+    }
 }

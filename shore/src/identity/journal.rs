@@ -4,8 +4,9 @@
 //! soon as app.db takes it, in order, with the time at which they happened. [`WAITING`] lines may wait; one more goes to
 //! the program's log alone, as an error with everything that it says, and is counted.
 
-use super::audit::{self, Act};
-use super::db::{Db, Fault};
+use super::audit;
+use super::fault::Fault;
+use super::writer::Db;
 use crate::clock::Clock;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -90,7 +91,7 @@ impl Journal {
     }
 
     /// Writes what is noted until `stop`; [`Journal::finish`] writes what still waits then.
-    pub(crate) async fn keep(self, db: Db, stop: CancellationToken) {
+    pub(super) async fn keep(self, db: Db, stop: CancellationToken) {
         while stop.run_until_cancelled(self.0.ready.notified()).await.is_some() {
             let mut told = false;
             while let Some(Err(fault)) = stop.run_until_cancelled(self.write(&db)).await {
@@ -106,7 +107,7 @@ impl Journal {
 
     /// Writes what still waits, once nobody notes anything any more. What app.db does not take in time goes to the program's
     /// log.
-    pub(crate) async fn finish(&self, db: &Db) {
+    pub(super) async fn finish(&self, db: &Db) {
         if !matches!(tokio::time::timeout(GOOD_BYE, self.write(db)).await, Ok(Ok(()))) {
             for (_, line) in self.waiting().drain(..) {
                 tracing::error!(
@@ -118,20 +119,14 @@ impl Journal {
     }
 
     /// Writes all that waits.
-    pub(crate) async fn write(&self, db: &Db) -> Result<(), Fault> {
+    pub(super) async fn write(&self, db: &Db) -> Result<(), Fault> {
         loop {
             let lines: Vec<(UtcTime, Line)> = self.waiting().iter().take(AT_ONCE).cloned().collect();
             let count = lines.len();
             if count == 0 {
                 return Ok(());
             }
-            let work = move |connection: &rusqlite::Connection| {
-                for (at, Line { actor, address, action, subject, outcome }) in &lines {
-                    audit::record(connection, Act { actor, address, action, subject, outcome }, *at)?;
-                }
-                Ok(())
-            };
-            db.change(work).await?;
+            db.change(audit::Record(lines)).await?;
             // Whoever notes appends, and nobody else takes away.
             self.waiting().drain(..count);
         }
@@ -140,7 +135,7 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
-    use super::super::db::tests::fresh;
+    use super::super::writer::tests::started;
     use super::*;
     use crate::owners::Owners;
 
@@ -152,7 +147,7 @@ mod tests {
     #[tokio::test]
     async fn lines_are_written_in_order_at_the_latest_when_the_server_ends() {
         let owners = Owners::new(Clock::real());
-        let db = Db::start(fresh(), Arc::default(), &owners).unwrap();
+        let (db, _folder) = started(&owners).await;
         let (journal, stop) = (Journal::new(Clock::real()), CancellationToken::new());
         for number in 0..500 {
             journal.note(line(&number.to_string()));
@@ -160,7 +155,7 @@ mod tests {
         stop.cancel();
         journal.clone().keep(db.clone(), stop).await;
         journal.finish(&db).await;
-        let written = db.ask(|db| audit::entries(db, None, 1_000)).await.unwrap();
+        let written = db.ask(audit::Entries { before: None, count: 1_000 }).await.unwrap();
         let subjects: Vec<String> = written.into_iter().rev().map(|entry| entry.subject).collect();
         assert_eq!(subjects, (0..500).map(|number| number.to_string()).collect::<Vec<_>>());
         assert!(journal.trouble().is_none() && owners.are_there());

@@ -1,16 +1,22 @@
 //! A login from name and password to a session.
 
 use super::audit::{self, Act};
-use super::db::Fault;
+use super::fault::Fault;
 use super::handle::People;
+use super::journal::Line;
 use super::limiter::Guess;
+use super::persons::Account;
 use super::roles::Principal;
 use super::secret::Secret;
+use super::sessions::Lifetime;
+use super::writer::Request;
 use super::{persons, sessions};
 use sha2::{Digest as _, Sha256};
+use sqlx::SqliteConnection;
 use std::net::IpAddr;
 use std::time::Duration;
 use thiserror::Error;
+use units::UtcTime;
 
 /// How long a login may wait for its turn at the hashing.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -62,18 +68,7 @@ impl People {
     /// [`Refused`].
     pub async fn login(&self, attempt: Attempt) -> Result<LoggedIn, Refused> {
         let Attempt { name, password, address, agent, device } = attempt;
-        let wanted = name.clone();
-        let (account, device) = self
-            .db
-            .ask(move |db| {
-                let account = persons::find(db, &wanted)?;
-                let known = match (&account, &device) {
-                    (Some(account), Some(device)) => sessions::knows_device(db, account.id, device)?,
-                    _ => false,
-                };
-                Ok((account, device.filter(|_| known)))
-            })
-            .await?;
+        let (account, device) = self.db.ask(Look { name: name.clone(), device }).await?;
         let account_key: String = name.to_lowercase().chars().take(64).collect();
         let guess = Guess { address, account: account_key, device: device.as_ref().map(Secret::hash) };
         if let Err(wait) = self.limit(|limiter, now| limiter.take(&guess, now)) {
@@ -89,25 +84,10 @@ impl People {
         }
         self.limit(|limiter, _| limiter.give_back(&guess));
         let account = account.ok_or(Refused::Wrong)?;
-        let (life, clock) = (self.life, self.clock.clone());
+        let address = address.to_string();
         Ok(self
             .db
-            .change(move |db| {
-                let now = clock.utc();
-                let address = address.to_string();
-                let session = sessions::begin(db, account.id, &address, &agent, life, now)?;
-                let device = device.unwrap_or_else(Secret::random);
-                sessions::know_device(db, account.id, &device, now)?;
-                let act = Act {
-                    actor: &account.name,
-                    address: &address,
-                    action: "login",
-                    subject: &account.name,
-                    outcome: "done",
-                };
-                audit::record(db, act, now)?;
-                Ok(LoggedIn { session, device, must_change_password: account.must_change })
-            })
+            .change(Begin { account, address, agent, device, life: self.life, now: self.clock.utc() })
             .await?)
     }
 
@@ -120,8 +100,8 @@ impl People {
         let device = Some(Sha256::digest(who.csrf()).into());
         let guess = Guess { address, account: who.name.to_lowercase(), device };
         self.limit(|limiter, now| limiter.take(&guess, now)).map_err(Refused::Wait)?;
-        let name = who.name.clone();
-        let account = self.db.ask(move |db| persons::known(db, &name)).await?;
+        let (account, _) = self.db.ask(Look { name: who.name.clone(), device: None }).await?;
+        let Some(account) = account else { return Err(persons::unknown(&who.name).into()) };
         if !self.is_right(password, Some(account.password)).await? {
             self.write_refusal(address.to_string(), who.name.clone(), "wrong password").await?;
             return Err(Refused::WrongOld);
@@ -144,12 +124,54 @@ impl People {
         subject: String,
         outcome: &'static str,
     ) -> Result<(), Fault> {
-        let clock = self.clock.clone();
-        self.db
-            .change(move |db| {
-                let act = Act { actor: "-", address: &address, action: "login", subject: &subject, outcome };
-                audit::record(db, act, clock.utc())
-            })
-            .await
+        let (actor, outcome) = ("-".to_owned(), outcome.to_owned());
+        let line = Line { actor, address, action: "login", subject, outcome };
+        self.db.change(audit::Record(vec![(self.clock.utc(), line)])).await
+    }
+}
+
+/// Who wants in, and the browser's cookie if it is known to be theirs.
+#[derive(Debug)]
+struct Look {
+    name: String,
+    device: Option<Secret>,
+}
+
+impl Request for Look {
+    type Answer = (Option<Account>, Option<Secret>);
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Self::Answer, Fault> {
+        let account = persons::find(db, &self.name).await?;
+        let known = match (&account, &self.device) {
+            (Some(account), Some(device)) => sessions::knows_device(db, account.id, device).await?,
+            _ => false,
+        };
+        Ok((account, self.device.filter(|_| known)))
+    }
+}
+
+/// Begins the session of somebody whose password was right.
+#[derive(Debug)]
+struct Begin {
+    account: Account,
+    address: String,
+    agent: String,
+    device: Option<Secret>,
+    life: Lifetime,
+    now: UtcTime,
+}
+
+impl Request for Begin {
+    type Answer = LoggedIn;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<LoggedIn, Fault> {
+        let Self { account, address, agent, device, life, now } = self;
+        let session = sessions::begin(db, account.id, &address, &agent, life, now).await?;
+        let device = device.unwrap_or_else(Secret::random);
+        sessions::know_device(db, account.id, &device, now).await?;
+        let (actor, subject) = (&account.name, &account.name);
+        let act = Act { actor, address: &address, action: "login", subject, outcome: "done" };
+        audit::record(db, act, now).await?;
+        Ok(LoggedIn { session, device, must_change_password: account.must_change })
     }
 }

@@ -1,12 +1,14 @@
 //! People: accounts, roles, sessions, tokens, and the log of what they did.
 //!
-//! `app.db` belongs to one thread ([`db`]); handlers ask it through [`People`]. Who may come in is answered from
+//! One thread writes `app.db` and a few connections read beside it (`writer`); handlers ask through [`People`], each
+//! question and change a [`Request`] with its arguments. Who may come in is answered from
 //! memory (`register`) and what happened is written when the disk takes it (`journal`), so that no disk keeps
-//! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing secret is kept readably: passwords as argon2id, random
-//! secrets as SHA-256.
+//! anybody from stopping a boat. The command line opens the same file by itself, also while a server runs. Nothing
+//! secret is kept readably: passwords as argon2id, random secrets as SHA-256.
 
 pub mod audit;
-pub mod db;
+mod db;
+mod fault;
 mod handle;
 mod hashing;
 mod journal;
@@ -19,16 +21,23 @@ mod roles;
 mod secret;
 pub mod sessions;
 mod settings;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 pub mod tokens;
 pub mod vessels;
+mod writer;
 
 #[cfg(test)]
 pub(crate) use db::tests::fresh as migrated;
-pub use db::{Fault, backup, open};
-pub use handle::{FirstAdmin, People};
+pub use db::{backup, check, open, wait};
+pub use fault::Fault;
+pub use handle::{ASK_PATIENCE, FirstAdmin, People};
 pub use journal::Line;
 pub use limiter::network;
 pub use login::{Attempt, Refused};
 pub use roles::{Grants, Principal, Via};
 pub use secret::{Secret, one_time_password, same};
 pub use settings::Settings;
+/// A connection to app.db.
+pub use sqlx::SqliteConnection as Connection;
+pub use writer::{Request, within_transaction};

@@ -1,9 +1,10 @@
 //! Accounts in the database.
 
-use super::db::Fault;
+use super::fault::Fault;
 use super::roles::Grants;
+use super::writer::Request;
 use api::{Permission, Person, Role};
-use rusqlite::{Connection, OptionalExtension as _, params};
+use sqlx::SqliteConnection;
 use units::UtcTime;
 
 /// How `permission.vessel` says "all vessels".
@@ -22,73 +23,189 @@ pub struct Account {
     pub must_change: bool,
 }
 
+/// Adds a person, with a role on a vessel (`None`: all vessels).
+#[derive(Debug)]
+pub struct Add {
+    /// The name.
+    pub name: String,
+    /// The password, as argon2id keeps it.
+    pub password_hash: String,
+    /// Whether it is good for one login only.
+    pub must_change: bool,
+    /// The vessel of the role (`None`: all).
+    pub vessel: Option<u16>,
+    /// The role.
+    pub role: Role,
+    /// When.
+    pub now: UtcTime,
+}
+
+impl Request for Add {
+    /// The person's number.
+    type Answer = i64;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
+        let id = add(db, &self.name, &self.password_hash, self.must_change, self.now).await?;
+        set_permission(db, id, self.vessel, Some(self.role)).await?;
+        Ok(id)
+    }
+}
+
+/// Gives a person a role on a vessel (`None`: all vessels), or takes it.
+#[derive(Debug)]
+pub struct SetRole {
+    /// Whose.
+    pub name: String,
+    /// On which vessel (`None`: all).
+    pub vessel: Option<u16>,
+    /// The role; `None` takes it away.
+    pub role: Option<Role>,
+}
+
+impl Request for SetRole {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let person = known(db, &self.name).await?.id;
+        set_permission(db, person, self.vessel, self.role).await
+    }
+}
+
+/// Sets a password; all sessions of the person but `keep` end.
+#[derive(Debug)]
+pub struct SetPassword {
+    /// Whose.
+    pub name: String,
+    /// The password, as argon2id keeps it.
+    pub password_hash: String,
+    /// Whether it is good for one login only.
+    pub must_change: bool,
+    /// The session that goes on; all others end.
+    pub keep: Option<i64>,
+}
+
+impl Request for SetPassword {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let person = known(db, &self.name).await?.id;
+        set_password(db, person, &self.password_hash, self.must_change, self.keep).await
+    }
+}
+
+/// Removes the person of this name, with sessions and tokens.
+#[derive(Debug)]
+pub struct Remove(pub String);
+
+impl Request for Remove {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        remove(db, &self.0).await
+    }
+}
+
+/// The number of the person of this name.
+#[derive(Debug)]
+pub struct Number(pub String);
+
+impl Request for Number {
+    type Answer = i64;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
+        Ok(known(db, &self.0).await?.id)
+    }
+}
+
+/// All people by name.
+#[derive(Debug)]
+pub struct List;
+
+impl Request for List {
+    type Answer = Vec<Person>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<Person>, Fault> {
+        list(db).await
+    }
+}
+
+/// What the person of this number may do where.
+#[derive(Debug)]
+pub struct Permissions(pub i64);
+
+impl Request for Permissions {
+    type Answer = Vec<Permission>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<Permission>, Fault> {
+        permissions(db, self.0).await
+    }
+}
+
 /// Adds a person without any permission.
 ///
 /// # Errors
 /// The name is taken or no name.
-pub fn add(
-    db: &Connection,
+pub(super) async fn add(
+    db: &mut SqliteConnection,
     name: &str,
     password_hash: &str,
     must_change: bool,
     now: UtcTime,
 ) -> Result<i64, Fault> {
     check_name(name)?;
-    if find(db, name)?.is_some() {
+    if find(db, name).await?.is_some() {
         return Err(Fault::Refused(format!("There is a person {name} already.")));
     }
-    db.execute(
-        "INSERT INTO person (name, password, must_change, created_us) VALUES (?1, ?2, ?3, ?4)",
-        params![name, password_hash, must_change, now.micros()],
-    )?;
-    Ok(db.last_insert_rowid())
+    let sql = "INSERT INTO person (name, password, must_change, created_us) VALUES (?1, ?2, ?3, ?4)";
+    let query = sqlx::query(sql).bind(name).bind(password_hash).bind(must_change).bind(now.micros());
+    Ok(query.execute(db).await?.last_insert_rowid())
 }
 
 /// The person of this name, capitals or not.
-pub fn find(db: &Connection, name: &str) -> Result<Option<Account>, Fault> {
-    let read = |row: &rusqlite::Row<'_>| {
-        Ok(Account { id: row.get(0)?, name: row.get(1)?, password: row.get(2)?, must_change: row.get(3)? })
-    };
+pub(super) async fn find(db: &mut SqliteConnection, name: &str) -> Result<Option<Account>, Fault> {
     let sql = "SELECT id, name, password, must_change FROM person WHERE name = ?1";
-    Ok(db.prepare_cached(sql)?.query_row([name], read).optional()?)
+    let row = sqlx::query_as(sql).bind(name).fetch_optional(db).await?;
+    Ok(row.map(|(id, name, password, must_change)| Account { id, name, password, must_change }))
 }
 
 /// The person of this name.
 ///
 /// # Errors
 /// There is none.
-pub fn known(db: &Connection, name: &str) -> Result<Account, Fault> {
-    find(db, name)?.ok_or_else(|| Fault::Refused(format!("There is no person {name}.")))
+pub(super) async fn known(db: &mut SqliteConnection, name: &str) -> Result<Account, Fault> {
+    find(db, name).await?.ok_or_else(|| unknown(name))
+}
+
+/// That nobody is called so.
+pub(super) fn unknown(name: &str) -> Fault {
+    Fault::Refused(format!("There is no person {name}."))
 }
 
 /// Removes a person with sessions and tokens.
 ///
 /// # Errors
 /// There is none of this name, or nobody would be left to manage the server.
-pub fn remove(db: &Connection, name: &str) -> Result<(), Fault> {
-    let account = known(db, name)?;
-    db.execute("DELETE FROM person WHERE id = ?1", [account.id])?;
-    somebody_manages(db)
+pub(super) async fn remove(db: &mut SqliteConnection, name: &str) -> Result<(), Fault> {
+    let account = known(db, name).await?;
+    sqlx::query("DELETE FROM person WHERE id = ?1").bind(account.id).execute(&mut *db).await?;
+    somebody_manages(db).await
 }
 
 /// Sets a password; all sessions of the person but `keep` end, and so do the tokens of their scripts: who knew the old
 /// password may have made some. Those that were made beside a one-time password stay when that is changed.
-pub fn set_password(
-    db: &Connection,
+pub(super) async fn set_password(
+    db: &mut SqliteConnection,
     person: i64,
     password_hash: &str,
     must_change: bool,
     keep: Option<i64>,
 ) -> Result<(), Fault> {
-    db.execute(
-        "DELETE FROM token WHERE person = ?1 AND NOT (SELECT must_change FROM person WHERE id = ?1)",
-        [person],
-    )?;
-    db.execute(
-        "UPDATE person SET password = ?2, must_change = ?3 WHERE id = ?1",
-        params![person, password_hash, must_change],
-    )?;
-    db.execute("DELETE FROM session WHERE person = ?1 AND id IS NOT ?2", params![person, keep])?;
+    let sql = "DELETE FROM token WHERE person = ?1 AND NOT (SELECT must_change FROM person WHERE id = ?1)";
+    sqlx::query(sql).bind(person).execute(&mut *db).await?;
+    let sql = "UPDATE person SET password = ?2, must_change = ?3 WHERE id = ?1";
+    sqlx::query(sql).bind(person).bind(password_hash).bind(must_change).execute(&mut *db).await?;
+    let sql = "DELETE FROM session WHERE person = ?1 AND id IS NOT ?2";
+    sqlx::query(sql).bind(person).bind(keep).execute(db).await?;
     Ok(())
 }
 
@@ -96,59 +213,48 @@ pub fn set_password(
 ///
 /// # Errors
 /// Nobody would be left to manage the server.
-pub fn set_permission(
-    db: &Connection,
+pub(super) async fn set_permission(
+    db: &mut SqliteConnection,
     person: i64,
     vessel: Option<u16>,
     role: Option<Role>,
 ) -> Result<(), Fault> {
     let vessel = vessel.map_or(ALL, i64::from);
-    match role {
-        None => db.execute("DELETE FROM permission WHERE person = ?1 AND vessel = ?2", [person, vessel])?,
-        Some(role) => db.execute(
-            "INSERT OR REPLACE INTO permission (person, vessel, role) VALUES (?1, ?2, ?3)",
-            [person, vessel, number(role)],
-        )?,
+    let query = match role {
+        None => sqlx::query("DELETE FROM permission WHERE person = ?1 AND vessel = ?2"),
+        Some(_) => {
+            sqlx::query("INSERT OR REPLACE INTO permission (person, vessel, role) VALUES (?1, ?2, ?3)")
+        }
     };
-    somebody_manages(db)
+    let query = query.bind(person).bind(vessel);
+    let query = if let Some(role) = role { query.bind(number(role)) } else { query };
+    query.execute(&mut *db).await?;
+    somebody_manages(db).await
 }
 
 /// What a person may do where.
-pub fn permissions(db: &Connection, person: i64) -> Result<Vec<Permission>, Fault> {
-    let mut query =
-        db.prepare_cached("SELECT vessel, role FROM permission WHERE person = ?1 ORDER BY vessel")?;
-    let rows = query.query_map([person], |row| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?)))?;
-    let mut permissions = Vec::new();
-    for row in rows {
-        let (vessel, role_number) = row?;
-        if let Some(role) = role(role_number) {
-            permissions.push(Permission { vessel: u16::try_from(vessel).ok(), role });
-        }
-    }
-    Ok(permissions)
+async fn permissions(db: &mut SqliteConnection, person: i64) -> Result<Vec<Permission>, Fault> {
+    let sql = "SELECT vessel, role FROM permission WHERE person = ?1 ORDER BY vessel";
+    let rows: Vec<(i64, i64)> = sqlx::query_as(sql).bind(person).fetch_all(db).await?;
+    let given = rows.into_iter().filter_map(|(vessel, number)| {
+        Some(Permission { vessel: u16::try_from(vessel).ok(), role: role(number)? })
+    });
+    Ok(given.collect())
 }
 
 /// As [`permissions`], to decide by.
-pub fn grants(db: &Connection, person: i64) -> Result<Grants, Fault> {
-    Ok(Grants::new(&permissions(db, person)?))
+pub(super) async fn grants(db: &mut SqliteConnection, person: i64) -> Result<Grants, Fault> {
+    Ok(Grants::new(&permissions(db, person).await?))
 }
 
 /// All people by name.
-pub fn list(db: &Connection) -> Result<Vec<Person>, Fault> {
-    let mut query = db.prepare("SELECT id, name, must_change, created_us FROM person ORDER BY name")?;
-    let rows = query.query_map([], |row| {
-        let person = Person {
-            name: row.get(1)?,
-            permissions: Vec::new(),
-            must_change_password: row.get(2)?,
-            created_us: row.get(3)?,
-        };
-        Ok((row.get::<_, i64>(0)?, person))
-    })?;
+async fn list(db: &mut SqliteConnection) -> Result<Vec<Person>, Fault> {
+    let sql = "SELECT id, name, must_change, created_us FROM person ORDER BY name";
+    let rows: Vec<(i64, String, bool, i64)> = sqlx::query_as(sql).fetch_all(&mut *db).await?;
     let mut people = Vec::new();
-    for row in rows {
-        let (id, person) = row?;
-        people.push(Person { permissions: permissions(db, id)?, ..person });
+    for (id, name, must_change_password, created_us) in rows {
+        let permissions = permissions(db, id).await?;
+        people.push(Person { name, permissions, must_change_password, created_us });
     }
     Ok(people)
 }
@@ -169,12 +275,9 @@ pub fn role(written: i64) -> Option<Role> {
 }
 
 /// Refuses, so that the transaction is undone, when no admin of all vessels is left.
-fn somebody_manages(db: &Connection) -> Result<(), Fault> {
-    let admins: i64 = db.query_row(
-        "SELECT count(*) FROM permission WHERE vessel = ?1 AND role = ?2",
-        [ALL, number(Role::Admin)],
-        |row| row.get(0),
-    )?;
+async fn somebody_manages(db: &mut SqliteConnection) -> Result<(), Fault> {
+    let sql = "SELECT count(*) FROM permission WHERE vessel = ?1 AND role = ?2";
+    let admins: i64 = sqlx::query_scalar(sql).bind(ALL).bind(number(Role::Admin)).fetch_one(db).await?;
     if admins == 0 {
         let text = "The server needs an admin: the first person is one, and the last admin stays until somebody else \
                     is one.";
@@ -198,49 +301,49 @@ mod tests {
 
     const NOW: UtcTime = UtcTime::from_micros(5);
 
-    fn with_admin() -> (Connection, i64) {
-        let db = fresh();
-        let admin = add(&db, "admin", "hash", true, NOW).unwrap();
-        set_permission(&db, admin, None, Some(Role::Admin)).unwrap();
+    async fn with_admin() -> (SqliteConnection, i64) {
+        let mut db = fresh().await;
+        let admin = add(&mut db, "admin", "hash", true, NOW).await.unwrap();
+        set_permission(&mut db, admin, None, Some(Role::Admin)).await.unwrap();
         (db, admin)
     }
 
-    #[test]
-    fn a_person_is_found_by_name_in_any_case() {
-        let (db, admin) = with_admin();
-        let found = find(&db, "ADMIN").unwrap().unwrap();
+    #[tokio::test]
+    async fn a_person_is_found_by_name_in_any_case() {
+        let (mut db, admin) = with_admin().await;
+        let found = find(&mut db, "ADMIN").await.unwrap().unwrap();
         assert_eq!((found.id, found.name.as_str(), found.must_change), (admin, "admin", true));
-        assert!(add(&db, "Admin", "x", false, NOW).unwrap_err().to_string().contains("already"));
-        assert!(find(&db, "nobody").unwrap().is_none());
+        assert!(add(&mut db, "Admin", "x", false, NOW).await.unwrap_err().to_string().contains("already"));
+        assert!(find(&mut db, "nobody").await.unwrap().is_none());
     }
 
-    #[test]
-    fn names_hold_nothing_that_could_be_code() {
-        let (db, _) = with_admin();
+    #[tokio::test]
+    async fn names_hold_nothing_that_could_be_code() {
+        let (mut db, _) = with_admin().await;
         for name in ["", "a b", "<script>", "a\nb", "=1+1", "x'; --", &"n".repeat(65)] {
-            assert!(add(&db, name, "x", false, NOW).is_err(), "{name:?}");
+            assert!(add(&mut db, name, "x", false, NOW).await.is_err(), "{name:?}");
         }
-        assert!(add(&db, "åse.næss-2@ntnu.no", "x", false, NOW).is_ok());
+        assert!(add(&mut db, "åse.næss-2@ntnu.no", "x", false, NOW).await.is_ok());
     }
 
-    #[test]
-    fn the_last_admin_stays() {
-        let (db, admin) = with_admin();
-        assert!(set_permission(&db, admin, None, Some(Role::Viewer)).is_err());
-        let (db, _) = with_admin();
-        assert!(remove(&db, "admin").unwrap_err().to_string().contains("last admin"));
+    #[tokio::test]
+    async fn the_last_admin_stays() {
+        let (mut db, admin) = with_admin().await;
+        assert!(set_permission(&mut db, admin, None, Some(Role::Viewer)).await.is_err());
+        let (mut db, _) = with_admin().await;
+        assert!(remove(&mut db, "admin").await.unwrap_err().to_string().contains("last admin"));
     }
 
-    #[test]
-    fn permissions_are_listed_with_their_person() {
-        let (db, _) = with_admin();
-        let nils = add(&db, "nils", "x", false, NOW).unwrap();
-        set_permission(&db, nils, Some(2068), Some(Role::Operator)).unwrap();
-        set_permission(&db, nils, None, Some(Role::Viewer)).unwrap();
-        let people = list(&db).unwrap();
+    #[tokio::test]
+    async fn permissions_are_listed_with_their_person() {
+        let (mut db, _) = with_admin().await;
+        let nils = add(&mut db, "nils", "x", false, NOW).await.unwrap();
+        set_permission(&mut db, nils, Some(2068), Some(Role::Operator)).await.unwrap();
+        set_permission(&mut db, nils, None, Some(Role::Viewer)).await.unwrap();
+        let people = list(&mut db).await.unwrap();
         assert_eq!(people[1].permissions.len(), 2);
-        assert_eq!(grants(&db, nils).unwrap().on(2068), Some(Role::Operator));
-        set_permission(&db, nils, Some(2068), None).unwrap();
-        assert_eq!(grants(&db, nils).unwrap().on(2068), Some(Role::Viewer));
+        assert_eq!(grants(&mut db, nils).await.unwrap().on(2068), Some(Role::Operator));
+        set_permission(&mut db, nils, Some(2068), None).await.unwrap();
+        assert_eq!(grants(&mut db, nils).await.unwrap().on(2068), Some(Role::Viewer));
     }
 }

@@ -1,18 +1,18 @@
 //! Who may come in, in memory: people and their roles, sessions, tokens, names of vessels.
 //!
 //! A request is let in by what was read from app.db last, so that a disk that hangs, or a file that somebody has locked,
-//! keeps nobody from stopping a boat. The thread that owns app.db reads everything anew, and puts it in place at once,
-//! after each of its own changes, and whenever the count of changes says that another program made some. When a
+//! keeps nobody from stopping a boat. Everything is read anew, and put in place at once, by the thread that writes
+//! app.db after each of its changes, and by a reader whenever the count of changes says that another program made some. When a
 //! session or token was used last is remembered here first and written down when app.db takes it.
 
-use super::db::Fault;
+use super::fault::Fault;
 use super::persons;
 use super::roles::{Grants, Principal, Via};
 use super::secret::Secret;
 use super::sessions::Lifetime;
 use super::tokens::{API_PREFIX, LINK_PREFIX};
 use api::{Role, Vessel};
-use rusqlite::Connection;
+use sqlx::SqliteConnection;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -28,7 +28,7 @@ type Hash = [u8; 32];
 
 /// What a secret stands for.
 #[derive(Debug)]
-pub enum Found<T> {
+pub(crate) enum Found<T> {
     /// This, and a use to be written down, if that is due.
     Known(T, Option<Use>),
     /// It is known and opens nothing, for this reason.
@@ -41,7 +41,7 @@ pub enum Found<T> {
 
 /// That something was used, to be written down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Use {
+pub(crate) enum Use {
     /// A session, by its number.
     Session(i64),
     /// A token, by its number.
@@ -50,7 +50,7 @@ pub enum Use {
 
 /// The register.
 #[derive(Debug, Default)]
-pub struct Register(RwLock<Arc<Book>>);
+pub(crate) struct Register(RwLock<Arc<Book>>);
 
 #[derive(Debug, Default)]
 struct Book {
@@ -129,29 +129,33 @@ impl Register {
         Arc::clone(&self.0.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Reads everything anew if app.db says that something changed. Called where app.db lives.
+    /// Reads everything anew if app.db says that something changed. `moment` is a transaction, so that what is read
+    /// belongs together.
     ///
     /// # Errors
     /// It cannot be read; the register stays as it is.
-    pub fn catch_up(&self, db: &Connection) -> Result<(), Fault> {
+    pub(crate) async fn catch_up(&self, moment: &mut SqliteConnection) -> Result<(), Fault> {
         let before = self.book();
-        let count = "SELECT changes FROM register";
-        let changes: i64 = db.prepare_cached(count)?.query_row([], |row| row.get(0))?;
+        let changes: i64 = sqlx::query_scalar("SELECT changes FROM register").fetch_one(&mut *moment).await?;
         if before.changes == Some(changes) {
             return Ok(());
         }
-        let book = read(db, changes, &before)?;
-        *self.0.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(book);
+        let book = read(moment, changes, &before).await?;
+        let mut place = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        // Another connection may have read a later state meanwhile: the count only grows.
+        if place.changes < book.changes {
+            *place = Arc::new(book);
+        }
         Ok(())
     }
 
     /// Tells one reading of app.db from another.
-    pub fn version(&self) -> Option<i64> {
+    pub(crate) fn version(&self) -> Option<i64> {
         self.book().changes
     }
 
     /// Who has this session.
-    pub fn session(&self, secret: &Secret, life: Lifetime, now: UtcTime) -> Found<Principal> {
+    pub(crate) fn session(&self, secret: &Secret, life: Lifetime, now: UtcTime) -> Found<Principal> {
         let (book, now_us) = (self.book(), now.micros());
         let Some(session) = book.sessions.get(&secret.hash()) else { return Found::Unknown };
         let Some(person) = book.people.get(&session.person) else { return Found::Unknown };
@@ -169,7 +173,7 @@ impl Register {
     }
 
     /// For whom the script with this token acts.
-    pub fn token(&self, text: &str, now: UtcTime) -> Found<Principal> {
+    pub(crate) fn token(&self, text: &str, now: UtcTime) -> Found<Principal> {
         let Some(secret) = text.strip_prefix(API_PREFIX).and_then(Secret::parse) else { return Found::Over };
         let book = self.book();
         let Some(token) = book.tokens.get(&secret.hash()) else { return Found::Unknown };
@@ -192,7 +196,7 @@ impl Register {
     }
 
     /// The vessel (IMC address) whose link this token opens.
-    pub fn link(&self, text: &str, now: UtcTime) -> Found<u16> {
+    pub(crate) fn link(&self, text: &str, now: UtcTime) -> Found<u16> {
         let Some(secret) = text.strip_prefix(LINK_PREFIX).and_then(Secret::parse) else { return Found::Over };
         let book = self.book();
         let Some(token) = book.tokens.get(&secret.hash()) else { return Found::Unknown };
@@ -204,7 +208,7 @@ impl Register {
     }
 
     /// A use stands in app.db.
-    pub fn written(&self, of: Use, now: UtcTime) {
+    pub(crate) fn written(&self, of: Use, now: UtcTime) {
         let book = self.book();
         let used = match of {
             Use::Session(id) => book.sessions.values().find(|one| one.id == id).map(|one| &one.used),
@@ -216,7 +220,7 @@ impl Register {
     }
 
     /// Vessels whose link came in at some time, and for which it is open still, by address.
-    pub fn linked(&self, now: UtcTime) -> Vec<u16> {
+    pub(crate) fn linked(&self, now: UtcTime) -> Vec<u16> {
         let book = self.book();
         let open = book.tokens.values().filter(|token| token.used.last_us() > 0 && !token.is_over(now));
         let mut vessels: Vec<u16> = open
@@ -231,7 +235,7 @@ impl Register {
     }
 
     /// The vessels that people have named, by name.
-    pub fn vessels(&self) -> Arc<[Vessel]> {
+    pub(crate) fn vessels(&self) -> Arc<[Vessel]> {
         Arc::clone(&self.book().vessels)
     }
 }
@@ -243,41 +247,59 @@ impl Token {
 }
 
 /// Everything as it stands in app.db. A use that `before` remembers and app.db does not is kept.
-fn read(db: &Connection, changes: i64, before: &Book) -> Result<Book, Fault> {
-    let mut book =
-        Book { changes: Some(changes), vessels: super::vessels::list(db)?.into(), ..Book::default() };
-    let mut query = db.prepare_cached("SELECT id, name, must_change FROM person")?;
-    let rows = query.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?;
-    for row in rows {
-        let (id, name, must_change_password) = row?;
-        book.people.insert(id, Person { name, must_change_password, grants: persons::grants(db, id)? });
+async fn read(db: &mut SqliteConnection, changes: i64, before: &Book) -> Result<Book, Fault> {
+    Ok(Book {
+        changes: Some(changes),
+        vessels: super::vessels::list(db).await?.into(),
+        people: read_people(db).await?,
+        sessions: read_sessions(db, before).await?,
+        tokens: read_tokens(db, before).await?,
+    })
+}
+
+async fn read_people(db: &mut SqliteConnection) -> Result<BTreeMap<i64, Person>, Fault> {
+    let sql = "SELECT id, name, must_change FROM person";
+    let rows: Vec<(i64, String, bool)> = sqlx::query_as(sql).fetch_all(&mut *db).await?;
+    let mut people = BTreeMap::new();
+    for (id, name, must_change_password) in rows {
+        people.insert(id, Person { name, must_change_password, grants: persons::grants(db, id).await? });
     }
-    let mut query = db.prepare_cached("SELECT hash, id, person, created_us, seen_us FROM session")?;
-    let rows = query.query_map([], |row| {
-        let hash: Hash = row.get(0)?;
-        Ok((hash, (row.get(1)?, row.get(2)?, row.get(3)?, row.get(4)?)))
-    })?;
-    for row in rows {
-        let (hash, (id, person, created_us, seen_us)) = row?;
+    Ok(people)
+}
+
+async fn read_sessions(db: &mut SqliteConnection, before: &Book) -> Result<BTreeMap<Hash, Session>, Fault> {
+    let sql = "SELECT hash, id, person, created_us, seen_us FROM session";
+    let rows: Vec<(Vec<u8>, i64, i64, i64, i64)> = sqlx::query_as(sql).fetch_all(db).await?;
+    let mut sessions = BTreeMap::new();
+    for (hash, id, person, created_us, seen_us) in rows {
+        let hash = whole(hash)?;
         let used = before.sessions.get(&hash).map(|one| Arc::clone(&one.used));
         let used = used.unwrap_or_else(|| Used::new(seen_us));
-        book.sessions.insert(hash, Session { id, person, created_us, used });
+        sessions.insert(hash, Session { id, person, created_us, used });
     }
-    let sql = "SELECT hash, id, label, person, vessel, role, expires_us, used_us FROM token";
-    let mut query = db.prepare_cached(sql)?;
-    let rows = query.query_map([], |row| {
-        let hash: Hash = row.get(0)?;
-        let opens = (row.get::<_, Option<i64>>(3)?, row.get::<_, i64>(4)?, row.get::<_, Option<i64>>(5)?);
-        Ok((hash, opens, (row.get(1)?, row.get(2)?, row.get(6)?, row.get::<_, Option<i64>>(7)?)))
-    })?;
-    for row in rows {
-        let (hash, opens, (id, label, expires_us, used_us)) = row?;
-        let Some(opens) = opened(opens) else { continue };
+    Ok(sessions)
+}
+
+/// A row of the table of tokens: hash, person, vessel, role, number, label, end, last use.
+type TokenRow = (Vec<u8>, Option<i64>, i64, Option<i64>, i64, String, Option<i64>, Option<i64>);
+
+async fn read_tokens(db: &mut SqliteConnection, before: &Book) -> Result<BTreeMap<Hash, Token>, Fault> {
+    let sql = "SELECT hash, person, vessel, role, id, label, expires_us, used_us FROM token";
+    let rows: Vec<TokenRow> = sqlx::query_as(sql).fetch_all(db).await?;
+    let mut tokens = BTreeMap::new();
+    for (hash, person, vessel, role, id, label, expires_us, used_us) in rows {
+        let hash = whole(hash)?;
+        let Some(opens) = opened((person, vessel, role)) else { continue };
         let used = before.tokens.get(&hash).map(|one| Arc::clone(&one.used));
         let used = used.unwrap_or_else(|| Used::new(used_us.unwrap_or(0)));
-        book.tokens.insert(hash, Token { id, label, expires_us, opens, used });
+        tokens.insert(hash, Token { id, label, expires_us, opens, used });
     }
-    Ok(book)
+    Ok(tokens)
+}
+
+/// A hash as it is kept; one of another length was made by no program.
+fn whole(hash: Vec<u8>) -> Result<Hash, Fault> {
+    hash.try_into().map_err(|_| sqlx::Error::Decode("a hash has another length than SHA-256".into()).into())
 }
 
 /// What a row of the table of tokens opens; `None` for one that no program made.

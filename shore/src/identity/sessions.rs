@@ -1,9 +1,10 @@
 //! Sessions of browsers, and the browsers that people are known to use.
 
-use super::db::Fault;
+use super::fault::Fault;
 use super::secret::Secret;
+use super::writer::Request;
 use api::Session;
-use rusqlite::{Connection, params};
+use sqlx::SqliteConnection;
 use std::time::Duration;
 use units::UtcTime;
 
@@ -22,18 +23,47 @@ pub struct Lifetime {
 }
 
 impl Lifetime {
-    pub(crate) fn idle_us(self) -> i64 {
+    pub(super) fn idle_us(self) -> i64 {
         i64::try_from(self.idle.as_micros()).unwrap_or(i64::MAX)
     }
 
-    pub(crate) fn whole_us(self) -> i64 {
+    pub(super) fn whole_us(self) -> i64 {
         i64::try_from(self.whole.as_micros()).unwrap_or(i64::MAX)
     }
 }
 
+/// Ends a session; of `person` only, when given.
+#[derive(Debug)]
+pub struct End {
+    /// The number.
+    pub id: i64,
+    /// Only if it is this person's.
+    pub person: Option<i64>,
+}
+
+impl Request for End {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        end(db, self.id, self.person).await
+    }
+}
+
+/// Sessions, the last used first; of this person only, when given.
+#[derive(Debug)]
+pub struct List(pub Option<i64>);
+
+impl Request for List {
+    type Answer = Vec<Session>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<Session>, Fault> {
+        list(db, self.0).await
+    }
+}
+
 /// Begins a session and forgets those that are over.
-pub fn begin(
-    db: &Connection,
+pub(super) async fn begin(
+    db: &mut SqliteConnection,
     person: i64,
     address: &str,
     agent: &str,
@@ -42,26 +72,25 @@ pub fn begin(
 ) -> Result<Secret, Fault> {
     let secret = Secret::random();
     let now_us = now.micros();
-    db.execute(
-        "DELETE FROM session WHERE seen_us < ?1 OR created_us < ?2",
-        [now_us - life.idle_us(), now_us - life.whole_us()],
-    )?;
+    sqlx::query("DELETE FROM session WHERE seen_us < ?1 OR created_us < ?2")
+        .bind(now_us - life.idle_us())
+        .bind(now_us - life.whole_us())
+        .execute(&mut *db)
+        .await?;
     let agent: String = agent.chars().filter(|letter| !letter.is_control()).take(200).collect();
-    db.execute(
-        "INSERT INTO session (hash, person, created_us, seen_us, address, agent) VALUES (?1, ?2, ?3, ?3, ?4, ?5)",
-        params![secret.hash(), person, now_us, address, agent],
-    )?;
-    db.execute(
-        "DELETE FROM session WHERE person = ?1 AND id NOT IN
-         (SELECT id FROM session WHERE person = ?1 ORDER BY seen_us DESC, id DESC LIMIT ?2)",
-        [person, SESSIONS],
-    )?;
+    let sql = "INSERT INTO session (hash, person, created_us, seen_us, address, agent) VALUES (?1, ?2, ?3, ?3, ?4, ?5)";
+    let query = sqlx::query(sql).bind(secret.hash().to_vec()).bind(person).bind(now_us);
+    query.bind(address).bind(agent).execute(&mut *db).await?;
+    let sql = "DELETE FROM session WHERE person = ?1 AND id NOT IN
+               (SELECT id FROM session WHERE person = ?1 ORDER BY seen_us DESC, id DESC LIMIT ?2)";
+    sqlx::query(sql).bind(person).bind(SESSIONS).execute(db).await?;
     Ok(secret)
 }
 
 /// Notes that a session was used.
-pub fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
-    db.execute("UPDATE session SET seen_us = ?2 WHERE id = ?1", [id, now.micros()])?;
+pub(super) async fn touch(db: &mut SqliteConnection, id: i64, now: UtcTime) -> Result<(), Fault> {
+    let sql = "UPDATE session SET seen_us = ?2 WHERE id = ?1";
+    sqlx::query(sql).bind(id).bind(now.micros()).execute(db).await?;
     Ok(())
 }
 
@@ -69,49 +98,57 @@ pub fn touch(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
 ///
 /// # Errors
 /// There is none such.
-pub fn end(db: &Connection, id: i64, person: Option<i64>) -> Result<(), Fault> {
-    let ended =
-        db.execute("DELETE FROM session WHERE id = ?1 AND (?2 IS NULL OR person = ?2)", params![id, person])?;
-    if ended == 0 { Err(Fault::Refused("There is no such session any more.".to_owned())) } else { Ok(()) }
+pub(super) async fn end(db: &mut SqliteConnection, id: i64, person: Option<i64>) -> Result<(), Fault> {
+    let sql = "DELETE FROM session WHERE id = ?1 AND (?2 IS NULL OR person = ?2)";
+    let ended = sqlx::query(sql).bind(id).bind(person).execute(db).await?;
+    if ended.rows_affected() == 0 {
+        Err(Fault::Refused("There is no such session any more.".to_owned()))
+    } else {
+        Ok(())
+    }
 }
 
 /// Sessions, the last used first; of `person` only, when given.
-pub fn list(db: &Connection, person: Option<i64>) -> Result<Vec<Session>, Fault> {
-    let mut query = db.prepare(
-        "SELECT session.id, name, session.created_us, seen_us, address, agent
-         FROM session JOIN person ON person.id = session.person
-         WHERE ?1 IS NULL OR person = ?1 ORDER BY seen_us DESC, session.id DESC LIMIT 1000",
-    )?;
-    let rows = query.query_map([person], |row| {
-        Ok(Session {
-            id: row.get(0)?,
-            person: row.get(1)?,
-            created_us: row.get(2)?,
-            seen_us: row.get(3)?,
-            address: row.get(4)?,
-            agent: row.get(5)?,
-        })
-    })?;
-    Ok(rows.collect::<Result<_, _>>()?)
+pub(super) async fn list(db: &mut SqliteConnection, person: Option<i64>) -> Result<Vec<Session>, Fault> {
+    let sql = "SELECT session.id, name, session.created_us, seen_us, address, agent
+               FROM session JOIN person ON person.id = session.person
+               WHERE ?1 IS NULL OR person = ?1 ORDER BY seen_us DESC, session.id DESC LIMIT 1000";
+    let rows = sqlx::query_as(sql).bind(person).fetch_all(db).await?;
+    let session = |(id, person, created_us, seen_us, address, agent)| Session {
+        id,
+        person,
+        created_us,
+        seen_us,
+        address,
+        agent,
+    };
+    Ok(rows.into_iter().map(session).collect())
 }
 
 /// Whether this person was logged in from the browser with this cookie before.
-pub fn knows_device(db: &Connection, person: i64, secret: &Secret) -> Result<bool, Fault> {
-    let sql = "SELECT 1 FROM device WHERE hash = ?1 AND person = ?2";
-    Ok(db.prepare_cached(sql)?.exists(params![secret.hash(), person])?)
+pub(super) async fn knows_device(
+    db: &mut SqliteConnection,
+    person: i64,
+    secret: &Secret,
+) -> Result<bool, Fault> {
+    let sql = "SELECT count(*) FROM device WHERE hash = ?1 AND person = ?2";
+    let count: i64 = sqlx::query_scalar(sql).bind(secret.hash().to_vec()).bind(person).fetch_one(db).await?;
+    Ok(count > 0)
 }
 
 /// Notes a browser as one of this person's; those unused for longest are forgotten.
-pub fn know_device(db: &Connection, person: i64, secret: &Secret, now: UtcTime) -> Result<(), Fault> {
-    db.execute(
-        "INSERT OR REPLACE INTO device (hash, person, used_us) VALUES (?1, ?2, ?3)",
-        params![secret.hash(), person, now.micros()],
-    )?;
-    db.execute(
-        "DELETE FROM device WHERE person = ?1 AND hash NOT IN
-         (SELECT hash FROM device WHERE person = ?1 ORDER BY used_us DESC LIMIT ?2)",
-        [person, DEVICES],
-    )?;
+pub(super) async fn know_device(
+    db: &mut SqliteConnection,
+    person: i64,
+    secret: &Secret,
+    now: UtcTime,
+) -> Result<(), Fault> {
+    let sql = "INSERT OR REPLACE INTO device (hash, person, used_us) VALUES (?1, ?2, ?3)";
+    let query = sqlx::query(sql).bind(secret.hash().to_vec()).bind(person).bind(now.micros());
+    query.execute(&mut *db).await?;
+    let sql = "DELETE FROM device WHERE person = ?1 AND hash NOT IN
+               (SELECT hash FROM device WHERE person = ?1 ORDER BY used_us DESC LIMIT ?2)";
+    sqlx::query(sql).bind(person).bind(DEVICES).execute(db).await?;
     Ok(())
 }
 
@@ -127,40 +164,40 @@ mod tests {
         UtcTime::from_micros(seconds * 1_000_000)
     }
 
-    fn with_person() -> (Connection, i64) {
-        let db = fresh();
-        let person = persons::add(&db, "nils", "x", false, at(0)).unwrap();
+    async fn with_person() -> (SqliteConnection, i64) {
+        let mut db = fresh().await;
+        let person = persons::add(&mut db, "nils", "x", false, at(0)).await.unwrap();
         (db, person)
     }
 
-    #[test]
-    fn only_its_own_person_can_end_a_session() {
-        let (db, person) = with_person();
-        begin(&db, person, "127.0.0.1", "test", LIFE, at(0)).unwrap();
-        let id = list(&db, Some(person)).unwrap()[0].id;
-        assert!(end(&db, id, Some(person + 1)).is_err());
-        end(&db, id, Some(person)).unwrap();
-        assert!(end(&db, id, Some(person)).is_err());
+    #[tokio::test]
+    async fn only_its_own_person_can_end_a_session() {
+        let (mut db, person) = with_person().await;
+        begin(&mut db, person, "127.0.0.1", "test", LIFE, at(0)).await.unwrap();
+        let id = list(&mut db, Some(person)).await.unwrap()[0].id;
+        assert!(end(&mut db, id, Some(person + 1)).await.is_err());
+        end(&mut db, id, Some(person)).await.unwrap();
+        assert!(end(&mut db, id, Some(person)).await.is_err());
     }
 
-    #[test]
-    fn sessions_and_devices_are_bounded() {
-        let (db, person) = with_person();
+    #[tokio::test]
+    async fn sessions_and_devices_are_bounded() {
+        let (mut db, person) = with_person().await;
         let first = Secret::random();
-        know_device(&db, person, &first, at(0)).unwrap();
+        know_device(&mut db, person, &first, at(0)).await.unwrap();
         for second in 1..=60 {
-            begin(&db, person, "127.0.0.1", "test", LIFE, at(second)).unwrap();
-            know_device(&db, person, &Secret::random(), at(second)).unwrap();
+            begin(&mut db, person, "127.0.0.1", "test", LIFE, at(second)).await.unwrap();
+            know_device(&mut db, person, &Secret::random(), at(second)).await.unwrap();
         }
-        assert_eq!(list(&db, None).unwrap().len(), 50);
-        assert!(!knows_device(&db, person, &first).unwrap());
+        assert_eq!(list(&mut db, None).await.unwrap().len(), 50);
+        assert!(!knows_device(&mut db, person, &first).await.unwrap());
     }
 
-    #[test]
-    fn what_is_kept_is_no_secret() {
-        let (db, person) = with_person();
-        let secret = begin(&db, person, "127.0.0.1", "test", LIFE, at(0)).unwrap();
-        let kept: Vec<u8> = db.query_row("SELECT hash FROM session", [], |row| row.get(0)).unwrap();
+    #[tokio::test]
+    async fn what_is_kept_is_no_secret() {
+        let (mut db, person) = with_person().await;
+        let secret = begin(&mut db, person, "127.0.0.1", "test", LIFE, at(0)).await.unwrap();
+        let kept: Vec<u8> = sqlx::query_scalar("SELECT hash FROM session").fetch_one(&mut db).await.unwrap();
         assert_ne!(super::super::secret::Secret::parse(&secret.text()).unwrap().text().into_bytes(), kept);
         assert_eq!(kept, secret.hash());
     }

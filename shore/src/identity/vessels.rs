@@ -1,15 +1,59 @@
 //! Vessels that people have named. Their live state belongs to the hub.
 
-use super::db::Fault;
+use super::fault::Fault;
+use super::writer::Request;
 use api::Vessel;
-use rusqlite::{Connection, OptionalExtension as _, params};
+use sqlx::SqliteConnection;
 use units::UtcTime;
+
+/// Names a vessel.
+#[derive(Debug)]
+pub struct Add {
+    /// The IMC address.
+    pub address: u16,
+    /// The name.
+    pub name: String,
+    /// When.
+    pub now: UtcTime,
+}
+
+impl Request for Add {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        add(db, self.address, &self.name, self.now).await
+    }
+}
+
+/// Forgets the name of the vessel with this address and revokes its link tokens. Archive and history stay.
+#[derive(Debug)]
+pub struct Remove(pub u16);
+
+impl Request for Remove {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        remove(db, self.0).await
+    }
+}
+
+/// All by name.
+#[derive(Debug)]
+pub struct List;
+
+impl Request for List {
+    type Answer = Vec<Vessel>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<Vessel>, Fault> {
+        list(db).await
+    }
+}
 
 /// Names a vessel.
 ///
 /// # Errors
 /// Name or address is taken or cannot be one.
-pub fn add(db: &Connection, address: u16, name: &str, now: UtcTime) -> Result<(), Fault> {
+async fn add(db: &mut SqliteConnection, address: u16, name: &str, now: UtcTime) -> Result<(), Fault> {
     let good = |letter: char| letter.is_alphanumeric() || "._-".contains(letter);
     if !(1..=64).contains(&name.chars().count()) || !name.chars().all(good) {
         return Err(Fault::Refused(
@@ -19,15 +63,14 @@ pub fn add(db: &Connection, address: u16, name: &str, now: UtcTime) -> Result<()
     if matches!(address, 0 | 0xFFFF) {
         return Err(Fault::Refused("0 and 0xFFFF are no vessel's address.".to_owned()));
     }
-    let taken: Option<String> = db
-        .query_row("SELECT name FROM vessel WHERE address = ?1 OR name = ?2", params![address, name], |row| {
-            row.get(0)
-        })
-        .optional()?;
+    let sql = "SELECT name FROM vessel WHERE address = ?1 OR name = ?2";
+    let query = sqlx::query_scalar(sql).bind(address).bind(name);
+    let taken: Option<String> = query.fetch_optional(&mut *db).await?;
     if let Some(taken) = taken {
         return Err(Fault::Refused(format!("Name or address is taken by {taken}.")));
     }
-    db.execute("INSERT INTO vessel VALUES (?1, ?2, ?3)", params![address, name, now.micros()])?;
+    let sql = "INSERT INTO vessel VALUES (?1, ?2, ?3)";
+    sqlx::query(sql).bind(address).bind(name).bind(now.micros()).execute(db).await?;
     Ok(())
 }
 
@@ -35,27 +78,28 @@ pub fn add(db: &Connection, address: u16, name: &str, now: UtcTime) -> Result<()
 ///
 /// # Errors
 /// There is none such.
-pub fn remove(db: &Connection, address: u16) -> Result<(), Fault> {
-    if db.execute("DELETE FROM vessel WHERE address = ?1", [address])? == 0 {
+async fn remove(db: &mut SqliteConnection, address: u16) -> Result<(), Fault> {
+    let sql = "DELETE FROM vessel WHERE address = ?1";
+    if sqlx::query(sql).bind(address).execute(&mut *db).await?.rows_affected() == 0 {
         return Err(Fault::Refused("There is no such vessel.".to_owned()));
     }
-    db.execute("DELETE FROM token WHERE person IS NULL AND vessel = ?1", [address])?;
+    let sql = "DELETE FROM token WHERE person IS NULL AND vessel = ?1";
+    sqlx::query(sql).bind(address).execute(db).await?;
     Ok(())
 }
 
 /// All by name.
-pub fn list(db: &Connection) -> Result<Vec<Vessel>, Fault> {
-    let mut query = db.prepare_cached("SELECT address, name FROM vessel ORDER BY name")?;
-    let rows = query.query_map([], |row| Ok(Vessel { address: row.get(0)?, name: row.get(1)? }))?;
-    Ok(rows.collect::<Result<_, _>>()?)
+pub(super) async fn list(db: &mut SqliteConnection) -> Result<Vec<Vessel>, Fault> {
+    let rows = sqlx::query_as("SELECT address, name FROM vessel ORDER BY name").fetch_all(db).await?;
+    Ok(rows.into_iter().map(|(address, name)| Vessel { address, name }).collect())
 }
 
 /// The vessel that `text` names, or whose address it is (`2068` or `0x0814`).
 ///
 /// # Errors
 /// Neither.
-pub fn named(db: &Connection, text: &str) -> Result<u16, Fault> {
-    if let Some(vessel) = list(db)?.into_iter().find(|vessel| vessel.name.eq_ignore_ascii_case(text)) {
+pub async fn named(db: &mut SqliteConnection, text: &str) -> Result<u16, Fault> {
+    if let Some(vessel) = list(db).await?.into_iter().find(|vessel| vessel.name.eq_ignore_ascii_case(text)) {
         return Ok(vessel.address);
     }
     address(text).map_err(|_| {
@@ -82,28 +126,30 @@ mod tests {
     use super::super::db::tests::fresh;
     use super::*;
 
-    #[test]
-    fn a_vessel_is_found_by_name_and_by_address() {
-        let db = fresh();
-        add(&db, 0x0814, "ntnu-otter-01", UtcTime::default()).unwrap();
+    #[tokio::test]
+    async fn a_vessel_is_found_by_name_and_by_address() {
+        let mut db = fresh().await;
+        add(&mut db, 0x0814, "ntnu-otter-01", UtcTime::default()).await.unwrap();
         for text in ["NTNU-otter-01", "2068", "0x0814"] {
-            assert_eq!(named(&db, text).unwrap(), 0x0814);
+            assert_eq!(named(&mut db, text).await.unwrap(), 0x0814);
         }
-        assert!(named(&db, "otter").is_err());
-        assert!(add(&db, 0x0814, "other", UtcTime::default()).unwrap_err().to_string().contains("ntnu"));
-        assert!(add(&db, 9, "<b>", UtcTime::default()).is_err());
-        assert!(add(&db, 0xFFFF, "all", UtcTime::default()).is_err());
+        assert!(named(&mut db, "otter").await.is_err());
+        assert!(
+            add(&mut db, 0x0814, "other", UtcTime::default()).await.unwrap_err().to_string().contains("ntnu")
+        );
+        assert!(add(&mut db, 9, "<b>", UtcTime::default()).await.is_err());
+        assert!(add(&mut db, 0xFFFF, "all", UtcTime::default()).await.is_err());
     }
 
-    #[test]
-    fn a_removed_vessel_takes_its_link_tokens_along() {
-        use super::super::tokens::{self, NewLink, make_link};
-        let db = fresh();
-        add(&db, 7, "otter", UtcTime::default()).unwrap();
-        let link = NewLink { label: "x", vessel: 7, days: None };
-        make_link(&db, &link, UtcTime::default()).unwrap();
-        remove(&db, 7).unwrap();
-        assert!(tokens::list(&db, None).unwrap().is_empty());
-        assert!(remove(&db, 7).is_err());
+    #[tokio::test]
+    async fn a_removed_vessel_takes_its_link_tokens_along() {
+        use super::super::tokens::{self, MakeLink};
+        let mut db = fresh().await;
+        add(&mut db, 7, "otter", UtcTime::default()).await.unwrap();
+        let link = MakeLink { label: "x".to_owned(), vessel: 7, days: None, now: UtcTime::default() };
+        link.run(&mut db).await.unwrap();
+        remove(&mut db, 7).await.unwrap();
+        assert!(tokens::list(&mut db, None).await.unwrap().is_empty());
+        assert!(remove(&mut db, 7).await.is_err());
     }
 }

@@ -166,7 +166,8 @@ mod tests {
             sinks: crate::sinks::Settings::default(),
             most_unpacked_bytes: 1 << 20,
         };
-        let running = crate::Opened::open(settings, crate::clock::Clock::real()).unwrap().assemble().unwrap();
+        let running =
+            crate::Opened::open(settings, crate::clock::Clock::real()).unwrap().assemble().await.unwrap();
         let links = &running.shore.links;
         let events = links.vessel(0x2810);
         let other = links.vessel(0x2811);

@@ -16,5 +16,5 @@ mod tests;
 pub use check::{aboard, check, check_with, limits, understood};
 pub use files::{Format, read, write};
 pub use route::route;
-pub use store::{Change, Row, create, delete, list, load, restore, revisions, save};
+pub use store::{Change, Create, Delete, List, Load, Restore, Revisions, Row, Save};
 pub use translate::{document, specification};

@@ -2,9 +2,9 @@
 //! that nobody's work is lost without a word.
 
 use super::files::free;
-use crate::identity::Fault;
+use crate::identity::{Fault, Request};
 use api::{PlanDocument, PlanRevision};
-use rusqlite::{Connection, OptionalExtension as _, params};
+use sqlx::SqliteConnection;
 use units::UtcTime;
 
 /// Plans that are kept, without those that were deleted.
@@ -34,86 +34,172 @@ pub struct Row {
 }
 
 /// Who changes something, when.
-#[derive(Debug, Clone, Copy)]
-pub struct Change<'a> {
+#[derive(Debug, Clone)]
+pub struct Change {
     /// Who.
-    pub author: &'a str,
+    pub author: String,
     /// When.
     pub now: UtcTime,
     /// Whether it is kept as a draft.
     pub draft: bool,
 }
 
-const COLUMNS: &str = "SELECT plan.id, r.revision, r.draft, r.author, r.saved_us, r.body, plan.name, plan.vessel, \
-                       plan.deleted_us FROM plan JOIN plan_revision r ON r.plan = plan.id";
-
-fn row(row: &rusqlite::Row<'_>) -> rusqlite::Result<Row> {
-    let body: String = row.get(5)?;
-    let wrong = |error: serde_json::Error| {
-        rusqlite::Error::FromSqlConversionFailure(5, rusqlite::types::Type::Text, error.into())
+/// A query for rows as [`row`] reads them.
+macro_rules! columns {
+    ($rest:literal) => {
+        concat!(
+            "SELECT plan.id, r.revision, r.draft, r.author, r.saved_us, r.body, plan.deleted_us FROM plan \
+             JOIN plan_revision r ON r.plan = plan.id ",
+            $rest
+        )
     };
-    let plan: PlanDocument = serde_json::from_str(&body).map_err(wrong)?;
-    Ok(Row {
-        id: row.get(0)?,
-        revision: row.get(1)?,
-        draft: row.get(2)?,
-        author: row.get(3)?,
-        updated: UtcTime::from_micros(row.get(4)?),
-        plan,
-        deleted: row.get::<_, Option<i64>>(8)?.is_some(),
-    })
 }
-
 /// All plans that are not deleted, by name.
-pub fn list(db: &Connection) -> Result<Vec<Row>, Fault> {
-    let sql =
-        format!("{COLUMNS} AND r.revision = plan.revision WHERE plan.deleted_us IS NULL ORDER BY plan.name");
-    let mut query = db.prepare_cached(&sql)?;
-    let rows = query.query_map([], row)?;
-    Ok(rows.collect::<Result<_, _>>()?)
+#[derive(Debug)]
+pub struct List;
+
+impl Request for List {
+    type Answer = Vec<Row>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<Row>, Fault> {
+        let sql = columns!("AND r.revision = plan.revision WHERE plan.deleted_us IS NULL ORDER BY plan.name");
+        let rows: Vec<Columns> = sqlx::query_as(sql).fetch_all(db).await?;
+        rows.into_iter().map(row).collect()
+    }
 }
 
 /// A plan, deleted or not: its latest revision, or an older one.
-pub fn load(db: &Connection, id: i64, revision: Option<u32>) -> Result<Option<Row>, Fault> {
-    let sql = format!("{COLUMNS} WHERE plan.id = ?1 AND r.revision = coalesce(?2, plan.revision)");
-    Ok(db.prepare_cached(&sql)?.query_row(params![id, revision], row).optional()?)
+#[derive(Debug)]
+pub struct Load {
+    /// Its number.
+    pub id: i64,
+    /// The revision; `None`: the latest.
+    pub revision: Option<u32>,
 }
 
-/// The states that a plan had, the newest first.
-pub fn revisions(db: &Connection, id: i64) -> Result<Vec<PlanRevision>, Fault> {
-    let sql =
-        "SELECT revision, author, saved_us, draft FROM plan_revision WHERE plan = ?1 ORDER BY revision DESC";
-    let mut query = db.prepare_cached(sql)?;
-    let rows = query.query_map([id], |row| {
-        Ok(PlanRevision {
-            revision: row.get(0)?,
-            author: row.get(1)?,
-            saved_us: row.get(2)?,
-            draft: row.get(3)?,
-        })
-    })?;
-    Ok(rows.collect::<Result<_, _>>()?)
+impl Request for Load {
+    type Answer = Option<Row>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Option<Row>, Fault> {
+        let sql = columns!("WHERE plan.id = ?1 AND r.revision = coalesce(?2, plan.revision)");
+        let found = sqlx::query_as(sql).bind(self.id).bind(self.revision).fetch_optional(db).await?;
+        found.map(row).transpose()
+    }
+}
+
+/// The states that the plan of this number had, the newest first.
+#[derive(Debug)]
+pub struct Revisions(pub i64);
+
+impl Request for Revisions {
+    type Answer = Vec<PlanRevision>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<PlanRevision>, Fault> {
+        let sql = "SELECT revision, author, saved_us, draft FROM plan_revision WHERE plan = ?1 ORDER BY revision DESC";
+        let rows = sqlx::query_as(sql).bind(self.0).fetch_all(db).await?;
+        let revision =
+            |(revision, author, saved_us, draft)| PlanRevision { revision, author, saved_us, draft };
+        Ok(rows.into_iter().map(revision).collect())
+    }
+}
+
+/// Keeps a new plan, under a name that is free; its number.
+#[derive(Debug)]
+pub struct Create {
+    /// The plan.
+    pub plan: PlanDocument,
+    /// Who keeps it, when.
+    pub change: Change,
+}
+
+impl Request for Create {
+    type Answer = i64;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<i64, Fault> {
+        create(db, self.plan, &self.change).await
+    }
+}
+
+/// Keeps a change that was made from revision `from`.
+#[derive(Debug)]
+pub struct Save {
+    /// Its number.
+    pub id: i64,
+    /// The revision that the change was made from.
+    pub from: u32,
+    /// The plan as it is now.
+    pub plan: PlanDocument,
+    /// Who changed it, when.
+    pub change: Change,
+}
+
+impl Request for Save {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        save(db, self.id, self.from, &self.plan, &self.change).await
+    }
+}
+
+/// Puts a plan away.
+#[derive(Debug)]
+pub struct Delete {
+    /// Its number.
+    pub id: i64,
+    /// When.
+    pub now: UtcTime,
+}
+
+impl Request for Delete {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        delete(db, self.id, self.now).await
+    }
+}
+
+/// Takes a deletion back.
+#[derive(Debug)]
+pub struct Restore {
+    /// Its number.
+    pub id: i64,
+    /// Who restores it, when.
+    pub change: Change,
+}
+
+impl Request for Restore {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        restore(db, self.id, self.change).await
+    }
+}
+
+type Columns = (i64, u32, bool, String, i64, String, Option<i64>);
+
+fn row((id, revision, draft, author, saved_us, body, deleted_us): Columns) -> Result<Row, Fault> {
+    let plan = serde_json::from_str(&body).map_err(|error| sqlx::Error::Decode(error.into()))?;
+    let (updated, deleted) = (UtcTime::from_micros(saved_us), deleted_us.is_some());
+    Ok(Row { id, revision, draft, author, updated, plan, deleted })
 }
 
 /// Keeps a new plan, under a name that is free.
 ///
 /// # Errors
 /// There are too many.
-pub fn create(db: &Connection, mut plan: PlanDocument, change: Change<'_>) -> Result<i64, Fault> {
-    let count: u32 =
-        db.query_row("SELECT count(*) FROM plan WHERE deleted_us IS NULL", [], |row| row.get(0))?;
+async fn create(db: &mut SqliteConnection, mut plan: PlanDocument, change: &Change) -> Result<i64, Fault> {
+    let sql = "SELECT count(*) FROM plan WHERE deleted_us IS NULL";
+    let count: u32 = sqlx::query_scalar(sql).fetch_one(&mut *db).await?;
     if count >= PLANS {
         return Err(Fault::Refused(format!(
             "There are {count} plans, the most that are kept: delete some first."
         )));
     }
-    plan.name = free_name(db, &plan.name)?;
-    db.execute(
-        "INSERT INTO plan (name, vessel, revision) VALUES (?1, ?2, 1)",
-        params![plan.name, plan.vessel],
-    )?;
-    let id = db.last_insert_rowid();
-    insert(db, id, 1, &plan, change)?;
+    plan.name = free_name(db, &plan.name).await?;
+    let sql = "INSERT INTO plan (name, vessel, revision) VALUES (?1, ?2, 1)";
+    let query = sqlx::query(sql).bind(&plan.name).bind(plan.vessel);
+    let id = query.execute(&mut *db).await?.last_insert_rowid();
+    insert(db, id, 1, &plan, change).await?;
     Ok(id)
 }
 
@@ -121,14 +207,14 @@ pub fn create(db: &Connection, mut plan: PlanDocument, change: Change<'_>) -> Re
 ///
 /// # Errors
 /// There is another revision, the plan is gone, or its name is taken.
-pub fn save(
-    db: &Connection,
+async fn save(
+    db: &mut SqliteConnection,
     id: i64,
     from: u32,
     plan: &PlanDocument,
-    change: Change<'_>,
+    change: &Change,
 ) -> Result<(), Fault> {
-    let Some(old) = load(db, id, None)?.filter(|old| !old.deleted) else {
+    let Some(old) = Load { id, revision: None }.run(db).await?.filter(|old| !old.deleted) else {
         return Err(Fault::Refused(
             "The plan was deleted. Restore it, or keep yours as a new plan.".to_owned(),
         ));
@@ -140,19 +226,21 @@ pub fn save(
         );
         return Err(Fault::Refused(text));
     }
-    if name_of_other(db, &plan.name, id)? {
+    if name_of_other(db, &plan.name, id).await? {
         return Err(Fault::Refused(format!("Another plan is called {}; choose another name.", plan.name)));
     }
     let revision = from + 1;
     let sql = "UPDATE plan SET name = ?2, vessel = ?3, revision = ?4 WHERE id = ?1";
-    db.execute(sql, params![id, plan.name, plan.vessel, revision])?;
+    let query = sqlx::query(sql).bind(id).bind(&plan.name).bind(plan.vessel).bind(revision);
+    query.execute(&mut *db).await?;
     if change.draft && old.draft && old.author == change.author {
-        db.execute("DELETE FROM plan_revision WHERE plan = ?1 AND revision = ?2", params![id, from])?;
+        let sql = "DELETE FROM plan_revision WHERE plan = ?1 AND revision = ?2";
+        sqlx::query(sql).bind(id).bind(from).execute(&mut *db).await?;
     }
-    insert(db, id, revision, plan, change)?;
+    insert(db, id, revision, plan, change).await?;
     let sql = "DELETE FROM plan_revision WHERE plan = ?1 AND revision NOT IN
                (SELECT revision FROM plan_revision WHERE plan = ?1 ORDER BY revision DESC LIMIT ?2)";
-    db.execute(sql, params![id, REVISIONS])?;
+    sqlx::query(sql).bind(id).bind(REVISIONS).execute(db).await?;
     Ok(())
 }
 
@@ -160,14 +248,14 @@ pub fn save(
 ///
 /// # Errors
 /// There is none such.
-pub fn delete(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
+async fn delete(db: &mut SqliteConnection, id: i64, now: UtcTime) -> Result<(), Fault> {
     let sql = "UPDATE plan SET deleted_us = ?2 WHERE id = ?1 AND deleted_us IS NULL";
-    if db.execute(sql, params![id, now.micros()])? == 0 {
+    if sqlx::query(sql).bind(id).bind(now.micros()).execute(&mut *db).await?.rows_affected() == 0 {
         return Err(Fault::Refused("There is no such plan any more.".to_owned()));
     }
     let sql = "DELETE FROM plan WHERE deleted_us IS NOT NULL AND id NOT IN
                (SELECT id FROM plan WHERE deleted_us IS NOT NULL ORDER BY deleted_us DESC LIMIT ?1)";
-    db.execute(sql, [DELETED])?;
+    sqlx::query(sql).bind(DELETED).execute(db).await?;
     Ok(())
 }
 
@@ -175,50 +263,45 @@ pub fn delete(db: &Connection, id: i64, now: UtcTime) -> Result<(), Fault> {
 ///
 /// # Errors
 /// It was not deleted.
-pub fn restore(db: &Connection, id: i64, change: Change<'_>) -> Result<(), Fault> {
-    let Some(old) = load(db, id, None)?.filter(|old| old.deleted) else {
+async fn restore(db: &mut SqliteConnection, id: i64, change: Change) -> Result<(), Fault> {
+    let Some(old) = Load { id, revision: None }.run(db).await?.filter(|old| old.deleted) else {
         return Err(Fault::Refused("The plan is not among the deleted ones.".to_owned()));
     };
-    let name = free_name(db, &old.plan.name)?;
-    db.execute("UPDATE plan SET deleted_us = NULL, name = ?2 WHERE id = ?1", params![id, name])?;
+    let name = free_name(db, &old.plan.name).await?;
+    let sql = "UPDATE plan SET deleted_us = NULL, name = ?2 WHERE id = ?1";
+    sqlx::query(sql).bind(id).bind(&name).execute(&mut *db).await?;
     if name == old.plan.name {
         return Ok(());
     }
     let change = Change { draft: old.draft, ..change };
-    save(db, id, old.revision, &PlanDocument { name, ..old.plan }, change)
+    save(db, id, old.revision, &PlanDocument { name, ..old.plan }, &change).await
 }
 
-fn insert(
-    db: &Connection,
+async fn insert(
+    db: &mut SqliteConnection,
     id: i64,
     revision: u32,
     plan: &PlanDocument,
-    change: Change<'_>,
+    change: &Change,
 ) -> Result<(), Fault> {
     let body = serde_json::to_string(plan).map_err(|error| Fault::Refused(error.to_string()))?;
-    db.prepare_cached("INSERT INTO plan_revision VALUES (?1, ?2, ?3, ?4, ?5, ?6)")?.execute(params![
-        id,
-        revision,
-        change.author,
-        change.now.micros(),
-        change.draft,
-        body
-    ])?;
+    let query = sqlx::query("INSERT INTO plan_revision VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
+    let query = query.bind(id).bind(revision).bind(&change.author).bind(change.now.micros());
+    query.bind(change.draft).bind(body).execute(db).await?;
     Ok(())
 }
 
-fn name_of_other(db: &Connection, name: &str, id: i64) -> Result<bool, Fault> {
+async fn name_of_other(db: &mut SqliteConnection, name: &str, id: i64) -> Result<bool, Fault> {
     let sql = "SELECT count(*) FROM plan WHERE name = ?1 AND id != ?2 AND deleted_us IS NULL";
-    let count: i64 = db.prepare_cached(sql)?.query_row(params![name, id], |row| row.get(0))?;
+    let count: i64 = sqlx::query_scalar(sql).bind(name).bind(id).fetch_one(db).await?;
     Ok(count > 0)
 }
 
-fn free_name(db: &Connection, wanted: &str) -> Result<String, Fault> {
+async fn free_name(db: &mut SqliteConnection, wanted: &str) -> Result<String, Fault> {
     let sql = "SELECT name FROM plan WHERE deleted_us IS NULL";
-    let mut query = db.prepare_cached(sql)?;
-    let names = query.query_map([], |row| row.get::<_, String>(0))?;
+    let names: Vec<String> = sqlx::query_scalar(sql).fetch_all(db).await?;
     // SQLite's NOCASE folds ASCII alone.
     let taken: std::collections::BTreeSet<String> =
-        names.map(|name| name.map(|name| name.to_ascii_lowercase())).collect::<Result<_, _>>()?;
+        names.into_iter().map(|name| name.to_ascii_lowercase()).collect();
     Ok(free(wanted, |name| taken.contains(&name.to_ascii_lowercase())))
 }

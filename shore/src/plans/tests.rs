@@ -2,15 +2,16 @@
 
 use super::translate::{document, specification};
 use super::{
-    Change, Format, check, create, delete, limits, list, load, read, restore, revisions, save, write,
+    Change, Create, Delete, Format, List, Load, Restore, Revisions, Save, check, limits, read, write,
 };
-use crate::identity::{Fault, migrated};
+use crate::identity::{Fault, Request as _, migrated};
 use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
 use imc::messages::{
     Heartbeat, LoiterType, Message, PlanManeuver, PlanSpecification, PlanTransition, PowerChannelControl,
 };
 use imc::plan_digest::plan_md5;
 use proptest::prelude::*;
+use sqlx::SqliteConnection;
 use units::UtcTime;
 
 const NOW: UtcTime = UtcTime::from_micros(1_772_368_496_000_000);
@@ -310,48 +311,62 @@ fn foreign_files_get_names_and_a_speed() {
     assert_eq!(check(&plan, NOW).problems, []);
 }
 
-fn by(author: &str, draft: bool) -> Change<'_> {
-    Change { author, now: NOW, draft }
+fn by(author: &str, draft: bool) -> Change {
+    Change { author: author.to_owned(), now: NOW, draft }
 }
 
-#[test]
-fn two_people_do_not_overwrite_each_other() {
-    let db = migrated();
-    let id = create(&db, north(), by("nils", true)).unwrap();
-    save(&db, id, 1, &north(), by("nils", false)).unwrap();
-    let refused = save(&db, id, 1, &north(), by("eva", true)).unwrap_err();
+fn create(plan: PlanDocument, change: Change) -> Create {
+    Create { plan, change }
+}
+
+fn save(id: i64, from: u32, plan: PlanDocument, change: Change) -> Save {
+    Save { id, from, plan, change }
+}
+
+#[tokio::test]
+async fn two_people_do_not_overwrite_each_other() {
+    let db = &mut migrated().await;
+    let id = create(north(), by("nils", true)).run(db).await.unwrap();
+    save(id, 1, north(), by("nils", false)).run(db).await.unwrap();
+    let refused = save(id, 1, north(), by("eva", true)).run(db).await.unwrap_err();
     assert!(matches!(&refused, Fault::Refused(text) if text.contains("nils changed the plan")), "{refused}");
-    save(&db, id, 2, &plan("other", vec![]), by("eva", true)).unwrap();
-    let row = load(&db, id, None).unwrap().unwrap();
+    save(id, 2, plan("other", vec![]), by("eva", true)).run(db).await.unwrap();
+    let row = Load { id, revision: None }.run(db).await.unwrap().unwrap();
     assert_eq!((row.revision, row.author.as_str(), row.plan.name.as_str()), (3, "eva", "other"));
-    assert_eq!(load(&db, id, Some(1)).unwrap().unwrap().plan, north(), "what was there before is kept");
+    let before = Load { id, revision: Some(1) }.run(db).await.unwrap().unwrap();
+    assert_eq!(before.plan, north(), "what was there before is kept");
 }
 
-#[test]
-fn drafts_of_one_person_are_one_revision() {
-    let db = migrated();
-    let id = create(&db, north(), by("nils", false)).unwrap();
+#[tokio::test]
+async fn drafts_of_one_person_are_one_revision() {
+    let db = &mut migrated().await;
+    let id = create(north(), by("nils", false)).run(db).await.unwrap();
     for from in 1..5 {
-        save(&db, id, from, &north(), by("nils", true)).unwrap();
+        save(id, from, north(), by("nils", true)).run(db).await.unwrap();
     }
-    let kept: Vec<(u32, bool)> =
-        revisions(&db, id).unwrap().into_iter().map(|one| (one.revision, one.draft)).collect();
+    let kept = Revisions(id).run(db).await.unwrap();
+    let kept: Vec<(u32, bool)> = kept.into_iter().map(|one| (one.revision, one.draft)).collect();
     assert_eq!(kept, [(5, true), (1, false)]);
 }
 
-#[test]
-fn names_are_unique_and_a_deleted_plan_comes_back() {
-    let db = migrated();
-    let first = create(&db, north(), by("nils", true)).unwrap();
-    let second = create(&db, PlanDocument { name: "NORTH".to_owned(), ..north() }, by("nils", true)).unwrap();
-    let names = |db: &_| -> Vec<String> { list(db).unwrap().into_iter().map(|row| row.plan.name).collect() };
-    assert_eq!(names(&db), ["north", "NORTH (2)"]);
-    let taken = save(&db, second, 1, &plan("North", vec![]), by("nils", true)).unwrap_err();
+async fn names(db: &mut SqliteConnection) -> Vec<String> {
+    List.run(db).await.unwrap().into_iter().map(|row| row.plan.name).collect()
+}
+
+#[tokio::test]
+async fn names_are_unique_and_a_deleted_plan_comes_back() {
+    let db = &mut migrated().await;
+    let first = create(north(), by("nils", true)).run(db).await.unwrap();
+    let capitals = PlanDocument { name: "NORTH".to_owned(), ..north() };
+    let second = create(capitals, by("nils", true)).run(db).await.unwrap();
+    assert_eq!(names(db).await, ["north", "NORTH (2)"]);
+    let taken = save(second, 1, plan("North", vec![]), by("nils", true)).run(db).await.unwrap_err();
     assert!(taken.to_string().contains("Another plan is called North"));
-    delete(&db, first, NOW).unwrap();
-    assert!(delete(&db, first, NOW).is_err() && save(&db, first, 1, &north(), by("nils", true)).is_err());
-    save(&db, second, 1, &plan("north", vec![]), by("nils", true)).unwrap();
-    restore(&db, first, by("nils", false)).unwrap();
-    assert!(restore(&db, first, by("nils", false)).is_err());
-    assert_eq!(names(&db), ["north", "north (2)"]);
+    Delete { id: first, now: NOW }.run(db).await.unwrap();
+    assert!(Delete { id: first, now: NOW }.run(db).await.is_err());
+    assert!(save(first, 1, north(), by("nils", true)).run(db).await.is_err());
+    save(second, 1, plan("north", vec![]), by("nils", true)).run(db).await.unwrap();
+    Restore { id: first, change: by("nils", false) }.run(db).await.unwrap();
+    assert!(Restore { id: first, change: by("nils", false) }.run(db).await.is_err());
+    assert_eq!(names(db).await, ["north", "north (2)"]);
 }

@@ -133,6 +133,9 @@ impl Router {
     }
 
     /// Connects a peer whose queue holds `bound_bytes`.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn join(&self, peer: Peer, bound_bytes: usize) -> Result<Connection, Stopped> {
         let outbox = Arc::new(Outbox::new(bound_bytes, self.clock.clone()));
         let (reply, id) = oneshot::channel();
@@ -180,6 +183,9 @@ impl Router {
     }
 
     /// Everyone who is connected.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn peers(&self) -> Result<Vec<PeerFigures>, Stopped> {
         let (reply, answer) = oneshot::channel();
         self.messages.send(Message::Peers(reply)).await.map_err(|_| Stopped)?;
@@ -187,21 +193,33 @@ impl Router {
     }
 
     /// Sends a packet of the server's own. Whether a peer was there to hear it.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn send(&self, packet: Bytes) -> Result<bool, Stopped> {
         self.ask(move |operations, now| operations.hub_mut().send(now, &packet)).await
     }
 
     /// What the hub counted so far.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn counters(&self) -> Result<Counters, Stopped> {
         self.ask(|operations, _| operations.hub().counters()).await
     }
 
     /// The server's own announcement, for the discovery ports; `None` where it takes no part as a console.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn announcement(&self) -> Result<Option<Bytes>, Stopped> {
         self.ask(|operations, now| operations.hub_mut().announcement(now)).await
     }
 
     /// Sets the services that the server announces: where its transports listen.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn set_services(&self, services: String) -> Result<(), Stopped> {
         self.ask(move |operations, _| operations.hub_mut().set_services(&services)).await
     }
@@ -228,6 +246,9 @@ impl Router {
 
 impl Connection {
     /// Hands packets of the peer to the hub, waiting while it is busy.
+    ///
+    /// # Errors
+    /// The server is stopping.
     pub async fn give(&self, batch: Vec<Incoming>) -> Result<(), Stopped> {
         let bytes: usize = batch.iter().map(|incoming| incoming.packet.len()).sum();
         let bytes = u32::try_from(bytes).unwrap_or(u32::MAX).min(UNHEARD_BYTES);

@@ -9,7 +9,8 @@ use clap::Args;
 use imc::messages::{Message, PlanSpecification};
 use mission::check_plan;
 use shore::charts::{Limits, told};
-use shore::{identity, plans};
+use shore::identity::{self, Request as _};
+use shore::plans;
 use std::fs;
 use std::path::Path;
 use units::LatLon;
@@ -61,7 +62,9 @@ fn find(config: &Config, name: &str) -> anyhow::Result<PlanSpecification> {
         let Ok(id) = name.parse() else {
             bail!("{name}: there is no such file, and it is no number of a plan");
         };
-        let row = plans::load(&identity::open(&config.data)?, id, None)?.filter(|row| !row.deleted);
+        let load =
+            async { plans::Load { id, revision: None }.run(&mut identity::open(&config.data).await?).await };
+        let row = identity::wait(load)?.filter(|row| !row.deleted);
         let row =
             row.with_context(|| format!("the server keeps no plan {id} in {}", config.data.display()))?;
         return of_document(name, &row.plan);

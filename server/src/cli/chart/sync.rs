@@ -9,7 +9,7 @@ use imc::Address;
 use serde_json::json;
 use shore::charts::{ChartsAboard, Parcel};
 use shore::clock;
-use shore::identity::{open, vessels};
+use shore::identity::{Fault, Request as _, open, vessels, wait};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -75,12 +75,10 @@ type Vessels = BTreeMap<u16, (Option<String>, VesselChart)>;
 /// The vessels that have names and those that told of their charts.
 fn vessels_of(config: &Config, parcel: &Parcel, only: Option<&str>) -> anyhow::Result<Vessels> {
     // A database that is not there yet names nobody.
-    let known = config.data.join("app.db").exists().then(|| open(&config.data)).transpose()?;
-    let named = known.as_ref().map(vessels::list).transpose()?.unwrap_or_default();
-    let only = match (only, &known) {
-        (None, _) => None,
-        (Some(text), Some(db)) => Some(vessels::named(db, text)?),
-        (Some(text), None) => Some(vessels::address(text).map_err(anyhow::Error::msg)?),
+    let (named, only) = if config.data.join("app.db").exists() {
+        wait(known(&config.data, only))?
+    } else {
+        (Vec::new(), only.map(vessels::address).transpose().map_err(anyhow::Error::msg)?)
     };
     let aboard = ChartsAboard::open(&config.data);
     let names: BTreeMap<u16, String> = named.into_iter().map(|one| (one.address, one.name)).collect();
@@ -90,6 +88,16 @@ fn vessels_of(config: &Config, parcel: &Parcel, only: Option<&str>) -> anyhow::R
         (address, (names.get(&address).cloned(), chart))
     });
     Ok(told.collect())
+}
+
+/// The vessels that have names, and the address of `only`.
+async fn known(data: &Path, only: Option<&str>) -> Result<(Vec<api::Vessel>, Option<u16>), Fault> {
+    let mut db = open(data).await?;
+    let only = match only {
+        Some(text) => Some(vessels::named(&mut db, text).await?),
+        None => None,
+    };
+    Ok((vessels::List.run(&mut db).await?, only))
 }
 
 fn line(address: u16, name: Option<&str>, chart: &VesselChart) -> String {

@@ -35,7 +35,8 @@ use sail::{Crew, Report};
 use scratch::Scratch;
 use shore::clock;
 use shore::commands::Issuer;
-use shore::identity::{self, Fault, db, one_time_password, password, persons, tokens, vessels};
+use shore::identity::tokens::{self, MakeLink};
+use shore::identity::{self, Fault, one_time_password, password, persons, vessels, within_transaction};
 use shore::plans as kept;
 use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
@@ -115,7 +116,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
         crew.push(Member { otter, document, plan });
     }
     let past = (!arguments.no_past).then(|| Past::before(clock::now()));
-    let access = admit(&config.data, &crew, past.as_ref())?;
+    let access = identity::wait(admit(&config.data, &crew, past.as_ref()))?;
     let chart = chart::bring_in(scratch.path(), &config.chart_set())?;
     let stage = Stage { program, folder: scratch.path().to_owned(), chart, fish: !arguments.no_fish, past };
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -327,30 +328,32 @@ struct Access {
 }
 
 /// Makes the admin, the vessels, their tokens and their plans in a new database of people.
-fn admit(data: &Path, crew: &[Member], past: Option<&Past>) -> Result<Access, Fault> {
-    let mut connection = identity::open(data)?;
-    db::within_transaction(&mut connection, |db| {
-        let (now, password) = (clock::now(), one_time_password());
-        let admin = persons::add(db, ADMIN, &password::hash(&password), false, now)?;
-        persons::set_permission(db, admin, None, Some(Role::Admin))?;
-        let mut made = Vec::new();
-        for (index, Member { otter, document, .. }) in crew.iter().enumerate() {
-            vessels::add(db, otter.address.0, &otter.name, now)?;
-            let link = tokens::NewLink { label: "demo", vessel: otter.address.0, days: None };
-            made.push(tokens::make_link(db, &link, now)?.secret);
-            // Further Otters sail plans of the same names elsewhere.
-            if index < Pattern::ALL.len() {
-                let change = kept::Change { author: ADMIN, now, draft: false };
-                kept::create(db, document.clone(), change)?;
-            }
+async fn admit(data: &Path, crew: &[Member], past: Option<&Past>) -> Result<Access, Fault> {
+    let mut connection = identity::open(data).await?;
+    let db = &mut connection;
+    let (now, password) = (clock::now(), one_time_password());
+    let (name, password_hash) = (ADMIN.to_owned(), password::hash(&password));
+    let admin =
+        persons::Add { name, password_hash, must_change: false, vessel: None, role: Role::Admin, now };
+    let admin = within_transaction(db, admin).await?;
+    let mut links = Vec::new();
+    for (index, Member { otter, document, .. }) in crew.iter().enumerate() {
+        let vessel = otter.address.0;
+        within_transaction(db, vessels::Add { address: vessel, name: otter.name.clone(), now }).await?;
+        let link = MakeLink { label: "demo".to_owned(), vessel, days: None, now };
+        links.push(within_transaction(db, link).await?.secret);
+        // Further Otters sail plans of the same names elsewhere.
+        if index < Pattern::ALL.len() {
+            let change = kept::Change { author: ADMIN.to_owned(), now, draft: false };
+            within_transaction(db, kept::Create { plan: document.clone(), change }).await?;
         }
-        if let Some(past) = past {
-            past::admit(db, past, now)?;
-        }
-        let own = NewToken { label: "demo".to_owned(), vessel: None, role: Role::Operator, days: 30 };
-        let script = tokens::make(db, admin, &own, now)?.secret;
-        Ok(Access { password, tokens: made, script })
-    })
+    }
+    if let Some(past) = past {
+        within_transaction(db, past.vessel(now)).await?;
+    }
+    let new = NewToken { label: "demo".to_owned(), vessel: None, role: Role::Operator, days: 30 };
+    let script = within_transaction(db, tokens::Make { person: admin, new, now }).await?.secret;
+    Ok(Access { password, tokens: links, script })
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::cli::say::say;
 use anyhow::{Context as _, bail};
 use api::{Import, ImportState};
 use shore::clock;
-use shore::identity::Fault;
+use shore::identity::vessels;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -32,6 +32,11 @@ pub(super) struct Past {
 }
 
 impl Past {
+    /// Yesterday's Otter has a name, too.
+    pub(super) fn vessel(&self, now: UtcTime) -> vessels::Add {
+        vessels::Add { address: self.otter.address.0, name: self.otter.name.clone(), now }
+    }
+
     /// Yesterday's, at this time of day.
     pub(super) fn before(now: UtcTime) -> Self {
         // Whole seconds, as they are written into the command line.
@@ -152,11 +157,6 @@ pub(super) fn tell(past: &Past, url: &str, outcome: anyhow::Result<u64>) {
         }
         Err(error) => say!("{name:<9} there is no log of yesterday: {error:#}"),
     }
-}
-
-/// Yesterday's Otter has a name, too.
-pub(super) fn admit(db: &rusqlite::Connection, past: &Past, now: UtcTime) -> Result<(), Fault> {
-    shore::identity::vessels::add(db, past.otter.address.0, &past.otter.name, now)
 }
 
 #[cfg(test)]

@@ -27,8 +27,7 @@ pub(in crate::pages) async fn tokens(
     State(state): State<AppState>,
     frame: Frame,
 ) -> Result<Response, PageError> {
-    let (tokens, vessels) =
-        state.shore.people.ask(|db| Ok((token::list(db, None)?, vessels::list(db)?))).await?;
+    let (tokens, vessels) = state.shore.people.ask((token::List(None), vessels::List)).await?;
     let tokens = tokens.into_iter().map(|token| rows::token(token, &vessels)).collect();
     Ok(html(&TokensPage { frame, tokens }))
 }
@@ -46,10 +45,8 @@ pub(in crate::pages) async fn token_revoke(
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     // Revoked by somebody else already is as good.
-    drop(
-        act(&state, (&who, remote), "token.revoke", &id.to_string(), move |db| token::revoke(db, id, None))
-            .await?,
-    );
+    let revoke = token::Revoke { id, person: None };
+    drop(act(&state, (&who, remote), "token.revoke", &id.to_string(), revoke).await?);
     Ok(Redirect::to("/admin/tokens").into_response())
 }
 
@@ -70,7 +67,7 @@ pub(in crate::pages) async fn sessions(
         Via::Session { id, .. } => Some(id),
         Via::Token { .. } => None,
     };
-    let sessions = state.shore.people.ask(|db| session::list(db, None)).await?;
+    let sessions = state.shore.people.ask(session::List(None)).await?;
     let sessions = sessions.into_iter().map(|session| rows::session(session, own)).collect();
     Ok(html(&SessionsPage { frame, sessions }))
 }
@@ -83,10 +80,8 @@ pub(in crate::pages) async fn session_end(
     Sent(ById { id }): Sent<ById>,
 ) -> Result<Response, PageError> {
     // Ended by itself already is as good.
-    drop(
-        act(&state, (&who, remote), "session.end", &id.to_string(), move |db| session::end(db, id, None))
-            .await?,
-    );
+    let end = session::End { id, person: None };
+    drop(act(&state, (&who, remote), "session.end", &id.to_string(), end).await?);
     Ok(Redirect::to("/admin/sessions").into_response())
 }
 
@@ -110,7 +105,7 @@ pub(in crate::pages) async fn audit(
     frame: Frame,
     Query(Before { before }): Query<Before>,
 ) -> Result<Response, PageError> {
-    let entries = state.shore.people.ask(move |db| log::entries(db, before, PAGE)).await?;
+    let entries = state.shore.people.ask(log::Entries { before, count: PAGE }).await?;
     let older = if entries.len() == PAGE as usize { entries.last().map_or(0, |entry| entry.id) } else { 0 };
     Ok(html(&AuditPage { frame, entries: entries.into_iter().map(rows::audit).collect(), older }))
 }

@@ -9,8 +9,7 @@ pub(super) mod vessels;
 
 use crate::AppState;
 use crate::http::{ApiError, Remote};
-use rusqlite::Connection;
-use shore::identity::{Fault, Principal};
+use shore::identity::{Fault, Principal, Request};
 
 /// What a page says above its table.
 #[derive(Debug, Default)]
@@ -34,14 +33,14 @@ impl Words {
 }
 
 /// Does something with its line in the audit log; a refusal becomes words for the page.
-async fn act<R: Send + 'static>(
+async fn act<R: Request>(
     state: &AppState,
     (who, remote): (&Principal, Remote),
     action: &'static str,
     subject: &str,
-    work: impl FnOnce(&Connection) -> Result<R, Fault> + Send + 'static,
-) -> Result<Result<R, Words>, ApiError> {
-    match state.shore.people.act(who, remote.address.to_string(), action, subject.to_owned(), work).await {
+    request: R,
+) -> Result<Result<R::Answer, Words>, ApiError> {
+    match state.shore.people.act(who, remote.address.to_string(), action, subject.to_owned(), request).await {
         Ok(done) => Ok(Ok(done)),
         Err(Fault::Refused(text)) => Ok(Err(Words::problem(text))),
         Err(fault) => Err(fault.into()),

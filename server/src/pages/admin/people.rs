@@ -32,12 +32,10 @@ pub(in crate::pages) async fn page(
 }
 
 async fn show(state: &AppState, frame: Frame, words: Words) -> Result<Response, PageError> {
-    let (people, vessels, (sessions, tokens)) = state
+    let ((people, vessels), (sessions, tokens)) = state
         .shore
         .people
-        .ask(|db| {
-            Ok((persons::list(db)?, vessels::list(db)?, (sessions::list(db, None)?, tokens::list(db, None)?)))
-        })
+        .ask(((persons::List, vessels::List), (sessions::List(None), tokens::List(None))))
         .await?;
     let bad = !words.problem.is_empty();
     let row = |person| rows::person(person, &vessels, &sessions, &tokens);
@@ -70,12 +68,9 @@ pub(in crate::pages) async fn add(
     let hash = state.shore.people.hash(secret.clone()).await?;
     let name = new.name.trim().to_owned();
     let (added, now) = (name.clone(), state.shore.clock.utc());
-    let done = act(&state, (&who, remote), "person.add", &name, move |db| {
-        let id = persons::add(db, &added, &hash, true, now)?;
-        persons::set_permission(db, id, vessel, Some(role))
-    });
-    let words = match done.await? {
-        Ok(()) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
+    let add = persons::Add { name: added, password_hash: hash, must_change: true, vessel, role, now };
+    let words = match act(&state, (&who, remote), "person.add", &name, add).await? {
+        Ok(_) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
         Err(words) => words,
     };
     show(&state, frame, words).await
@@ -101,11 +96,8 @@ pub(in crate::pages) async fn role(
     let vessel = read_vessel(&new.vessel)?;
     let place = vessel.map_or_else(|| "all vessels".to_owned(), |vessel| format!("0x{vessel:04X}"));
     let subject = format!("{}: {} on {place}", new.name, role.map_or("nothing", Role::name));
-    let name = new.name;
-    let done = act(&state, (&who, remote), "person.role", &subject, move |db| {
-        persons::set_permission(db, persons::known(db, &name)?.id, vessel, role)
-    });
-    let words = match done.await? {
+    let set = persons::SetRole { name: new.name, vessel, role };
+    let words = match act(&state, (&who, remote), "person.role", &subject, set).await? {
         Ok(()) => Words::notice(format!("Changed. {subject}.")),
         Err(words) => words,
     };
@@ -128,10 +120,8 @@ pub(in crate::pages) async fn password(
     let secret = one_time_password();
     let hash = state.shore.people.hash(secret.clone()).await?;
     let reset = name.clone();
-    let done = act(&state, (&who, remote), "person.password", &name, move |db| {
-        persons::set_password(db, persons::known(db, &reset)?.id, &hash, true, None)
-    });
-    let words = match done.await? {
+    let set = persons::SetPassword { name: reset, password_hash: hash, must_change: true, keep: None };
+    let words = match act(&state, (&who, remote), "person.password", &name, set).await? {
         Ok(()) => Words { secret_for: format!("One-time password of {name}"), secret, ..Words::default() },
         Err(words) => words,
     };
@@ -146,9 +136,8 @@ pub(in crate::pages) async fn remove(
     remote: Remote,
     Sent(ByName { name }): Sent<ByName>,
 ) -> Result<Response, PageError> {
-    let removed = name.clone();
-    let done = act(&state, (&who, remote), "person.remove", &name, move |db| persons::remove(db, &removed));
-    let words = match done.await? {
+    let remove = persons::Remove(name.clone());
+    let words = match act(&state, (&who, remote), "person.remove", &name, remove).await? {
         Ok(()) => Words::notice(format!("{name} is removed.")),
         Err(words) => words,
     };

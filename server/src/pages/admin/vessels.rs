@@ -10,8 +10,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use serde::Deserialize;
-use shore::identity::tokens::{self, NewLink};
-use shore::identity::vessels;
+use shore::identity::{tokens, vessels};
 
 struct VesselRow {
     name: String,
@@ -67,8 +66,7 @@ async fn show_with(
     words: Words,
     aboard: Option<Aboard>,
 ) -> Result<Response, PageError> {
-    let (vessels, tokens) =
-        state.shore.people.ask(|db| Ok((vessels::list(db)?, tokens::list(db, None)?))).await?;
+    let (vessels, tokens) = state.shore.people.ask((vessels::List, tokens::List(None))).await?;
     let links = |address: u16| {
         let of = |token: &&api::Token| token.role.is_none() && token.vessel == Some(address);
         tokens.iter().filter(of).count()
@@ -107,10 +105,8 @@ pub(in crate::pages) async fn add(
         Ok(address) => address,
         Err(problem) => return show(&state, frame, Words::problem(problem)).await,
     };
-    let (added, now) = (name.clone(), state.shore.clock.utc());
-    let done =
-        act(&state, (&who, remote), "vessel.add", &name, move |db| vessels::add(db, address, &added, now));
-    let words = match done.await? {
+    let add = vessels::Add { address, name: name.clone(), now: state.shore.clock.utc() };
+    let words = match act(&state, (&who, remote), "vessel.add", &name, add).await? {
         Ok(()) => Words::notice(format!("{name} is known. Its link needs a token: make one below.")),
         Err(words) => words,
     };
@@ -131,8 +127,8 @@ pub(in crate::pages) async fn remove(
     Sent(ByAddress { address }): Sent<ByAddress>,
 ) -> Result<Response, PageError> {
     let subject = format!("0x{address:04X}");
-    let done = act(&state, (&who, remote), "vessel.remove", &subject, move |db| vessels::remove(db, address));
-    let words = match done.await? {
+    let remove = vessels::Remove(address);
+    let words = match act(&state, (&who, remote), "vessel.remove", &subject, remove).await? {
         Ok(()) => Words::notice("Forgotten, and its link tokens are revoked. Its archive and history stay."),
         Err(words) => words,
     };
@@ -154,10 +150,8 @@ pub(in crate::pages) async fn token(
     let vessel = known.iter().find(|vessel| vessel.address == address).cloned();
     let vessel = vessel.ok_or_else(|| ApiError::not_found("There is no such vessel."))?;
     let (label, now) = (vessel.name.clone(), state.shore.clock.utc());
-    let done = act(&state, (&who, remote), "token.make", &vessel.name, move |db| {
-        tokens::make_link(db, &NewLink { label: &label, vessel: address, days: None }, now)
-    });
-    let secret = match done.await? {
+    let make = tokens::MakeLink { label, vessel: address, days: None, now };
+    let secret = match act(&state, (&who, remote), "token.make", &vessel.name, make).await? {
         Ok(made) => made.secret,
         Err(words) => return show(&state, frame, words).await,
     };
