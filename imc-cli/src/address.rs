@@ -3,7 +3,6 @@
 use crate::outcome::Outcome;
 use crate::output::Output;
 use crate::style::Paint;
-use crate::suggest;
 use imc::Address;
 use imc::catalogue::ADDRESSES;
 use serde_json::json;

@@ -1,9 +1,9 @@
 //! `imc info`: what the catalogue says of a message.
 
+use crate::messages;
 use crate::outcome::Outcome;
 use crate::output::Output;
 use crate::style::Paint;
-use crate::suggest;
 use crate::table::Table;
 use imc::catalogue::{self, EnumDesc, FieldDesc, GROUPS, Meaning, MessageDesc};
 use serde_json::{Value, json};
@@ -39,7 +39,7 @@ impl Info {
             Some((name, members)) if self.json => json!({"group": name, "messages": members}).to_string(),
             Some((name, members)) => group_text(name, members),
             None => {
-                let message = suggest::message(&self.message)?;
+                let message = messages::message(&self.message)?;
                 if self.json { to_json(message).to_string() } else { text(message, Paint::stdout()) }
             }
         };

@@ -1,7 +1,6 @@
 //! Lines of JSON to packets.
 
 use crate::input::{CHUNK, Input};
-use crate::suggest;
 use anyhow::Context as _;
 use imc::catalogue::MESSAGES;
 use imc::json::{self, ReadDefaults, ReadError};

@@ -14,6 +14,7 @@ mod json_lines;
 mod list;
 mod listen;
 mod lsf;
+mod messages;
 mod net;
 mod outcome;
 mod output;
@@ -23,7 +24,6 @@ mod report;
 mod send;
 mod sink;
 mod style;
-mod suggest;
 mod table;
 
 use clap::{Parser, Subcommand};

@@ -1,6 +1,6 @@
 //! Which packets are wanted, by message and source.
 
-use crate::suggest;
+use crate::messages;
 use imc::{Address, PacketView};
 
 /// Flags that choose packets by their header.
@@ -24,7 +24,7 @@ impl Pick {
 
 /// The id that a message's name stands for; any number is one, also of messages that are not listed.
 pub(crate) fn message_id(text: &str) -> Result<u16, String> {
-    text.parse().or_else(|_| match suggest::message(text) {
+    text.parse().or_else(|_| match messages::message(text) {
         Ok(message) => Ok(message.id),
         Err(error) => Err(error.to_string()),
     })

@@ -2,6 +2,7 @@
 
 use crate::input::Input;
 use crate::json_lines::{BadLine, JsonLines, packet};
+use crate::messages;
 use crate::net::node::{Node, now_s};
 use crate::net::peer::Peer;
 use crate::net::tcp::TcpLink;
@@ -13,7 +14,6 @@ use crate::output::Output;
 use crate::pick::{Pick, message_id};
 use crate::report;
 use crate::sink::{Flow, Sink};
-use crate::suggest;
 use anyhow::{Context as _, anyhow, bail};
 use imc::catalogue::{FieldKind, MessageDesc};
 use imc::json::ReadDefaults;
@@ -253,7 +253,7 @@ impl Say {
 
 /// The JSON of a message given as `MESSAGE FIELD=VALUE ...`.
 fn one_message(message: &str, fields: &[String]) -> anyhow::Result<Value> {
-    let desc = suggest::message(message)?;
+    let desc = messages::message(message)?;
     let mut object = Map::new();
     for pair in fields {
         let (name, text) = pair

@@ -7,7 +7,7 @@
 //! logged, for nobody can send them again.
 
 use crate::owners::{Duty, Owners};
-use hub::{Door, Record};
+use hub::Record;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -276,8 +276,8 @@ impl Thread {
             let accepted = Accepted {
                 packet: &record.packet,
                 received: record.received,
-                door: door(record.door),
-                link: record.link.map(|link| store::LinkSeq { stream: link.stream, seq: link.seq }),
+                door: record.door,
+                link: record.link,
             };
             match self.store.accept(&accepted) {
                 Ok(_) => {}
@@ -374,16 +374,5 @@ impl Thread {
         let waiting = self.shared.lock();
         let open = |waiting: &mut Waiting| !waiting.closed;
         drop(self.shared.ready.wait_timeout_while(waiting, RETRY_AFTER, open));
-    }
-}
-
-fn door(door: Door) -> store::Door {
-    match door {
-        Door::Link => store::Door::Link,
-        Door::Proxy => store::Door::Proxy,
-        Door::Tcp => store::Door::Tcp,
-        Door::Udp => store::Door::Udp,
-        Door::Shore => store::Door::Local,
-        Door::Import => store::Door::Import,
     }
 }

@@ -8,7 +8,6 @@ use crate::read::read;
 use crate::schema::{self, control, device, general, mission, path, simulate, transport, watch};
 use crate::section::Section;
 use crate::spec::{Kind, Param, ParamSpec, SectionSpec};
-use crate::suggest;
 
 /// The label of the agent itself.
 const DAEMON: &str = "Daemon";

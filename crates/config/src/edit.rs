@@ -3,7 +3,6 @@
 use crate::ini::{Action, Change, Ini, Setting};
 use crate::line::{COMMENT_MARKS, Operator, OptionLine, Text, trim};
 use crate::problem::{Place, Problem, ProblemKind, Report};
-use crate::suggest;
 
 /// The longest value, in bytes.
 pub const MAX_VALUE_BYTES: usize = 1 << 16;

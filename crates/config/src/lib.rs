@@ -40,7 +40,6 @@ pub mod schema;
 mod section;
 mod source;
 mod spec;
-mod suggest;
 mod typed;
 mod value;
 

@@ -73,7 +73,7 @@ pub(crate) fn is_misspelt_keyword(name: &str) -> bool {
     let first = words.next().unwrap_or_default().trim_end_matches(':').to_lowercase();
     let argument = name.contains(".ini") || words.next().is_none();
     let keywords = ["require", "required", "include", "includes"];
-    argument && keywords.iter().any(|keyword| crate::suggest::distance(&first, keyword) <= 1)
+    argument && keywords.iter().any(|keyword| suggest::distance(&first, keyword) <= 1)
 }
 
 /// The forms a line can have.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use crate::ini::Ini;
 use crate::problem::{Problem, ProblemKind, Report};
-use crate::suggest;
 use crate::value::split_list;
 
 /// The profiles that exist without being declared.

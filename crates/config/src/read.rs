@@ -6,7 +6,6 @@ use std::net::Ipv4Addr;
 use crate::edit::shortened;
 use crate::problem::ProblemKind;
 use crate::spec::{Kind, Length, ParamSpec, Unit};
-use crate::suggest;
 use crate::value::{Value, ValueError, parse_bool, parse_float, parse_int, parse_pair, split_list, unescape};
 
 /// A complaint about one value, without its place.

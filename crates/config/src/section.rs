@@ -9,7 +9,6 @@ use crate::profile::Enabled;
 use crate::read::{Complaint, default, read};
 use crate::schema::{common, task_of};
 use crate::spec::{Kind, Param, ParamSpec, SectionSpec};
-use crate::suggest;
 use crate::value::Value;
 use crate::{ProblemKind, Severity};
 

@@ -9,7 +9,6 @@ use crate::read::{default, read};
 use crate::schema::{self, LEFT_OUT, SECTIONS, common};
 use crate::section::{Parameter, Section};
 use crate::spec::{Form, Kind, ParamSpec, SectionSpec};
-use crate::suggest;
 use crate::value::Value;
 
 const ENABLED: &str = common::ENABLED.spec.name;

@@ -74,9 +74,10 @@ impl CircleConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::path::{Loiter, Turn};
+    use crate::path::Loiter;
     use proptest::prelude::*;
     use std::f64::consts::{FRAC_PI_2, PI};
+    use units::Turn;
 
     fn circle(range_m: f64, bearing_from_centre_rad: f64, turn: Turn) -> CirclePosition {
         let centre_bearing_rad = wrap_pi(bearing_from_centre_rad + PI);

@@ -77,7 +77,7 @@ pub use motion::Motion;
 pub use path::{
     AlongTrackConfig, CirclePosition, CrossTrackConfig, Fix, Geometry, JumpConfig, Leg, LegPosition, Loiter,
     NearRule, PathCommand, PathConfig, PathEnd, PathError, PathEvent, PathFault, PathStart, PathStatus,
-    PathTracker, TrackPosition, Turn, range_and_bearing,
+    PathTracker, TrackPosition, range_and_bearing,
 };
 pub use pid::{ErrorKind, FirstDerivative, Integration, Pid, PidConfig, PidTerms, Saturation};
 pub use range::{InvalidConfig, OutOfRange};

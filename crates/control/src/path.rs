@@ -14,7 +14,7 @@ mod leg;
 mod monitor;
 mod status;
 
-pub use command::{Fix, Loiter, PathCommand, PathEnd, PathError, PathStart, Turn};
+pub use command::{Fix, Loiter, PathCommand, PathEnd, PathError, PathStart};
 pub use config::{NearRule, PathConfig};
 pub use leg::{Leg, TrackPosition, range_and_bearing};
 pub use monitor::{AlongTrackConfig, CrossTrackConfig, JumpConfig};

@@ -10,11 +10,11 @@ mod otter;
 use control::{
     CourseSpeed, CourseSpeedConfig, Fix, Guidance, GuidanceConfig, IlosConfig, Law, Loiter, Motion,
     MotorPair, PathCommand, PathConfig, PathEnd, PathEvent, PathStart, PathStatus, PathTracker, Setpoint,
-    SpeedTarget, Turn, VectorFieldConfig, YawTarget,
+    SpeedTarget, VectorFieldConfig, YawTarget,
 };
 use otter::{Otter, Sea};
 use std::f64::consts::{FRAC_PI_2, PI};
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime, wrap_pi};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Turn, wrap_pi};
 
 /// A vessel with its sensors and all that is between a path and the motors.
 struct Ship {

@@ -9,11 +9,12 @@ use crate::exchange::is_command;
 use crate::fleet::Fleet;
 use crate::linked::{Contradiction, Linked};
 use crate::node::Node;
-use crate::peer::{Door, Peer, PeerId, PeerState, Sources};
+use crate::peer::{Peer, PeerId, PeerState, Sources};
 use crate::slot::Slot;
 use bytes::Bytes;
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
+use link::{Door, LinkSeq};
 use std::collections::{BTreeMap, BTreeSet};
 use units::{MonoTime, Now, UtcTime};
 
@@ -27,15 +28,6 @@ pub struct Settings {
     /// Whether the server takes part as a console: announces itself, sends heartbeats so that vessels keep
     /// sending, and asks for names of entities. Without it the server only listens.
     pub active: bool,
-}
-
-/// The place of a packet on the vessel link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LinkSeq {
-    /// The vessel's spool.
-    pub stream: u64,
-    /// Its number there.
-    pub seq: u64,
 }
 
 /// How a packet came by the vessel link.

@@ -28,7 +28,8 @@ pub use downlink::{
     CALLED_OFF, CommandId, Delivery, Dispatched, OrderLog, STOP_LIFE, TIME_TO_LIVE, Tag, Telecommand, Urgency,
 };
 pub use fleet::{Changes, Event, Fleet, Liveness, Series, SeriesKey, System, is_event};
-pub use hub::{Counters, Hub, Incoming, Lane, LinkSeq, Record, Settings};
+pub use hub::{Counters, Hub, Incoming, Lane, Record, Settings};
+pub use link::{Door, LinkSeq};
 pub use linked::Contradiction;
-pub use peer::{Door, Peer, PeerId, PeerState, Role, Sources};
+pub use peer::{Peer, PeerId, PeerState, Role, Sources};
 pub use queue::{PeerQueue, Pushed, is_stop};

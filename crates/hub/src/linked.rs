@@ -4,8 +4,8 @@
 //! the other doors that the configuration trusts. What comes in its name by another door is refused and counted, and
 //! told for [`CLAIM_LASTS`] after the last of it.
 
-use crate::peer::Door;
 use imc::Address;
+use link::Door;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use units::MonoTime;

@@ -1,49 +1,12 @@
 //! Who is connected, by which door, and what they may say and hear.
 
 use imc::Address;
-use std::fmt;
+use link::Door;
 use units::UtcTime;
 
 /// A connection. Numbers are never used twice in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PeerId(pub u32);
-
-/// The way a peer came in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Door {
-    /// The vessel link: records with sequence numbers, live values, commands that expire.
-    Link,
-    /// The protocol of the IMCProxy: every packet to all others of this door.
-    Proxy,
-    /// A stream to or from an IMC node, such as DUNE's TCP server.
-    Tcp,
-    /// Datagrams to and from an IMC node that announced itself.
-    Udp,
-    /// The shore's own people and programs.
-    Shore,
-    /// A log that is read in.
-    Import,
-}
-
-impl Door {
-    /// A stable word for people and machines.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Link => "link",
-            Self::Proxy => "imcproxy",
-            Self::Tcp => "tcp",
-            Self::Udp => "udp",
-            Self::Shore => "shore",
-            Self::Import => "import",
-        }
-    }
-}
-
-impl fmt::Display for Door {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// What a peer is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

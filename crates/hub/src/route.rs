@@ -18,10 +18,11 @@
 use crate::downlink::OrderLog;
 use crate::exchange::is_command;
 use crate::hub::Hub;
-use crate::peer::{Door, PeerId, Role};
+use crate::peer::{PeerId, Role};
 use bytes::Bytes;
 use imc::messages::{Abort, Payload as _};
 use imc::{Address, PacketView};
+use link::Door;
 use units::MonoTime;
 
 impl<O: OrderLog> Hub<O> {

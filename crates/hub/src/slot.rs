@@ -1,8 +1,9 @@
 //! What the hub keeps of a peer: which systems live behind it, what waits for it, and its figures.
 
 use crate::downlink::Delivery;
-use crate::peer::{Door, Peer, PeerId, PeerState, Role, Sources};
+use crate::peer::{Peer, PeerId, PeerState, Role, Sources};
 use imc::Address;
+use link::Door;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use units::{MonoTime, UtcTime};
@@ -85,7 +86,7 @@ impl Slot {
             Door::Link => 3,
             Door::Tcp => 2,
             Door::Udp => 1,
-            Door::Proxy | Door::Shore | Door::Import => 0,
+            Door::Proxy | Door::Shore | Door::Import | Door::Recovered => 0,
         };
         Some((self.takes && now.since(heard) < ALIVE, by_door, heard))
     }

@@ -26,6 +26,7 @@
 //!
 //! It knows IMC packets and time, and nothing of sockets, disks, plans or people. A chart is bytes with a digest to it.
 
+mod arrival;
 mod backoff;
 mod batch;
 mod clocks;
@@ -38,6 +39,7 @@ mod shore;
 mod vessel;
 mod wire;
 
+pub use arrival::{Door, LinkSeq};
 pub use batch::{MAX_BATCH_RAW_BYTES, Packer, Record, pack, unpack};
 pub use clocks::ClockEstimate;
 pub use frame::{

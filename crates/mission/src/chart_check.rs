@@ -1,12 +1,11 @@
 //! A plan held against the sea chart: every maneuver is laid out as what it may sweep, and [`guard::Check`] judges it.
 
-use crate::command::Turn;
 use crate::maneuver::{Loiter, LoiterShape, Maneuver};
 use crate::plan::{Node, Plan};
 use charts::depth_index::DepthIndex;
 use guard::{Check, Disc, GuardLimits, Verdict, Warning};
 use std::f64::consts::PI;
-use units::{LatLon, LocalFrame, LocalPoint};
+use units::{LatLon, LocalFrame, LocalPoint, Turn};
 
 /// Holds a plan against the chart.
 ///

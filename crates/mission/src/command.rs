@@ -1,7 +1,7 @@
 //! What a maneuver tells the vessel's control to do.
 
 use crate::speed::Speed;
-use units::LatLon;
+use units::{LatLon, Turn};
 
 /// What control does from here on, until the next command. Commands exclude each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,15 +49,6 @@ pub struct Circle {
     pub radius_m: f64,
     /// Sense.
     pub turn: Turn,
-}
-
-/// Sense of a circle, seen from above.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turn {
-    /// Centre to starboard.
-    Clockwise,
-    /// Centre to port.
-    CounterClockwise,
 }
 
 /// Who may steer.

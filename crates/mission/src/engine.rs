@@ -27,7 +27,7 @@ pub use state::{
 pub use vehicle::EntityCondition;
 
 use crate::command::{Command, Drive};
-use crate::event::{Event, Fix, Medium, Now};
+use crate::event::{Event, Fix, Medium};
 use crate::maneuver::{Context, ManeuverConfig, Outcome, Running, Signal};
 use crate::plan::Plan;
 use crate::statistics::{PlanStatistics, VehicleModel};
@@ -35,7 +35,7 @@ use guard::Waters;
 use run::Run;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 use vehicle::Vehicle;
 
 /// What the engine is told.

@@ -1,16 +1,7 @@
 //! What maneuvers hear: where the vessel is, how its path goes, what others say.
 
 use crate::speed::Speed;
-use units::{LatLon, MonoTime, UtcTime};
-
-/// The time of an input on both clocks: the steady one for deadlines, UTC for records and schedules.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Now {
-    /// Steady time.
-    pub mono: MonoTime,
-    /// Coordinated Universal Time.
-    pub utc: UtcTime,
-}
+use units::LatLon;
 
 /// Something that happened, of interest to the active maneuver.
 #[derive(Debug, Clone, PartialEq)]

@@ -27,7 +27,7 @@ mod supervisor;
 mod testing;
 
 pub use chart_check::check_plan;
-pub use command::{Circle, Command, Drive, Operator, Path, PathStart, Turn};
+pub use command::{Circle, Command, Drive, Operator, Path, PathStart};
 pub use database::{
     Answer, Change, DatabaseAsk, DatabaseError, DatabaseLimits, DatabaseOperation, DatabaseReply,
     DatabaseRequest, DatabaseState, Digest, Effect, Kept, Outgoing, PlanDatabase, PlanInfo, Record, Ticket,
@@ -37,7 +37,7 @@ pub use engine::{
     ManeuverEnd, Mode, NoPlan, Note, NoteLevel, Operation, Origin, Output, PlanPhase, PlanState, Reply,
     Request, RunId, StartOptions, Success, VehicleState,
 };
-pub use event::{Event, Fix, Medium, Now, PathProgress, Reference, Sighting};
+pub use event::{Event, Fix, Medium, PathProgress, Reference, Sighting};
 pub use kind::ManeuverKind;
 pub use maneuver::{
     FailReason, FollowPath, FollowReference, FollowReferenceConfig, FollowSystem, FollowSystemConfig,

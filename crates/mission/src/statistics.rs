@@ -10,12 +10,11 @@ mod progress;
 pub use model::{ModelError, ModelPoint, VehicleModel};
 pub(crate) use progress::{Progress, Standing};
 
-use crate::event::Now;
 use crate::maneuver::{LoiterShape, Maneuver, distance_m};
 use crate::plan::Plan;
 use crate::speed::Speed;
 use std::time::Duration;
-use units::LatLon;
+use units::{LatLon, Now};
 
 /// What a plan will take, as far as that can be told before it starts.
 #[derive(Debug, Clone, PartialEq, Default)]

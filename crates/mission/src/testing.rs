@@ -1,13 +1,13 @@
 //! What the tests of several modules share.
 
-use crate::event::{Event, Fix, Now, PathProgress};
+use crate::event::{Event, Fix, PathProgress};
 use crate::maneuver::{Goto, Idle, Maneuver};
 use crate::place::RawPlace;
 use crate::plan::{DraftBody, ManeuverDraft, Plan, PlanDraft, TransitionDraft};
 use crate::plan_limits::PlanLimits;
 use crate::speed::Speed;
 use std::time::Duration;
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime, UtcTime};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now, UtcTime};
 
 pub(crate) const SPEED: Speed = Speed::MetresPerSecond(1.5);
 

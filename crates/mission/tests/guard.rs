@@ -7,13 +7,13 @@ use charts::depth_index::DepthIndex;
 use guard::{GuardLimits, Outcome};
 use mission::{
     DraftBody, FollowPath, Goto, Idle, Loiter, LoiterShape, Maneuver, ManeuverDraft, Plan, PlanDraft,
-    PlanLimits, RawPlace, Rows, Speed, StationKeeping, TransitionDraft, Turn, check_plan,
+    PlanLimits, RawPlace, Rows, Speed, StationKeeping, TransitionDraft, check_plan,
 };
 use std::f64::consts::TAU;
 use std::time::Duration;
 use testkit::Numbers;
 use testkit::sea::{Ground, Sea};
-use units::{LatLon, LocalPoint};
+use units::{LatLon, LocalPoint, Turn};
 
 const SPEED: Speed = Speed::MetresPerSecond(1.5);
 /// Step of the reference (m).

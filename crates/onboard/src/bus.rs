@@ -54,6 +54,10 @@ impl Bus {
         self.now = now;
     }
 
+    pub(crate) fn now(&self) -> Now {
+        self.now
+    }
+
     pub(crate) fn mono(&self) -> MonoTime {
         self.now.mono
     }

@@ -1,9 +1,10 @@
 //! Paths, speeds and progress as IMC has them.
 
-use control::{Geometry, PathCommand, PathStart, PathStatus, SpeedTarget, Turn};
+use control::{Geometry, PathCommand, PathStart, PathStatus, SpeedTarget};
 use imc::messages::{
     DesiredPath, DesiredPathFlags, DesiredSpeed, PathControlState, PathControlStateFlags, SpeedUnits, ZUnits,
 };
+use units::Turn;
 
 fn speed_units(speed: SpeedTarget) -> SpeedUnits {
     match speed {

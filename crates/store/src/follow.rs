@@ -8,8 +8,8 @@ use crate::archive::{self, Archive, DayKey, DayReader, Lengths, Written, shorten
 use crate::doctor::free_bytes;
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::{Arrived, Extent, History, Progress};
-use crate::packet::LinkSeq;
 use imc::PacketView;
+use link::LinkSeq;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use units::UtcTime;

@@ -7,8 +7,8 @@
 
 use crate::error::{Named as _, Result, StoreError};
 use crate::history::MonthKey;
-use crate::packet::LinkSeq;
 use imc::Address;
+use link::LinkSeq;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};

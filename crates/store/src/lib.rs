@@ -84,7 +84,8 @@ pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, e
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
-pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
+pub use link::{Door, LinkSeq};
+pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
     Bucket, Buckets, Cell, Detection, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader, Row,

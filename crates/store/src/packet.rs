@@ -1,64 +1,7 @@
 //! What comes into a store and what it answers.
 
+use link::{Door, LinkSeq};
 use units::UtcTime;
-
-/// How a packet came ashore.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u8)]
-pub enum Door {
-    /// Found in the archive without a record of its arrival, after a crash or the loss of the sidecar.
-    Recovered = 0,
-    /// The vessel link's record lane.
-    Link = 1,
-    /// The IMCProxy protocol.
-    Proxy = 2,
-    /// UDP of an IMC node.
-    Udp = 3,
-    /// TCP of an IMC node.
-    Tcp = 4,
-    /// A log that was imported.
-    Import = 5,
-    /// The shore itself: commands and other packets made here.
-    Local = 6,
-}
-
-impl Door {
-    /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Recovered, Self::Link, Self::Proxy, Self::Udp, Self::Tcp, Self::Import, Self::Local];
-
-    /// A stable word for machines.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Recovered => "recovered",
-            Self::Link => "link",
-            Self::Proxy => "proxy",
-            Self::Udp => "udp",
-            Self::Tcp => "tcp",
-            Self::Import => "import",
-            Self::Local => "local",
-        }
-    }
-
-    pub(crate) fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(code)).copied()
-    }
-
-    /// Whether the same telemetry comes in copies through this door, one for each receiver, that differ in
-    /// nothing but their destination.
-    pub(crate) fn brings_copies(self) -> bool {
-        matches!(self, Self::Proxy | Self::Udp)
-    }
-}
-
-/// The place of a packet in a vessel's record lane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LinkSeq {
-    /// The run of numbers; a vessel starts another one when it lost its spool.
-    pub stream: u64,
-    /// The number, rising within a stream. Numbers may be left out (what was declared lost), never go back.
-    pub seq: u64,
-}
 
 /// One packet for the store.
 #[derive(Debug, Clone, Copy)]

@@ -9,8 +9,10 @@ mod angle;
 mod geodesy;
 mod place;
 mod time;
+mod turn;
 
 pub use angle::{wrap_pi, wrap_two_pi};
 pub use geodesy::{Ecef, Geodetic, WGS84_ECCENTRICITY_SQUARED, WGS84_FLATTENING, WGS84_SEMI_MAJOR_M};
 pub use place::{LatLon, LocalFrame, LocalPoint, PlaceError};
 pub use time::{Civil, MonoTime, NoTime, Now, UtcTime};
+pub use turn::Turn;

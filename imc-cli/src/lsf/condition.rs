@@ -1,6 +1,5 @@
 //! Conditions on the value of a field, as `--where` takes them.
 
-use crate::suggest;
 use imc::catalogue::{FieldDesc, MESSAGES, MessageDesc};
 use imc::reflect::{Field, Value};
 use std::str::FromStr;

@@ -6,7 +6,6 @@ use super::names::Names;
 use super::scan::start_s;
 use crate::pick::Pick;
 use crate::report;
-use crate::suggest;
 use imc::{PacketView, reflect};
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 
 use anyhow::{Context as _, bail};
 use imc::catalogue::{MESSAGES, by_abbrev};
-use shore::history::export::nearest;
 use store::Reader;
+use suggest::nearest;
 
 /// What the catalogue does not explain is asked for by this name.
 const RAW: &str = "_raw";

@@ -127,7 +127,7 @@ fn misspelt(overrides: &Overrides, keys: &[(String, toml::Value)]) -> Result<(),
     let known: Vec<String> =
         keys.iter().map(|(key, _)| variable(key)).chain([FILE_VARIABLE.to_owned()]).collect();
     for name in overrides.variables.keys().filter(|name| !known.contains(name)) {
-        if let Some(near) = known.iter().find(|known| strsim::levenshtein(known, name) <= 2) {
+        if let Some(near) = known.iter().find(|known| suggest::distance(known, name) <= 2) {
             let text = format!("there is no such variable; is {near} meant?");
             return Err(ConfigError::Override { place: name.clone(), text });
         }
@@ -136,7 +136,7 @@ fn misspelt(overrides: &Overrides, keys: &[(String, toml::Value)]) -> Result<(),
 }
 
 fn unknown(key: &str, keys: &[(String, toml::Value)]) -> String {
-    let near = keys.iter().min_by_key(|(known, _)| strsim::levenshtein(known, key));
+    let near = keys.iter().min_by_key(|(known, _)| suggest::distance(known, key));
     let near = near.map(|(known, _)| known.as_str()).unwrap_or_default();
     format!("there is no key {key}; the nearest is {near} (all: lutra-server config)")
 }

@@ -33,18 +33,11 @@ pub fn message(name: &str) -> Result<&'static str, Wrong> {
     if let Some(desc) = imc::catalogue::by_abbrev(name) {
         return Ok(desc.abbrev);
     }
-    let remedy = match nearest(name, imc::catalogue::MESSAGES.iter().map(|desc| desc.abbrev)) {
+    let remedy = match suggest::nearest(name, imc::catalogue::MESSAGES.iter().map(|desc| desc.abbrev)) {
         Some(abbrev) => format!("did you mean `{abbrev}`?"),
         None => "GET /api/v1/recorded lists what is recorded".to_owned(),
     };
     Err(wrong("message", format_args!("IMC has no message `{}`; {remedy}", shown(name))))
-}
-
-/// The name that was meant, if one is near enough.
-pub fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let near = |known: &str| strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase());
-    let best = names.map(|known| (near(known), known)).max_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(near, _)| *near > 0.85).map(|(_, known)| known)
 }
 
 /// Not more of what somebody sent than helps to find it.

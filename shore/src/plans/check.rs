@@ -4,12 +4,10 @@ use super::translate::{degrees_of, place, specification, trouble};
 use api::{Guard, PlanCheck, PlanCost, PlanDocument, PlanLeg, PlanPlace, PlanTask, PlanTrouble};
 use imc::Address;
 use imc::messages::PlanSpecification;
-use mission::{
-    Cost, Maneuver, Now, Plan, PlanProblem, PlanStatistics, PlanWarning, ProblemKind, VehicleModel,
-};
+use mission::{Cost, Maneuver, Plan, PlanProblem, PlanStatistics, PlanWarning, ProblemKind, VehicleModel};
 use onboard::{LONGEST_PLAN, LONGEST_PLAN_NAME, Settings};
 use std::collections::BTreeMap;
-use units::{LatLon, MonoTime, UtcTime};
+use units::{LatLon, MonoTime, Now, UtcTime};
 
 /// Most maneuvers of a plan that is drawn here, and most points of all its paths.
 const MANEUVERS: usize = 500;

@@ -2,7 +2,7 @@
 
 use crate::motion::Motion;
 use thiserror::Error;
-use units::LatLon;
+use units::{LatLon, Turn};
 
 /// Largest loiter radius (m).
 const LARGEST_RADIUS_M: f64 = 5_000.0;
@@ -16,25 +16,6 @@ pub struct Fix {
     pub motion: Motion,
     /// Larger variance of the two horizontal position components (m²), where known.
     pub variance_m2: Option<f64>,
-}
-
-/// Sense of a circle, seen from above.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turn {
-    /// Centre to starboard.
-    Clockwise,
-    /// Centre to port.
-    CounterClockwise,
-}
-
-impl Turn {
-    /// 1 clockwise, -1 counter-clockwise.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Clockwise => 1.0,
-            Self::CounterClockwise => -1.0,
-        }
-    }
 }
 
 /// A circle around the end of a path.

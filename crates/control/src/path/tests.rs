@@ -1,5 +1,6 @@
 use super::*;
 use proptest::prelude::*;
+use units::Turn;
 
 const ORIGIN: (f64, f64) = (63.33, 10.0833);
 

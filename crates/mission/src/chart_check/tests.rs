@@ -1,7 +1,6 @@
 //! Plans on a made-up sea: what each maneuver sweeps, and what is said about it.
 
 use super::*;
-use crate::command::Turn;
 use crate::maneuver::{FollowPath, Idle, Loiter, LoiterShape, Maneuver, Rows, StationKeeping, Teleoperation};
 use crate::place::RawPlace;
 use crate::testing::{SPEED, draft, frame, goto, idle, place, plan};
@@ -9,7 +8,7 @@ use crate::{Operator, PlanLimits, TransitionDraft};
 use guard::{Outcome, Part, Reason};
 use std::time::Duration;
 use testkit::sea::{Ground, Sea};
-use units::LocalPoint;
+use units::{LocalPoint, Turn};
 
 fn point(north_m: f64, east_m: f64) -> LocalPoint {
     LocalPoint { north_m, east_m }

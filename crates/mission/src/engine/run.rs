@@ -5,11 +5,10 @@ use super::{
     Output, Reply, Request, RunId, StartOptions, Success,
 };
 use crate::command::{Command, Drive};
-use crate::event::Now;
 use crate::maneuver::{Outcome, Running};
 use crate::plan::{Node, Plan};
 use crate::statistics::{Progress, Standing};
-use units::{MonoTime, UtcTime};
+use units::{MonoTime, Now, UtcTime};
 
 /// Warnings of a plan that are told one by one; the others are counted.
 const WARNINGS_TOLD: usize = 20;

@@ -3,9 +3,8 @@
 //! DUNE's mode for loops from outside is absent: nobody but the engine ever has loops on.
 
 use super::{EndReason, Engine, Mode, NoteLevel, Output};
-use crate::event::Now;
 use std::collections::{BTreeMap, BTreeSet};
-use units::UtcTime;
+use units::{Now, UtcTime};
 
 /// Condition of an entity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

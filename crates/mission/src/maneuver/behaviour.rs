@@ -3,11 +3,11 @@
 use super::ManeuverConfig;
 use super::reference_state::ReferenceState;
 use crate::command::{Command, Path};
-use crate::event::{Event, Fix, Medium, Now};
+use crate::event::{Event, Fix, Medium};
 use guard::Waters;
 use std::time::Duration;
 use thiserror::Error;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// Why a maneuver failed.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -13,11 +13,11 @@ use super::goto::{distance_m, path_to};
 use super::reference_state::{ReferencePhase, ReferenceState};
 use crate::checks::Checks;
 use crate::command::{Command, Path, PathStart};
-use crate::event::{Event, Fix, Now, Reference, Sighting};
+use crate::event::{Event, Fix, Reference, Sighting};
 use crate::speed::Speed;
 use std::collections::BTreeMap;
 use std::time::Duration;
-use units::{LatLon, MonoTime};
+use units::{LatLon, MonoTime, Now};
 
 /// A vessel announced longer ago is no longer where it was.
 const SIGHTING_MAX_AGE: Duration = Duration::from_secs(30);

@@ -9,10 +9,10 @@ use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
 use super::goto::{distance_m, path_to};
 use crate::checks::Checks;
 use crate::command::{Path, PathStart};
-use crate::event::{Event, Fix, Now, Sighting};
+use crate::event::{Event, Fix, Sighting};
 use crate::speed::Speed;
 use std::time::Duration;
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 
 /// Keep beside another system.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,11 +7,11 @@
 use super::behaviour::{Behaviour, Context, FailReason, Left};
 use super::goto::path_to;
 use crate::checks::Checks;
-use crate::event::{Event, Now};
+use crate::event::Event;
 use crate::place::RawPlace;
 use crate::problem::ProblemKind;
 use crate::speed::Speed;
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 
 /// Go along points by a timetable.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,10 +3,10 @@
 use super::behaviour::{Behaviour, Context, FailReason, Left};
 use crate::checks::Checks;
 use crate::command::{Path, PathStart};
-use crate::event::{Event, Now};
+use crate::event::Event;
 use crate::place::RawPlace;
 use crate::speed::Speed;
-use units::{LatLon, LocalFrame};
+use units::{LatLon, LocalFrame, Now};
 
 /// Go to a place.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,9 @@
 //! Idle: all loops off for a while, or for good.
 
 use super::behaviour::{Behaviour, Context, Left, wait_left_s};
-use crate::event::{Event, Now};
+use crate::event::Event;
 use std::time::Duration;
-use units::MonoTime;
+use units::{MonoTime, Now};
 
 /// Drift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 use super::behaviour::{Behaviour, Context, Left};
 use super::goto::{self, Goto};
 use crate::checks::Checks;
-use crate::event::{Event, Medium, Now};
+use crate::event::{Event, Medium};
 use crate::place::RawPlace;
 use crate::speed::Speed;
-use units::LatLon;
+use units::{LatLon, Now};
 
 /// Wait for the water, then go to a place.
 #[derive(Debug, Clone, Copy, PartialEq)]

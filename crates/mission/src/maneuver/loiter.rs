@@ -7,13 +7,13 @@
 use super::behaviour::{Behaviour, Context, FailReason, Left, wait_left_s};
 use super::goto::{distance_m, path_to};
 use crate::checks::Checks;
-use crate::command::{Circle, Path, PathStart, Turn};
-use crate::event::{Event, Fix, Now, PathProgress};
+use crate::command::{Circle, Path, PathStart};
+use crate::event::{Event, Fix, PathProgress};
 use crate::place::RawPlace;
 use crate::speed::Speed;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::time::Duration;
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now, Turn};
 
 /// Circle a place.
 #[derive(Debug, Clone, Copy, PartialEq)]

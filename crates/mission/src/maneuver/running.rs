@@ -5,8 +5,8 @@ use super::{
     Maneuver, follow_reference, follow_system, follow_trajectory, goto, idle, launch, loiter, scheduled_goto,
     station_keeping, teleoperation, waypoints,
 };
-use crate::event::{Event, Now};
-use units::MonoTime;
+use crate::event::Event;
+use units::{MonoTime, Now};
 
 /// The state machine of any maneuver.
 #[derive(Debug, Clone)]

@@ -8,11 +8,11 @@ use super::behaviour::{Behaviour, Context, FailReason, Left};
 use super::goto::{distance_m, path_to};
 use crate::checks::Checks;
 use crate::command::Command;
-use crate::event::{Event, Now};
+use crate::event::Event;
 use crate::place::RawPlace;
 use crate::speed::Speed;
 use std::time::Duration;
-use units::{LatLon, MonoTime, UtcTime};
+use units::{LatLon, MonoTime, Now, UtcTime};
 
 /// How often the speed is reckoned again.
 const PERIOD: Duration = Duration::from_secs(2);

@@ -11,11 +11,11 @@ use super::drift::Drift;
 use super::goto::path_to;
 use crate::checks::Checks;
 use crate::command::{Path, PathStart};
-use crate::event::{Event, Fix, Now, PathProgress};
+use crate::event::{Event, Fix, PathProgress};
 use crate::place::RawPlace;
 use crate::speed::Speed;
 use std::time::Duration;
-use units::{LatLon, LocalFrame, LocalPoint, MonoTime};
+use units::{LatLon, LocalFrame, LocalPoint, MonoTime, Now};
 
 /// A path that is near its end, the vessel still under way, is sent again after this.
 const RESEND_AFTER: Duration = Duration::from_secs(1);

@@ -2,7 +2,8 @@
 
 use super::behaviour::{Behaviour, Context, Left};
 use crate::command::{Command, Operator};
-use crate::event::{Event, Now};
+use crate::event::Event;
+use units::Now;
 
 /// Let an operator steer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use super::behaviour::{Behaviour, Context, FailReason, Left};
 use super::goto::path_to;
 use super::rows_coverage::Swath;
 use super::{FollowPath, Rows, RowsCoverage, RowsPoints};
-use crate::event::{Event, Now};
+use crate::event::Event;
 use crate::speed::Speed;
-use units::{LatLon, LocalFrame, LocalPoint};
+use units::{LatLon, LocalFrame, LocalPoint, Now};
 
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {

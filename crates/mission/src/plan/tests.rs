@@ -114,7 +114,7 @@ fn parameters_must_be_in_range() {
             radius_m,
             speed: SPEED,
             duration: None,
-            shape: LoiterShape::Circle(crate::command::Turn::Clockwise),
+            shape: LoiterShape::Circle(units::Turn::Clockwise),
         })
     };
     let cases = [

@@ -4,10 +4,9 @@
 //! moving part of it stretched by how much longer than planned moving has taken so far.
 
 use super::{Span, VehicleModel, planned_mps, spans};
-use crate::event::Now;
 use crate::maneuver::Left;
 use crate::plan::Plan;
-use units::{LatLon, MonoTime};
+use units::{LatLon, MonoTime, Now};
 
 /// Planned and real time are taken as equal for so long, so that the first metres tell little (s).
 const TRUST_S: f64 = 30.0;

@@ -33,7 +33,7 @@ fn a_loiter_takes_the_way_to_its_circle_and_its_time() {
         radius_m: 10.0,
         speed: SPEED,
         duration: Some(Duration::from_mins(1)),
-        shape: LoiterShape::Circle(crate::Turn::Clockwise),
+        shape: LoiterShape::Circle(units::Turn::Clockwise),
     });
     let statistics = statistics(vec![loiter]);
     assert_close(statistics.total.duration_s, 120.0);

@@ -29,7 +29,7 @@ use imc::{Address, Nested};
 use mission::{
     ActionPoint, Command, Engine, EngineConfig, Event, Kept, ManeuverEnd, NoteLevel, Operation, Operator,
     PathProgress, PathStart, Plan, PlanDraft, PlanLimits, PlanProblems, PlanState, Reply, RunId, Success,
-    Ticket, Turn,
+    Ticket,
 };
 pub(crate) use requests::reads;
 use std::collections::{BTreeMap, VecDeque};
@@ -209,8 +209,7 @@ impl Plans {
 
     /// Tells the engine something and carries out what it wants.
     pub(crate) fn tell(&mut self, bus: &mut Bus, pilot: &mut Pilot, input: mission::Input) {
-        let now = mission::Now { mono: bus.mono(), utc: bus.utc() };
-        self.engine.handle_input(now, input);
+        self.engine.handle_input(bus.now(), input);
         self.drain(bus, pilot);
     }
 
@@ -236,19 +235,18 @@ impl Plans {
     /// Whatever falls due: the engine's deadlines and the regular reports.
     pub(crate) fn tick(&mut self, bus: &mut Bus, pilot: &mut Pilot) {
         let now = bus.mono();
-        let moment = mission::Now { mono: now, utc: bus.utc() };
         if self.engine.poll_timeout().is_some_and(|due| due <= now) {
-            self.engine.handle_timeout(moment);
+            self.engine.handle_timeout(bus.now());
             self.drain(bus, pilot);
         }
         if now >= self.next_engine {
             self.next_engine = now + self.engine_period;
-            self.plan_state = self.engine.plan_state(moment);
+            self.plan_state = self.engine.plan_state(bus.now());
             bus.send(Entity::PlanEngine, &wire::plan_state(&self.plan_state));
         }
         if now >= self.next_supervisor {
             self.next_supervisor = now + self.supervisor_period;
-            self.vehicle_state = self.engine.vehicle_state(moment);
+            self.vehicle_state = self.engine.vehicle_state(bus.now());
             bus.send(Entity::Supervisor, &wire::vehicle_state(&self.vehicle_state, pilot.loops()));
         }
         if now >= self.next_maneuver {
@@ -330,13 +328,8 @@ impl Plans {
             Command::Teleoperate(Operator::Anyone) => pilot.teleoperate(bus, None),
             Command::Teleoperate(Operator::System(system)) => pilot.teleoperate(bus, Some(*system)),
             Command::Follow(path) => {
-                let loiter = path.circle.map(|circle| Loiter {
-                    radius_m: circle.radius_m,
-                    turn: match circle.turn {
-                        Turn::Clockwise => control::Turn::Clockwise,
-                        Turn::CounterClockwise => control::Turn::CounterClockwise,
-                    },
-                });
+                let loiter =
+                    path.circle.map(|circle| Loiter { radius_m: circle.radius_m, turn: circle.turn });
                 let start = match path.start {
                     PathStart::Chained => control::PathStart::Chained,
                     PathStart::Here => control::PathStart::Here,
@@ -346,7 +339,7 @@ impl Plans {
                 let wanted = PathCommand { path_ref: path.path_ref, start, end, loiter };
                 if let Err(failure) = pilot.follow(bus, &wanted, wire::speed(path.speed)) {
                     let event = Event::PathFailed { path_ref: path.path_ref, reason: failure.to_string() };
-                    let now = mission::Now { mono: bus.mono(), utc: bus.utc() };
+                    let now = bus.now();
                     // What the engine makes of it comes out of the loop that brought us here.
                     self.engine.handle_input(now, mission::Input::Event(event));
                 }

@@ -11,10 +11,10 @@ use imc::messages::{
 use imc::tuples;
 use mission::{
     DraftBody, Late, LoiterShape, Maneuver, ManeuverDraft, ManeuverKind, Offset, Operator, PlanDraft,
-    RawPlace, Speed, Swath, TimedOffset, TransitionDraft, Turn,
+    RawPlace, Speed, Swath, TimedOffset, TransitionDraft,
 };
 use std::time::Duration;
-use units::{LatLon, UtcTime};
+use units::{LatLon, Turn, UtcTime};
 
 /// No maneuver, in `VehicleState` and `PlanControlState`.
 pub(crate) const NO_MANEUVER: u16 = 0xFFFF;

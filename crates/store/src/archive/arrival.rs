@@ -13,7 +13,7 @@
 //! with the same offset stands before and gives the number of the packet before. So the archive itself tells
 //! up to which number nothing is missing.
 
-use crate::packet::{Door, LinkSeq};
+use link::{Door, LinkSeq};
 use units::UtcTime;
 
 /// Bytes of a record.

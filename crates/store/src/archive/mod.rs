@@ -25,9 +25,9 @@ pub(crate) use streams::{Recovered, Streams};
 
 use crate::error::{Result, StoreError};
 use crate::history::Arrived;
-use crate::packet::{Door, LinkSeq};
 use day::Day;
 use imc::PacketView;
+use link::{Door, LinkSeq};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use units::UtcTime;

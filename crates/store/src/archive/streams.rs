@@ -3,7 +3,7 @@
 use super::arrival::{Arrival, Record};
 use super::scan::Records;
 use crate::error::Result;
-use crate::packet::LinkSeq;
+use link::LinkSeq;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 

@@ -1,12 +1,13 @@
 //! Maneuvers that stay somewhere.
 
 use super::{Bench, path};
-use crate::command::{Circle, Command, Operator, PathStart, Turn};
+use crate::command::{Circle, Command, Operator, PathStart};
 use crate::event::{Event, Fix};
 use crate::maneuver::{Left, Loiter, LoiterShape, Maneuver, StationKeeping, Teleoperation};
 use crate::place::RawPlace;
 use crate::testing::{SPEED, fix, frame, idle, place};
 use std::time::Duration;
+use units::Turn;
 
 fn station(duration_s: u64) -> Maneuver<RawPlace> {
     Maneuver::StationKeeping(StationKeeping {
