@@ -92,8 +92,8 @@ pub struct Shore {
     pub clock: Clock,
     /// Whether those who own state are there.
     pub owners: Owners,
-    /// How the InfluxDB that gets everything too gets on; `None` without one.
-    pub influx: Option<watch::Receiver<SinkState>>,
+    /// How each store that follows the archive gets on.
+    pub sinks: Vec<watch::Receiver<SinkState>>,
     /// Says that the server is about to end.
     pub stop: CancellationToken,
     /// Work that outlives its request; the end waits for it.

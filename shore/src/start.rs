@@ -13,7 +13,7 @@ use crate::recorder::Recorder;
 use crate::reports::Reports;
 use crate::router::Router;
 use crate::settings::Settings;
-use crate::sinks::influx::Sink;
+use crate::sinks::Sinks;
 use crate::{Shore, folder, private};
 use anyhow::Context as _;
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ pub struct Running {
     pub shore: Arc<Shore>,
     /// The account made at the very first start.
     pub first_admin: Option<FirstAdmin>,
-    sink: Option<Box<Sink>>,
+    sinks: Option<Sinks>,
     data: PathBuf,
     recording: std::thread::JoinHandle<()>,
 }
@@ -102,7 +102,7 @@ impl Opened {
     /// As [`Opened::start`].
     pub async fn assemble(self) -> anyhow::Result<Running> {
         let Self { router, owners, tasks, stop, clock, settings, recorder, recording } = self;
-        let sink = Sink::new(&settings.sinks.influx, &settings.data, recorder.clone(), clock.clone())?;
+        let open_sinks = Sinks::open(&settings.sinks, &settings.data, &recorder, &clock)?;
         // Last of all that can fail: a one-time password that is made must also be told.
         let (people, first_admin) =
             People::start(&settings.data, &settings.people, &owners, clock.clone()).await?;
@@ -116,7 +116,7 @@ impl Opened {
         let grounding = Grounding::new(router.clone(), people.clone(), fleet.clone(), charts.clone());
         let commands = Commands::new(router.clone(), people.clone(), grounding.clone(), tasks.clone());
         let alarms = Alarms::new(router.clone(), people.clone());
-        let influx = sink.as_ref().map(Sink::state);
+        let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
         let helms = Helms::default();
         let shore = Shore {
@@ -135,12 +135,12 @@ impl Opened {
             recorder,
             clock,
             owners,
-            influx,
+            sinks,
             stop,
             tasks,
         };
         let shore = Arc::new(shore);
-        Ok(Running { shore, first_admin, sink: sink.map(Box::new), data: settings.data, recording })
+        Ok(Running { shore, first_admin, sinks: Some(open_sinks), data: settings.data, recording })
     }
 }
 
@@ -151,8 +151,8 @@ impl Running {
             &*self.shore;
         people.keep(owners, tasks, stop);
         tasks.spawn(charts.clone().keep(stop.clone()));
-        if let Some(sink) = self.sink.take() {
-            tasks.spawn(sink.run(stop.clone()));
+        if let Some(sinks) = self.sinks.take() {
+            sinks.run(tasks, stop);
         }
         tasks.spawn(owners.watch("the log of orders", commands.clone().keep_log(stop.clone())));
         let watch = Watch {

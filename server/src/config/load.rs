@@ -1,4 +1,7 @@
 //! Reads the configuration: defaults, then the file, then `LUTRA_*` variables, then flags.
+//!
+//! The layers are laid here and not by figment: it names file and key of what is wrong, but neither line nor column, and
+//! takes any variable with the prefix, misspelt ones too.
 
 use super::Config;
 use std::collections::BTreeMap;

@@ -1,7 +1,8 @@
 //! Headers that every answer carries: what a browser may do with it, and that nobody keeps it.
 //!
 //! Scripts, styles, images and sockets come from this server only and never from within a page, so that text
-//! from a vessel or a person that reaches a page unescaped by some mistake still runs nowhere.
+//! from a vessel or a person that reaches a page unescaped by some mistake still runs nowhere. One function adds them all,
+//! where tower-http takes a layer for each and has none for what depends on the request.
 
 use super::listen::Peer;
 use axum::extract::Request;

@@ -1,21 +1,33 @@
-//! Counts and times requests, by route and not by path, and by the methods that exist, so that no stranger can make
-//! new series.
+//! Numbers, counts and times requests: by route and not by path, and by the methods that exist, so that no stranger can
+//! make new series.
+//!
+//! A request's number is in every line that is logged while it is answered, and in the answer's `X-Request-Id`. It counts
+//! from the start of the program: tower-http's layer would take a random one, and with it one more dependency.
 
 use axum::extract::{MatchedPath, Request};
-use axum::http::Method;
+use axum::http::{HeaderName, HeaderValue, Method};
 use axum::middleware::Next;
 use axum::response::Response;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
+use tracing::Instrument as _;
+
+/// By which number the log speaks of a request.
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+static REQUESTS: AtomicU64 = AtomicU64::new(1);
 
 /// Measures one request.
 pub(crate) async fn measure(request: Request, next: Next) -> Response {
     let begun = Instant::now();
     let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
     let method = known(request.method());
-    let response = next.run(request).await;
+    let id = REQUESTS.fetch_add(1, Ordering::Relaxed);
+    let span = tracing::info_span!("request", id, %method, %route);
+    let mut response = next.run(request).instrument(span.clone()).await;
+    response.headers_mut().insert(REQUEST_ID, HeaderValue::from(id));
     let status = response.status().as_u16().to_string();
     let took = begun.elapsed();
-    tracing::debug!(%method, %route, %status, took_ms = took.as_secs_f64() * 1e3, "answered");
+    tracing::debug!(parent: &span, %status, took_ms = took.as_secs_f64() * 1e3, "answered");
     metrics::counter!("lutra_http_requests_total", "route" => route.clone(), "method" => method, "status" => status)
         .increment(1);
     metrics::histogram!("lutra_http_request_seconds", "route" => route).record(took.as_secs_f64());

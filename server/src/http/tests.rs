@@ -13,6 +13,7 @@ use shore::Opened;
 use shore::clock::{self, Clock};
 use shore::identity::testing::NewScript;
 use shore::identity::{People, persons, vessels};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use tower::ServiceExt as _;
@@ -326,8 +327,11 @@ async fn nobody_reads_names_of_vessels_that_they_may_not_see() {
 #[tokio::test]
 async fn every_answer_carries_the_headers() {
     let shore = Shore::start().await;
+    let mut numbers = BTreeSet::new();
     for path in ["/login", "/nowhere", "/api/v1/me", "/static/nothing.js", "/favicon.ico"] {
         let answer = shore.page(path, "").await;
+        let number: u64 = answer.headers["x-request-id"].to_str().unwrap().parse().unwrap();
+        assert!(numbers.insert(number), "{path}: the log speaks of two requests by one number");
         let policy = answer.headers[header::CONTENT_SECURITY_POLICY].to_str().unwrap();
         assert!(policy.contains("default-src 'none'") && !policy.contains("unsafe"), "{path}");
         assert_eq!(answer.headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff", "{path}");

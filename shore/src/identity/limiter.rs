@@ -4,6 +4,8 @@
 //! The last slows guesses that come from many addresses at once. So that a stranger cannot lock a person out by
 //! guessing, a browser in which that person was logged in before has a budget of its own and none of these
 //! (OWASP, "Slow Down Online Guessing Attacks with Device Cookies").
+//!
+//! governor cannot do this: a guess takes from three budgets or from none, and a right password gives back what it took.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};

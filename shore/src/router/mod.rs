@@ -106,6 +106,7 @@ impl Router {
             operations: Operations::new(settings),
             outboxes: BTreeMap::new(),
             full: BTreeSet::new(),
+            leases: 0,
             recorder,
             changed,
             told,
@@ -267,6 +268,8 @@ struct Task {
     outboxes: BTreeMap<PeerId, Arc<Outbox>>,
     /// Peers for which nothing more has room.
     full: BTreeSet<PeerId>,
+    /// The state of the leases that was published last.
+    leases: u64,
     recorder: Recorder,
     changed: watch::Sender<u64>,
     told: watch::Sender<Control>,
@@ -392,17 +395,24 @@ impl Task {
         if !records.is_empty() {
             self.recorder.submit(records);
         }
+        self.publish();
+    }
+
+    /// Says that something changed, and who has control where that changed.
+    fn publish(&mut self) {
         let (leases, commands) = (self.operations.leases(), self.operations.commands());
-        let control = leases.changed(0).map(|(vessel, lease)| {
-            let holder = lease.held.as_ref().map(|held| held.holder.name.clone());
-            (vessel, (lease.last_epoch, holder))
-        });
-        let control: Control = control.filter(|(_, (epoch, _))| *epoch > 0).collect();
-        self.told.send_if_modified(|known| {
-            let differs = *known != control;
-            *known = control;
-            differs
-        });
+        if std::mem::replace(&mut self.leases, leases.revision()) != leases.revision() {
+            let control = leases.changed(0).map(|(vessel, lease)| {
+                let holder = lease.held.as_ref().map(|held| held.holder.name.clone());
+                (vessel, (lease.last_epoch, holder))
+            });
+            let control: Control = control.filter(|(_, (epoch, _))| *epoch > 0).collect();
+            self.told.send_if_modified(|known| {
+                let differs = *known != control;
+                *known = control;
+                differs
+            });
+        }
         let alarms = self.operations.alarms().revision();
         let revision = self.operations.fleet().revision() + leases.revision() + commands.revision() + alarms;
         self.changed.send_if_modified(|known| std::mem::replace(known, revision) != revision);

@@ -144,7 +144,7 @@ pub(in crate::pages) async fn page(
         waiting: bytes(state.shore.recorder.waiting_bytes() as u64),
         removals: looked.removals,
         program: program(&state.config.data),
-        sinks: state.shore.influx.iter().map(|sink| sink_row(&sink.borrow())).collect(),
+        sinks: state.shore.sinks.iter().map(|sink| sink_row(&sink.borrow())).collect(),
         checks: looked.checks.into_iter().map(check_row).collect(),
     };
     Ok(html(&page))

@@ -1,4 +1,7 @@
 //! Writing to an InfluxDB by its HTTP API of version 1, which version 2, version 3 and VictoriaMetrics speak as well.
+//!
+//! One connection, one request at a time: hyper alone does that. hyper-util's pooled client would need one more crate to
+//! speak TLS.
 
 use anyhow::{Context as _, bail, ensure};
 use bytes::Bytes;

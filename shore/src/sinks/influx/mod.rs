@@ -30,7 +30,7 @@ const BATCH_BYTES: usize = 2 << 20;
 const AGAIN: (Duration, Duration) = (Duration::from_secs(1), Duration::from_mins(1));
 
 /// Carries the archive to an InfluxDB.
-pub struct Sink {
+pub(crate) struct Sink {
     client: Client,
     tail: Tail,
     recorder: Recorder,
@@ -53,7 +53,7 @@ impl Sink {
     ///
     /// # Errors
     /// What is configured cannot be used; the error names the key.
-    pub fn new(
+    pub(crate) fn new(
         settings: &Influx,
         data: &Path,
         recorder: Recorder,
@@ -71,12 +71,12 @@ impl Sink {
     }
 
     /// How it gets on.
-    pub fn state(&self) -> watch::Receiver<SinkState> {
+    pub(crate) fn state(&self) -> watch::Receiver<SinkState> {
         self.state.subscribe()
     }
 
     /// Carries until the server ends.
-    pub async fn run(mut self, stop: CancellationToken) {
+    pub(crate) async fn run(mut self, stop: CancellationToken) {
         loop {
             let wait = match self.carry(&stop).await {
                 Ok(()) => {
