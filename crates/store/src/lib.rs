@@ -87,8 +87,8 @@ pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
 pub use packet::{Accepted, Committed, Door, LinkSeq, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
-    Bucket, Buckets, Cell, Detection, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader, Row,
-    Samples, Series, Source, System, Then, Track, TrackPoint,
+    Bucket, Buckets, Cell, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader, Row, Samples,
+    Series, Source, System, Then, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};
