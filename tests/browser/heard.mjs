@@ -28,7 +28,7 @@ await inBrowser(async (open) => {
   await page.addInitScript(watch);
   const asked = [];
   page.on("request", (request) => request.url().includes("/detections?") && asked.push(new URL(request.url())));
-  await logIn(page, url, "admin", oneTime, "a long enough password");
+  await logIn(page, url, "admin", oneTime, "battery horse staple");
   await page.goto(`${url}/vessels/${BOAT}?tab=Tags`);
   const panel = page.getByRole("tabpanel", { name: "Tags" });
   await panel.getByText("No tag was heard in this time.").waitFor();
@@ -46,7 +46,7 @@ await inBrowser(async (open) => {
   await hear(101, "brief", "R64K-101");
   await hear(102, "whole", "R64K-102");
   await hear(103, "nameless", "OPi-103");
-  await row("OPi-103").getByText("not set: time of arrival").waitFor();
+  await row("OPi-103").getByText("time of arrival: the receiver's clock is not set").waitFor();
   await hear(104, "late", "R64K-104");
   same(await rows(), ["OPi-103", "R64K-101", "R64K-102", "R64K-104"], "each once");
   check(await panel.locator("tbody tr").last().getByText("R64K-104").isVisible(), "the one of ten minutes ago is the oldest");
@@ -60,7 +60,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Show all", exact: true }).click();
   await page.waitForTimeout(400);
   await map.focus();
-  for (let at = 0; at < 8; at++) await page.keyboard.press("-");
+  for (let at = 0; at < 12; at++) await page.keyboard.press("-", { delay: 200 });
   await page.waitForTimeout(600);
   const middle = await map.boundingBox();
   await page.mouse.click(middle.x + middle.width / 2, middle.y + middle.height / 2);

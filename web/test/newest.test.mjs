@@ -163,3 +163,12 @@ test("whatever comes in whatever order, the list is what a server knows of the s
     assert.equal(known.items.length, all.length, `run ${run}: none twice`);
   }
 });
+
+test("a stretch that ends with the present has what a clock ahead of it tells", () => {
+  const ahead = { time_us: 1_000_500, name: "ahead" };
+  assert.deepEqual(names(live(NOTHING, [ahead])), []);
+  const open = { ...STRETCH, open: true };
+  assert.deepEqual(names(live(NOTHING, [ahead], open)), ["ahead"]);
+  assert.equal(new URLSearchParams(question(open, 4, null)).get("to_us"), "61000000");
+  assert.deepEqual(within([ahead], open), [ahead]);
+});

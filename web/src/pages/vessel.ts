@@ -322,7 +322,7 @@ export function startVessel(root: HTMLElement): void {
   let askedRange: Range | undefined;
   const stretchNow = (): Stretch => {
     const { fromUs, toUs } = ends(range, nowUs());
-    return { fromUs: Math.max(0, Math.round(fromUs)), toUs: Math.round(toUs) + 1 };
+    return { fromUs: Math.max(0, Math.round(fromUs)), toUs: Math.round(toUs) + 1, open: isLive(range) };
   };
   const askPast = (fit: boolean): void => {
     window.clearTimeout(settle);
@@ -462,7 +462,7 @@ export function startVessel(root: HTMLElement): void {
       labels = new Map(Object.entries(system?.entities ?? {}).map(([number, label]) => [Number(number), label ?? ""]));
       plots.live(frame.values);
       parameters.heard(frame);
-      tags.frame(frame, address, stretchNow(), isLive(range));
+      tags.frame(frame, address, stretchNow());
       chrome.stop?.target({ address, name: system ? systemName(system) : (given ?? hexAddress(address)) });
       if (system?.fix && ahead.add(system.fix) && isLive(range)) {
         const { fromUs } = ends(range, nowUs());

@@ -7,7 +7,12 @@ import type { Next } from "../api/types.gen";
 export interface Stretch {
   readonly fromUs: number;
   readonly toUs: number;
+  /** Whether it ends with the present, and has what a vessel tells whose clock is ahead of the server's. */
+  readonly open?: boolean;
 }
+
+/** A vessel's clock is not further ahead, µs. */
+const AHEAD_US = 60_000_000;
 
 /** A part of an answer, the newest first. */
 export interface Part<T> {
@@ -66,7 +71,7 @@ export function joined<T extends Event>(known: Known<T>, fresh: readonly T[], st
   const held = new Map(known.items.filter((one) => one.time_us >= stretch.fromUs).map((one) => [key(one), one]));
   for (const one of fresh) {
     const before = held.get(key(one));
-    if (before || (one.time_us >= fromUs && one.time_us < stretch.toUs)) held.set(key(one), mergedWith(before, one, merged));
+    if (before || (one.time_us >= fromUs && one.time_us < endUs(stretch))) held.set(key(one), mergedWith(before, one, merged));
   }
   const items = [...held.values()].sort((one, other) => other.time_us - one.time_us);
   const same = items.length === known.items.length && items.every((one, at) => one === known.items[at]);
@@ -89,12 +94,16 @@ export function completed<T extends object>(before: T, next: T): T {
 }
 
 /** Of what is known, what lies in another stretch: the rest of that is not known. */
-export function within<T extends Event>(items: readonly T[], { fromUs, toUs }: Stretch): readonly T[] {
-  return items.filter((one) => one.time_us >= fromUs && one.time_us < toUs);
+export function within<T extends Event>(items: readonly T[], stretch: Stretch): readonly T[] {
+  return items.filter((one) => one.time_us >= stretch.fromUs && one.time_us < endUs(stretch));
+}
+
+function endUs({ toUs, open }: Stretch): number {
+  return open ? toUs + AHEAD_US : toUs;
 }
 
 /** The question for a part. */
-export function question({ fromUs, toUs }: Stretch, limit: number, next: Next | null): string {
-  const { from_us, to_us, skip } = next ?? { from_us: fromUs, to_us: toUs, skip: 0 };
+export function question(stretch: Stretch, limit: number, next: Next | null): string {
+  const { from_us, to_us, skip } = next ?? { from_us: stretch.fromUs, to_us: endUs(stretch), skip: 0 };
   return `order=newest&limit=${limit}&skip=${skip}&from_us=${from_us}&to_us=${to_us}`;
 }

@@ -7,8 +7,8 @@ import { type EventHandlers, type EventTable, eventTable, type Kind } from "./ev
 import { position, tagName, utc } from "./format";
 
 export interface TagTable extends EventTable<Detection> {
-  /** Takes a vessel's detections of a frame, and asks for what a frame could not bring. `follows`: the stretch ends now. */
-  frame(frame: Pick<LiveFrame, "now_us" | "snapshot" | "detections" | "events_missed">, vessel: number, stretch: Stretch, follows: boolean): void;
+  /** Takes a vessel's detections of a frame, and asks for what a frame could not bring. */
+  frame(frame: Pick<LiveFrame, "now_us" | "snapshot" | "detections" | "events_missed" | "recording">, vessel: number, stretch: Stretch): void;
   /** Shows these only, until somebody wants all again. */
   only(some: readonly Detection[]): void;
 }
@@ -73,21 +73,20 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, handler
   const key = (one: Detection): string => one.id;
   const kind: Kind<Detection> = {
     label: "Tags heard",
-    names: ["Time, UTC", "Tag", "Data", "SNR, dB", "kHz", "Receiver", "Place of the vessel", "Receiver's clock"],
+    names: ["Time, UTC", "Tag", "Data", "SNR, dB", "kHz", "Receiver", "Place of the vessel"],
     columns: ["reported [UTC]", "heard [UTC]", "tag", "data", "snr [dB]", "frequency [kHz]", "receiver", "lat [°]", "lon [°]", ...FURTHER.map(([name]) => name)],
     page: TAGS,
     ask,
     key,
     merged: completed,
     cells: (one) => [
-      utc(one.heard_us ?? one.time_us),
+      one.heard_us === null ? `${utc(one.time_us)}, time of arrival: the receiver's clock is not set` : utc(one.heard_us),
       tagName(one),
       String(one.data ?? ""),
       String(one.snr_db),
       String(one.frequency_khz),
       String(one.serial_no),
       placeOf(one),
-      one.clock === "set" ? "set" : "not set: time of arrival",
     ],
     record: (one) => [
       exact(one.time_us),
@@ -119,15 +118,16 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, handler
   });
   /** When the server spoke last, by its clock. */
   let spokeUs: number | undefined;
+  /** Whether the history lacked something then. */
+  let behind = false;
   return {
     ...table,
-    frame({ now_us, snapshot, detections, events_missed }, vessel, stretch, follows) {
+    frame({ now_us, snapshot, detections, events_missed, recording }, vessel, stretch) {
       const mine = detections.filter((one) => one.system === vessel);
-      // A vessel's clock may be ahead of the server's.
-      const toUs = follows ? Math.max(stretch.toUs, ...mine.map((one) => one.time_us + 1)) : stretch.toUs;
-      if (mine.length) table.live(mine, { ...stretch, toUs });
-      if (spokeUs !== undefined && (snapshot || events_missed)) table.missed(spokeUs);
-      spokeUs = now_us;
+      if (mine.length) table.live(mine, stretch);
+      if (spokeUs !== undefined && (snapshot || events_missed)) table.missed(spokeUs, stretch);
+      if (behind && recording === null) table.missed(0, stretch);
+      [spokeUs, behind] = [now_us, recording !== null];
     },
     only(some) {
       chosen = new Set(some.map(key));

@@ -32,7 +32,7 @@ export interface EventTable<T> {
   /** Takes those that came by themselves, and leaves behind what is not in the stretch any more. */
   live(some: readonly T[], stretch: Stretch): void;
   /** Some may have come ashore since then (server's clock, µs since 1970 UTC) that did not come by themselves: asks for them. */
-  missed(sinceUs: number): void;
+  missed(sinceUs: number, stretch: Stretch): void;
   /** Marks the last row at or before a time; null for none. */
   cursor(us: number | null): void;
   /** Draws anew, after what is wanted of the events has changed. */
@@ -240,7 +240,8 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
       latest = [...latest, ...some].slice(-LATEST);
       if (join(some, stretch)) changed();
     },
-    missed(sinceUs) {
+    missed(sinceUs, stretch) {
+      join([], stretch);
       missingUs = Math.min(missingUs ?? sinceUs, sinceUs);
       void catchUp(stop.signal);
     },
