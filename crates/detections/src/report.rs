@@ -184,16 +184,9 @@ fn plain(safe: &str) -> String {
             .get(at + 1..at + 3)
             .filter(|digits| *byte == b'%' && digits.iter().all(u8::is_ascii_hexdigit));
         let escape = digits.and_then(|digits| std::str::from_utf8(digits).ok());
-        match escape.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(value) => {
-                text.push(value);
-                at += 3;
-            }
-            None => {
-                text.push(*byte);
-                at += 1;
-            }
-        }
+        let value = escape.and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        text.push(value.unwrap_or(*byte));
+        at += if value.is_some() { 3 } else { 1 };
     }
     String::from_utf8_lossy(&text).into_owned()
 }

@@ -1,7 +1,5 @@
 //! The fuzz target's body over its committed seeds and over everything it ever found.
 
-#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
-
 use proptest::prelude::*;
 
 #[path = "../../../../fuzz/bodies/detections.rs"]
