@@ -8,7 +8,7 @@ LUTRA_REQUIRED ?= browser,agent
 
 # Seconds that `make fuzz` spends on each target.
 FUZZ_SECONDS ?= 60
-FUZZ_TARGETS := geofile imc_packet imc_deframer imc_json imc_lsf lakes link_message store_arrivals \
+FUZZ_TARGETS := detection_report geofile imc_packet imc_deframer imc_json imc_lsf lakes link_message store_arrivals \
   $(patsubst fuzz/fuzz_targets/%.rs,%,$(wildcard fuzz/fuzz_targets/charts_*.rs))
 
 say = @printf '\n== %s\n' "$(1)"

@@ -1,6 +1,7 @@
 //! Packets as browsers and scripts get them: fields by name with units and meanings, nested messages as objects.
 
-use api::Update;
+use api::{ReceiverClock, Update};
+use detections::{ClockState, Detection};
 use hub::{Series, SeriesKey};
 use imc::PacketView;
 use imc::catalogue::{self, FieldDesc, MessageDesc};
@@ -54,6 +55,43 @@ fn fields(view: &PacketView<'_>) -> Vec<api::Field> {
             unit: String::new(),
             meaning: None,
         }],
+    }
+}
+
+/// A detection.
+pub(crate) fn detection(one: Detection) -> api::Detection {
+    let id = one.id();
+    let Detection { origin, clock, protocol, pose, effort, .. } = one;
+    api::Detection {
+        entity: origin.entity,
+        time_us: origin.reported.micros(),
+        heard_us: clock.utc().map(UtcTime::micros),
+        received_us: origin.received.unwrap_or(origin.reported).micros(),
+        serial_no: one.receiver.into(),
+        protocol: protocol.number().map(i64::from),
+        protocol_name: protocol.name().map(str::to_owned),
+        tag_id: one.tag_id.into(),
+        data: one.data.map(i64::from),
+        snr_db: one.snr_db.into(),
+        frequency_khz: one.frequency_khz.into(),
+        memory_address: one.line.into(),
+        lat_deg: pose.map(|pose| pose.place.lat_deg()),
+        lon_deg: pose.map(|pose| pose.place.lon_deg()),
+        id,
+        system: origin.system.0,
+        clock: match clock.state {
+            ClockState::Set => ReceiverClock::Set,
+            ClockState::NotSet => ReceiverClock::NotSet,
+        },
+        clock_us: clock.micros(),
+        pose_age_s: pose.and_then(|pose| pose.age_s),
+        pose_sigma_m: pose.and_then(|pose| pose.sigma_m),
+        lines_lost: effort.lines_lost,
+        noise_average: effort.noise.map(|noise| noise.average),
+        noise_peak: effort.noise.map(|noise| noise.peak),
+        noise_age_s: effort.noise.map(|noise| noise.age_s),
+        propeller_rpm: effort.propeller_rpm,
+        raw: one.raw,
     }
 }
 

@@ -4,6 +4,7 @@ use crate::commands::view;
 use crate::router::Router;
 use crate::{Changes, Wanted, alarms, decode};
 use api::{Fix, Liveness};
+use detections::{Detection, fused};
 use guard::GuardLimits;
 use hub::{SeriesKey, System};
 use imc::messages::{Announce, EstimatedState, GpsFix, GpsFixValidity};
@@ -256,11 +257,18 @@ impl Raw {
 
     fn decode(self) -> Changes {
         let event = |event: &hub::Event| decode::packet(&event.packet, None, event.received, None);
+        let detection = |event: &hub::Event| {
+            let view = PacketView::unchecked(&event.packet).ok()?;
+            Detection::from_packet(&view, event.received)
+        };
+        let heard = fused(self.events.iter().filter_map(detection).collect());
+        let of_the_present = self.events.iter().filter(|event| !event.late);
         Changes {
             revision: self.revision,
             systems: self.systems,
             values: self.values.iter().filter_map(|(key, series)| decode::series(*key, series)).collect(),
-            events: self.events.iter().filter_map(event).collect(),
+            events: of_the_present.filter_map(event).collect(),
+            detections: heard.into_iter().map(decode::detection).collect(),
             events_missed: self.events_missed,
             ..Changes::default()
         }

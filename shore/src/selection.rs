@@ -1,7 +1,7 @@
 //! What somebody wants to see of the fleet and may see, and what changed of it.
 
 use crate::identity::Grants;
-use api::{System, Update};
+use api::{Detection, System, Update};
 use std::collections::BTreeSet;
 
 /// What somebody wants to see and may see.
@@ -41,6 +41,8 @@ pub struct Changes {
     pub values: Vec<Update>,
     /// Events, in order.
     pub events: Vec<Update>,
+    /// Detections among them and those of the past that came late.
+    pub detections: Vec<Detection>,
     /// Events that were forgotten since.
     pub events_missed: u64,
     /// Who commands, where that changed.

@@ -12,7 +12,7 @@ use std::process::Command;
 const LAYERS: [(u8, &[&str]); 8] = [
     (0, &["suggest", "units"]),
     (1, &["charts", "devices", "geofile", "imc"]),
-    (2, &["guard", "tiles"]),
+    (2, &["detections", "guard", "tiles"]),
     (3, &["acoustics", "config", "control", "drivers", "link", "mission", "planner"]),
     (4, &["api", "chartdb", "hub", "onboard", "sim", "store"]),
     (5, &["operations"]),

@@ -20,7 +20,7 @@ pub struct Entity {
     pub last_us: i64,
 }
 
-/// Which detections or entries.
+/// Which entries.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct EventsQuery {
@@ -28,6 +28,25 @@ pub struct EventsQuery {
     pub from_us: i64,
     /// Before this time, µs since 1970 UTC.
     pub to_us: i64,
+    /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
+    pub limit: Option<u32>,
+    /// Those to pass over, 0 to 100000; from the answer before.
+    pub skip: Option<u32>,
+    /// `oldest` or `newest` first; `oldest` when left out.
+    pub order: Option<String>,
+}
+
+/// Which detections.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct DetectionsQuery {
+    /// Reported from this time on, µs since 1970 UTC.
+    pub from_us: i64,
+    /// Reported before this time, µs since 1970 UTC.
+    pub to_us: i64,
+    /// First ashore from this time on, by the shore's clock, µs since 1970 UTC: what came since somebody looked last,
+    /// however old it is. All when left out.
+    pub came_from_us: Option<i64>,
     /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
     pub limit: Option<u32>,
     /// Those to pass over, 0 to 100000; from the answer before.
@@ -46,48 +65,86 @@ pub struct Detections {
     pub next: Option<Next>,
 }
 
-/// A tag that a receiver heard.
+/// A tag that a receiver heard. What no message carried is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Detection {
     /// The entity that reported it.
     pub entity: u8,
-    /// When the vessel reported it, µs since 1970 UTC.
+    /// When its line came to the vessel and was reported, by the vessel's clock, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
-    /// When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC.
-    #[cfg_attr(test, ts(type = "number"))]
-    pub heard_us: i64,
+    /// When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC; null where that clock was
+    /// never set.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub heard_us: Option<i64>,
     /// When the report first came ashore, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub received_us: i64,
     /// Serial number of the receiver.
     #[cfg_attr(test, ts(type = "number"))]
     pub serial_no: i64,
-    /// Number of the tag's protocol, by IMC.
-    #[cfg_attr(test, ts(type = "number"))]
-    pub protocol: i64,
+    /// Number of the tag's protocol, by IMC; null where IMC has none.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub protocol: Option<i64>,
     /// Its name, such as `R64K`.
     pub protocol_name: Option<String>,
     /// The tag's number.
     #[cfg_attr(test, ts(type = "number"))]
     pub tag_id: i64,
-    /// The tag's measurement, as it was sent.
-    #[cfg_attr(test, ts(type = "number"))]
-    pub data: i64,
+    /// The tag's measurement, as it was sent; null where it sent none.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub data: Option<i64>,
     /// Signal to noise ratio, dB.
     #[cfg_attr(test, ts(type = "number"))]
     pub snr_db: i64,
     /// Frequency, kHz.
     #[cfg_attr(test, ts(type = "number"))]
     pub frequency_khz: i64,
-    /// Place in the receiver's memory.
+    /// Place in the receiver's memory, which is the running number of its line.
     #[cfg_attr(test, ts(type = "number"))]
     pub memory_address: i64,
     /// WGS-84 latitude of the vessel then, degrees, north positive; null where it did not know.
     pub lat_deg: Option<f64>,
     /// WGS-84 longitude of the vessel then, degrees, east positive; null where it did not know.
     pub lon_deg: Option<f64>,
+    /// Names it among those of its vessel: the same live and from the history.
+    pub id: String,
+    /// IMC address of the vessel.
+    pub system: u16,
+    /// What is known of the receiver's clock.
+    pub clock: ReceiverClock,
+    /// What the receiver's clock counted, µs: since 1970 UTC where it is set, else since a moment that nobody knows.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub clock_us: i64,
+    /// Time between the detection and the vessel's nearest measured position, s.
+    pub pose_age_s: Option<f64>,
+    /// Standard deviation of the place on each axis, m.
+    pub pose_sigma_m: Option<f64>,
+    /// Lines of the receiver that were lost right before this one.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub lines_lost: Option<u16>,
+    /// Mean noise that the receiver reported last, in its own counts.
+    pub noise_average: Option<u8>,
+    /// Peak noise, likewise.
+    pub noise_peak: Option<u8>,
+    /// How long before that was, s.
+    pub noise_age_s: Option<f64>,
+    /// Speed of the vessel's faster propeller, rpm, without direction.
+    pub propeller_rpm: Option<f64>,
+    /// The receiver's line as it came, without its end.
+    pub raw: Option<String>,
+}
+
+/// What is known of a receiver's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub enum ReceiverClock {
+    /// It was set at some time; how well it is kept is not known.
+    Set,
+    /// It was never set since power-up.
+    NotSet,
 }
 
 /// A vessel's log book.

@@ -4,7 +4,7 @@
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
 //! come one by one and in order. A stop goes by the same socket: `{"stop": {…}}`, answered by `{"stop": {…}}`.
 
-use crate::{Alarm, Command, Lease, Ordered};
+use crate::{Alarm, Command, Detection, Lease, Ordered};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -67,7 +67,7 @@ pub struct Subscription {
     pub systems: Option<Vec<u16>>,
     /// Abbreviations of messages like `EstimatedState`; null for all, empty for none.
     pub messages: Option<Vec<String>>,
-    /// Whether events are wanted.
+    /// Whether events and detections are wanted.
     pub events: bool,
     /// Milliseconds between two frames at least, 2 to 10000.
     pub every_ms: u32,
@@ -94,6 +94,9 @@ pub struct LiveFrame {
     pub values: Vec<Update>,
     /// Events, in order.
     pub events: Vec<Update>,
+    /// Tags that were heard, also those that a vessel tells late. One can come in several frames, with what was not
+    /// known of it before, and is the same by vessel and id.
+    pub detections: Vec<Detection>,
     /// Values that newer ones replaced before they were sent.
     #[cfg_attr(test, ts(type = "number"))]
     pub skipped: u64,

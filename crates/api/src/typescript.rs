@@ -9,10 +9,10 @@ use crate::{
     LiveRequest, LiveStop, LiveStopped, Liveness, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk,
     Ordered, Parameter, ParameterAbout, ParameterTold, Permission, Person, PlanAboard, PlanChange, PlanCheck,
     PlanCost, PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary,
-    PlanTask, PlanTrouble, PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, RouteLeg,
-    SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System,
-    TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token, TokenMade, TrackPoint, Update,
-    ValueKind, Vessel, VesselAsk, VesselAsked, VesselChart, VesselParameters,
+    PlanTask, PlanTrouble, PlanUnderWay, PlanUploadAsk, PlansAboard, ReceiverClock, Recorded, Recording,
+    Role, RouteLeg, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan,
+    Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token, TokenMade,
+    TrackPoint, Update, ValueKind, Vessel, VesselAsk, VesselAsked, VesselChart, VesselParameters,
 };
 use ts_rs::TS;
 
@@ -41,6 +41,7 @@ fn text() -> String {
         Command::decl(),
         CommandStep::decl(),
         Detection::decl(),
+        ReceiverClock::decl(),
         Detections::decl(),
         DoorPeer::decl(),
         Entity::decl(),

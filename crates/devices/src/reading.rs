@@ -116,6 +116,8 @@ pub struct TagReading {
     pub frequency_khz: u8,
     /// Running number of the line.
     pub counter: u16,
+    /// The line as it came, without its end, where there was one.
+    pub raw: Option<String>,
 }
 
 /// The hydrophone's regular report of the water.

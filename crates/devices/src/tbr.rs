@@ -51,14 +51,19 @@ impl TagProtocol {
 }
 
 impl TagReading {
-    /// The whole line, from `$` to the carriage return.
-    pub fn encode(&self) -> Vec<u8> {
-        let Self { serial, clock_s, millis, protocol, tag_id, data, snr_db, frequency_khz, counter } = self;
+    /// The line that a receiver writes of it, from `$` to before the carriage return.
+    pub fn line(&self) -> String {
+        let Self { serial, clock_s, millis, protocol, tag_id, data, snr_db, frequency_khz, counter, raw: _ } =
+            self;
         let data = data.map_or_else(String::new, |data| data.to_string());
         format!(
-            "${serial:06},{clock_s:010},{millis:03},{protocol},{tag_id},{data},{snr_db},{frequency_khz},{counter}\r"
+            "${serial:06},{clock_s:010},{millis:03},{protocol},{tag_id},{data},{snr_db},{frequency_khz},{counter}"
         )
-        .into_bytes()
+    }
+
+    /// The whole line, with the carriage return that ends it.
+    pub fn encode(&self) -> Vec<u8> {
+        format!("{}\r", self.line()).into_bytes()
     }
 }
 
@@ -103,6 +108,7 @@ mod tests {
                 snr_db,
                 frequency_khz: 69,
                 counter,
+                raw: None,
             }
             .encode()
         };

@@ -37,7 +37,8 @@ pub enum Lane {
     Present,
     /// The latest value ahead of the records: it is shown and relayed; its record comes later.
     Live,
-    /// A record of the past: it is recorded, and neither shown nor relayed.
+    /// A record of the past: it is recorded, and neither shown nor relayed. A detection is an event all the same: nothing
+    /// newer replaces it.
     Backlog,
 }
 
@@ -278,6 +279,12 @@ impl<O: OrderLog> Hub<O> {
             self.fleet.update(now, &view, door);
             self.orders.heard(now, &view);
             self.way_back(now, &view);
+        }
+        if !present
+            && detections::is_report(&view)
+            && !delivery.is_some_and(|digest| self.deliveries.contains(digest))
+        {
+            self.fleet.late(now, &view);
         }
         if recorded {
             self.counters.duplicates += 1;

@@ -8,11 +8,11 @@
 use crate::authority::COMMAND_LIFE;
 use crate::bus::{Asker, Bus};
 use crate::conditions::Conditions;
-use crate::detections::Detections;
 use crate::discovery::{self, Discovery};
 use crate::entity::Entity;
 use crate::grounding::Chart;
 use crate::health::{Clock, Host};
+use crate::hydrophone::Hydrophone;
 use crate::input::{Input, Peer};
 use crate::lease::Lease;
 use crate::log::Log;
@@ -57,7 +57,7 @@ pub struct Brain {
     reception: Reception,
     supervise: Supervise,
     parameters: ParameterService,
-    detections: Detections,
+    hydrophone: Hydrophone,
     clock: Clock,
     host: Host,
     log: Log,
@@ -109,7 +109,7 @@ impl Brain {
             reception: Reception::new(now.mono),
             supervise: Supervise::new(&settings, now.mono, Restart::new(found)),
             parameters: ParameterService::new(&settings),
-            detections: Detections::default(),
+            hydrophone: Hydrophone::default(),
             clock: Clock::default(),
             host: Host::default(),
             estimate: None,
@@ -229,11 +229,12 @@ impl Brain {
             }
             Reading::Motor(side, reading) => {
                 self.pilot.measured(self.bus.mono(), side, reading.propeller_rpm);
+                self.hydrophone.propeller(self.bus.mono(), side, reading.propeller_rpm);
                 self.sensors.motor(&mut self.bus, side, &reading);
             }
             Reading::Battery(reading) => self.sensors.battery(&mut self.bus, &reading),
-            Reading::Tag(reading) => self.detections.tag(&mut self.bus, &mut self.states, &reading),
-            Reading::Water(reading) => self.detections.water(&mut self.bus, &mut self.states, &reading),
+            Reading::Tag(reading) => self.hydrophone.tag(&mut self.bus, &mut self.states, &reading),
+            Reading::Water(reading) => self.hydrophone.water(&mut self.bus, &mut self.states, &reading),
         }
     }
 
@@ -413,7 +414,7 @@ impl Brain {
         self.estimate = self.navigation.estimate(self.bus.mono());
         if let Some(estimate) = &self.estimate {
             self.bus.send(Entity::Navigation, &sensors::estimated_state(estimate));
-            self.detections.at(self.bus.utc(), estimate.place);
+            self.hydrophone.at(self.bus.utc(), estimate);
         }
         if let Some(estimate) = &self.estimate {
             let fix = estimate.fix();

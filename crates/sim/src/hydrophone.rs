@@ -238,7 +238,7 @@ impl Hydrophone {
                 continue;
             }
             let stamp_us = self.clock.reading_us(UtcTime::from_micros(arrival_us)).max(0);
-            let line = TagReading {
+            let mut line = TagReading {
                 serial: self.config.serial,
                 clock_s: u32::try_from(stamp_us / 1_000_000).unwrap_or(u32::MAX),
                 millis: (stamp_us / 1000 % 1000) as u16,
@@ -248,7 +248,9 @@ impl Hydrophone {
                 snr_db: snr_db.round().clamp(0.0, 255.0) as u8,
                 frequency_khz: ping.frequency_khz,
                 counter: self.count(),
+                raw: None,
             };
+            line.raw = Some(line.line());
             out.push((UtcTime::from_micros(arrival_us + wait_us), Reading::Tag(line)));
         }
     }

@@ -4,6 +4,8 @@ use super::serve::{Serving, serve, serve_by};
 use super::testing::{Boats, an_hour, boat, packet};
 use crate::config::Config;
 use bytes::Bytes;
+use detections::{Detection, Effort, Origin, Pose, Protocol, ReceiverClock};
+use hub::{Incoming, Lane, LinkSeq};
 use imc::messages::{
     Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
     EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Message, Payload as _,
@@ -14,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use units::UtcTime;
+use units::{LatLon, UtcTime};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_first_page_shows_the_fleet() {
@@ -223,6 +225,8 @@ impl Scene {
                 let moved = router.inspect(move |_, _| hand.advance(by));
                 let spoken = self.boats.say(self.doing.said(UtcTime::from_micros(then)));
                 tokio::join!(moved, spoken).0.unwrap();
+            } else if let Some(what) = line.strip_prefix("hear ") {
+                self.boats.give(heard(what, self.clock.utc())).await;
             } else if line == "stop the server" {
                 serving.take().unwrap().stop().await;
             } else {
@@ -231,6 +235,43 @@ impl Scene {
         }
         script.await.unwrap();
     }
+}
+
+/// What the boat says of a tag of this number: `brief` by a TBRFishTag alone, `whole` by both messages, `nameless` of a
+/// coding without a number and by a clock that is not set, `late` as a record of ten minutes ago.
+fn heard(what: &str, now: UtcTime) -> Vec<Incoming> {
+    let (number, how) = what.split_once(' ').unwrap();
+    let (tag_id, late) = (number.parse().unwrap(), how == "late");
+    let reported = UtcTime::from_micros(now.micros() - if late { 600_000_000 } else { 0 });
+    let place = LatLon::from_deg(63.44, 10.40).unwrap();
+    let nameless = how == "nameless";
+    let seconds = if nameless { 600 } else { u32::try_from(reported.micros() / 1_000_000).unwrap() - 4 };
+    let one = Detection {
+        origin: Origin { system: imc::Address(super::testing::FIRST), entity: 9, reported, received: None },
+        receiver: 1_024,
+        clock: ReceiverClock::read(seconds, 250),
+        protocol: Protocol::named(if nameless { "OPi" } else { "R64K" }),
+        tag_id,
+        data: None,
+        snr_db: 30,
+        frequency_khz: 69,
+        line: 7,
+        pose: Some(Pose { place, age_s: Some(0.4), sigma_m: Some(0.8) }),
+        effort: Effort::default(),
+        raw: Some("$001024,a line".to_owned()),
+    };
+    let brief = one.fish_tag().map(|tag| packet(0, 9, reported, tag));
+    let whole = (how != "brief").then(|| packet(0, 9, reported, one.report()));
+    let lane = if late { Lane::Backlog } else { Lane::Present };
+    let link = |at: usize| LinkSeq { stream: 7, seq: u64::from(tag_id) * 2 + at as u64 };
+    let incoming = |(at, packet)| Incoming { packet, link: late.then(|| link(at)), lane };
+    brief.into_iter().chain(whole).enumerate().map(incoming).collect()
+}
+
+/// A tag that is heard is on the page at once, and nobody asks for it; what was missed is asked for once.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_tag_that_is_heard_comes_by_itself() {
+    before_a_boat("heard.mjs").await;
 }
 
 /// What nobody should believe to be names and values.

@@ -5,8 +5,8 @@ use super::extract::{self, Asked};
 use super::guard::{OfVessel, Who};
 use crate::AppState;
 use api::{
-    At, AtQuery, Buckets, BucketsQuery, Detections, Entity, EventsQuery, Gap, GapsQuery, LogBook, Recorded,
-    Samples, SamplesQuery, Series, SeriesQuery, System, TrackPoint, TrackQuery,
+    At, AtQuery, Buckets, BucketsQuery, Detections, DetectionsQuery, Entity, EventsQuery, Gap, GapsQuery,
+    LogBook, Recorded, Samples, SamplesQuery, Series, SeriesQuery, System, TrackPoint, TrackQuery,
 };
 use axum::Json;
 use axum::extract::State;
@@ -15,6 +15,7 @@ use shore::Wanted;
 use shore::history::{self, export};
 use std::sync::Arc;
 use store::Source;
+use units::UtcTime;
 
 /// Most fields of one question.
 const FIELDS: usize = 200;
@@ -122,11 +123,14 @@ pub(crate) async fn entities(
 pub(crate) async fn detections(
     State(state): State<AppState>,
     OfVessel(vessel): OfVessel,
-    Asked(query): Asked<EventsQuery>,
+    Asked(query): Asked<DetectionsQuery>,
 ) -> Result<Json<Detections>, ApiError> {
     let range = extract::range(query.from_us, query.to_us)?;
+    let came_from = query.came_from_us.map(|us| extract::time("came_from_us", us)).transpose()?;
+    let came_from = came_from.map(UtcTime::from_micros);
     let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
-    let ask = move |reader: &mut store::Reader| history::detections(reader, vessel, range, order, page);
+    let ask =
+        move |reader: &mut store::Reader| history::detections(reader, vessel, range, came_from, order, page);
     Ok(Json(state.shore.history.ask(ask).await?))
 }
 

@@ -348,6 +348,7 @@ impl Client {
             systems: changes.systems,
             values: changes.values,
             events: changes.events,
+            detections: changes.detections,
             skipped,
             events_missed: changes.events_missed,
             leases: changes.leases,

@@ -10,13 +10,13 @@ use crate::AppState;
 use crate::pages;
 use api::{
     Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor,
-    ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DoorPeer, Entity,
-    EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
-    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
-    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery, Series,
-    SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade,
-    TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DetectionsQuery, DoorPeer,
+    Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk,
+    LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person,
+    PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision,
+    PlanSummary, PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery,
+    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
+    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -131,7 +131,7 @@ fn of_vessels() -> Vec<Route> {
         Route::get("/api/v1/vessels/{vessel}/entities", viewer, "Labels of entities.", history::entities)
             .gives::<Vec<Entity>>(),
         Route::get("/api/v1/vessels/{vessel}/detections", viewer, "Tags heard.", history::detections)
-            .query::<EventsQuery>()
+            .query::<DetectionsQuery>()
             .gives::<Detections>()
             .packed(),
         Route::get("/api/v1/vessels/{vessel}/logbook", viewer, "The log book.", history::log_book)

@@ -32,6 +32,11 @@ impl Boats {
         self.0.give(packets.into_iter().map(Incoming::from).collect()).await.unwrap();
     }
 
+    /// Says something by a lane of the link.
+    pub(crate) async fn give(&self, packets: Vec<Incoming>) {
+        self.0.give(packets).await.unwrap();
+    }
+
     /// Begins to read again after so much waited that nothing more had room.
     pub(crate) async fn reopen(&self) {
         assert!(self.0.outbox.take().await.is_err());

@@ -8,6 +8,7 @@ pub mod imports;
 
 pub use imports::Imports;
 
+use crate::decode;
 use api::{Recorded, ValueKind};
 use imc::Address;
 use imc::catalogue::Meaning;
@@ -17,6 +18,7 @@ use std::path::Path;
 use std::sync::Arc;
 use store::{Cell, Column, ColumnKind, Order, Page, Reader, Source, StoreError, TimeRange};
 use tokio::sync::Semaphore;
+use units::UtcTime;
 
 /// Questions that are answered at the same time: more would only wait for the disk.
 const QUESTIONS: usize = 16;
@@ -318,7 +320,7 @@ pub fn entities(reader: &mut Reader, vessel: Address) -> store::Result<Vec<api::
     Ok(reader.entities(vessel)?.into_iter().map(entity).collect())
 }
 
-/// Tags that a vessel heard.
+/// Tags that a vessel heard; with `came_from` those alone that came ashore then or later.
 ///
 /// # Errors
 /// The store cannot be read.
@@ -326,33 +328,12 @@ pub fn detections(
     reader: &mut Reader,
     vessel: Address,
     range: TimeRange,
+    came_from: Option<UtcTime>,
     order: Order,
     page: Page,
 ) -> store::Result<api::Detections> {
-    let detection = |one: store::Detection| {
-        // 0/0 is what senders say that do not know.
-        let place = one
-            .place_deg
-            .filter(|(lat, lon)| lat.abs() <= 90.0 && lon.abs() <= 180.0 && (*lat != 0.0 || *lon != 0.0));
-        api::Detection {
-            entity: one.entity,
-            time_us: one.reported.micros(),
-            heard_us: one.heard.micros(),
-            received_us: one.received.micros(),
-            serial_no: one.serial_no,
-            protocol: one.protocol,
-            protocol_name: one.protocol_name,
-            tag_id: one.tag_id,
-            data: one.data,
-            snr_db: one.snr_db,
-            frequency_khz: one.frequency_khz,
-            memory_address: one.memory_address,
-            lat_deg: place.map(|place| place.0),
-            lon_deg: place.map(|place| place.1),
-        }
-    };
-    let found = reader.detections(Some(vessel), range, order, page)?;
-    let detections = found.items.into_iter().map(detection).collect();
+    let found = reader.detections(Some(vessel), range, came_from, order, page)?;
+    let detections = found.items.into_iter().map(decode::detection).collect();
     Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, range, order)) })
 }
 
@@ -370,7 +351,7 @@ pub fn log_book(
     let entry = |one: store::LogEntry| api::LogBookEntry {
         entity: one.entity,
         time_us: one.sent.micros(),
-        written_us: one.written.map(units::UtcTime::micros),
+        written_us: one.written.map(UtcTime::micros),
         kind: one.kind,
         kind_name: one.kind_name,
         context: one.context,

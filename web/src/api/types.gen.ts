@@ -588,13 +588,14 @@ export type Detection = {
  */
 entity: number, 
 /**
- * When the vessel reported it, µs since 1970 UTC.
+ * When its line came to the vessel and was reported, by the vessel's clock, µs since 1970 UTC.
  */
 time_us: number, 
 /**
- * When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC.
+ * When the receiver heard it, by the receiver's clock, to the millisecond, µs since 1970 UTC; null where that clock was
+ * never set.
  */
-heard_us: number, 
+heard_us: number | null, 
 /**
  * When the report first came ashore, µs since 1970 UTC.
  */
@@ -604,9 +605,9 @@ received_us: number,
  */
 serial_no: number, 
 /**
- * Number of the tag's protocol, by IMC.
+ * Number of the tag's protocol, by IMC; null where IMC has none.
  */
-protocol: number, 
+protocol: number | null, 
 /**
  * Its name, such as `R64K`.
  */
@@ -616,9 +617,9 @@ protocol_name: string | null,
  */
 tag_id: number, 
 /**
- * The tag's measurement, as it was sent.
+ * The tag's measurement, as it was sent; null where it sent none.
  */
-data: number, 
+data: number | null, 
 /**
  * Signal to noise ratio, dB.
  */
@@ -628,7 +629,7 @@ snr_db: number,
  */
 frequency_khz: number, 
 /**
- * Place in the receiver's memory.
+ * Place in the receiver's memory, which is the running number of its line.
  */
 memory_address: number, 
 /**
@@ -638,7 +639,57 @@ lat_deg: number | null,
 /**
  * WGS-84 longitude of the vessel then, degrees, east positive; null where it did not know.
  */
-lon_deg: number | null, };
+lon_deg: number | null, 
+/**
+ * Names it among those of its vessel: the same live and from the history.
+ */
+id: string, 
+/**
+ * IMC address of the vessel.
+ */
+system: number, 
+/**
+ * What is known of the receiver's clock.
+ */
+clock: ReceiverClock, 
+/**
+ * What the receiver's clock counted, µs: since 1970 UTC where it is set, else since a moment that nobody knows.
+ */
+clock_us: number, 
+/**
+ * Time between the detection and the vessel's nearest measured position, s.
+ */
+pose_age_s: number | null, 
+/**
+ * Standard deviation of the place on each axis, m.
+ */
+pose_sigma_m: number | null, 
+/**
+ * Lines of the receiver that were lost right before this one.
+ */
+lines_lost: number | null, 
+/**
+ * Mean noise that the receiver reported last, in its own counts.
+ */
+noise_average: number | null, 
+/**
+ * Peak noise, likewise.
+ */
+noise_peak: number | null, 
+/**
+ * How long before that was, s.
+ */
+noise_age_s: number | null, 
+/**
+ * Speed of the vessel's faster propeller, rpm, without direction.
+ */
+propeller_rpm: number | null, 
+/**
+ * The receiver's line as it came, without its end.
+ */
+raw: string | null, };
+
+export type ReceiverClock = "set" | "not_set";
 
 export type Detections = { 
 /**
@@ -1128,6 +1179,11 @@ values: Array<Update>,
  * Events, in order.
  */
 events: Array<Update>, 
+/**
+ * Tags that were heard, also those that a vessel tells late. One can come in several frames, with what was not
+ * known of it before, and is the same by vessel and id.
+ */
+detections: Array<Detection>, 
 /**
  * Values that newer ones replaced before they were sent.
  */
@@ -2063,7 +2119,7 @@ systems?: Array<number>,
  */
 messages?: Array<string>, 
 /**
- * Whether events are wanted.
+ * Whether events and detections are wanted.
  */
 events: boolean, 
 /**

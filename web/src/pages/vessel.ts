@@ -19,6 +19,7 @@ import { NO_CONTROL, withControl } from "../state/control";
 import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
 import { guardOf } from "../state/teleop";
+import type { Stretch } from "../state/newest";
 import { placeAt, Track } from "../state/track";
 import { entities, type Labels, type Values, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
@@ -33,7 +34,7 @@ import { createValues } from "../ui/values";
 
 /** Instruments, tables and plots are drawn anew so often, ms. */
 const TABLES_MS = 250;
-/** Links and the history's events are asked for so often while the present is followed, ms. */
+/** Links and the history's log book are asked for so often while the present is followed, ms. */
 const AGAIN_MS = 5_000;
 const SETTLE_MS = 200;
 const POINTS = 5_000;
@@ -319,6 +320,10 @@ export function startVessel(root: HTMLElement): void {
   let asked = new AbortController();
   /** The range that was asked for last. */
   let askedRange: Range | undefined;
+  const stretchNow = (): Stretch => {
+    const { fromUs, toUs } = ends(range, nowUs());
+    return { fromUs: Math.max(0, Math.round(fromUs)), toUs: Math.round(toUs) + 1, open: isLive(range) };
+  };
   const askPast = (fit: boolean): void => {
     window.clearTimeout(settle);
     settle = window.setTimeout(() => void past(fit), SETTLE_MS);
@@ -327,8 +332,7 @@ export function startVessel(root: HTMLElement): void {
     asked.abort();
     asked = new AbortController();
     const { signal } = asked;
-    const { fromUs, toUs } = ends(range, nowUs());
-    const stretch = { fromUs: Math.max(0, Math.round(fromUs)), toUs: Math.round(toUs) + 1 };
+    const stretch = stretchNow();
     const goesOn = isLive(range) && askedRange === range;
     askedRange = range;
     const askTrack = async (): Promise<void> => {
@@ -344,7 +348,7 @@ export function startVessel(root: HTMLElement): void {
         // The track that is known stays; the tables tell that the history does not answer.
       }
     };
-    await Promise.all([beside.ask(range, nowUs(), signal), askTrack(), logBook.show(stretch, goesOn, signal), tags.show(stretch, goesOn, signal)]);
+    await Promise.all([beside.ask(range, nowUs(), signal), askTrack(), logBook.show(stretch, goesOn, signal), goesOn ? tags.follow(stretch, signal) : tags.show(stretch, false, signal)]);
     if (beside.addresses.length && !isLive(range) && fit && !signal.aborted) {
       drawPlace();
       map.showAll();
@@ -458,6 +462,7 @@ export function startVessel(root: HTMLElement): void {
       labels = new Map(Object.entries(system?.entities ?? {}).map(([number, label]) => [Number(number), label ?? ""]));
       plots.live(frame.values);
       parameters.heard(frame);
+      tags.frame(frame, address, stretchNow());
       chrome.stop?.target({ address, name: system ? systemName(system) : (given ?? hexAddress(address)) });
       if (system?.fix && ahead.add(system.fix) && isLive(range)) {
         const { fromUs } = ends(range, nowUs());

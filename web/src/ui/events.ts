@@ -1,12 +1,14 @@
 // The log book and the tags that were heard, for the stretch of time that the page looks at.
 
-import type { Detection, LogBookEntry } from "../api/types.gen";
-import type { Part } from "../state/newest";
+import type { Detection, LiveFrame, LogBookEntry } from "../api/types.gen";
+import { completed, type Part, type Stretch } from "../state/newest";
 import { make, setAttribute } from "./dom";
 import { type EventHandlers, type EventTable, eventTable, type Kind } from "./eventtable";
 import { position, tagName, utc } from "./format";
 
 export interface TagTable extends EventTable<Detection> {
+  /** Takes a vessel's detections of a frame, and asks for what a frame could not bring. */
+  frame(frame: Pick<LiveFrame, "now_us" | "snapshot" | "detections" | "events_missed" | "recording">, vessel: number, stretch: Stretch): void;
   /** Shows these only, until somebody wants all again. */
   only(some: readonly Detection[]): void;
 }
@@ -20,6 +22,24 @@ const SHAPE: readonly string[] = ["●", "▲", "◆", "✕", "·"];
 const ENTRIES = 2_000;
 const TAGS = 5_000;
 
+/** A place that rests on a position so old is said to, s. */
+const OLD_S = 2;
+/** What a file tells of a detection beside what the table shows. */
+const FURTHER: readonly (readonly [string, (one: Detection) => string | number | null])[] = [
+  ["receiver's clock", (one) => (one.clock === "set" ? "set" : "not set")],
+  ["receiver's count [s]", (one) => (one.clock_us / 1e6).toFixed(3)],
+  ["position age [s]", (one) => one.pose_age_s],
+  ["position deviation [m]", (one) => one.pose_sigma_m],
+  ["lines lost before", (one) => one.lines_lost],
+  ["noise average", (one) => one.noise_average],
+  ["noise peak", (one) => one.noise_peak],
+  ["noise age [s]", (one) => one.noise_age_s],
+  ["propeller [rpm]", (one) => one.propeller_rpm],
+  ["line number", (one) => one.memory_address],
+  ["line", (one) => one.raw],
+  ["id", (one) => one.id],
+];
+
 /** The log book in `root`. */
 export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers): EventTable<LogBookEntry> {
   const least = make("select", {}, ...["everything", "information and worse", "warnings and worse", "errors and worse"].map((text, index) => make("option", { value: String(index - 1) }, text)));
@@ -32,6 +52,7 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
     page: ENTRIES,
     ask,
     key: (one) => `${one.time_us}/${one.entity}/${entity(one.entity)}/${one.kind}/${one.context}/${one.text}`,
+    merged: (before) => before,
     cells: (one) => [utc(one.time_us), `${SHAPE[one.kind] ?? "?"} ${severity(one)}`, one.context || entity(one.entity), one.text],
     record: (one) => [exact(one.time_us), severity(one), entity(one.entity), one.context, one.text],
     marks: (one) => (SEVERITY[one.kind] ? { "data-severity": severity(one) } : {}),
@@ -49,24 +70,36 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
 export function createDetections(root: HTMLElement, ask: Ask<Detection>, handlers: EventHandlers, changed: (known: Part<Detection>) => void): TagTable {
   const whole = make("button", { type: "button", hidden: "" }, "Show all tags");
   let chosen: ReadonlySet<string> | undefined;
-  const key = (one: Detection): string => `${one.time_us}/${one.entity}/${one.tag_id}/${one.heard_us}`;
+  const key = (one: Detection): string => one.id;
   const kind: Kind<Detection> = {
     label: "Tags heard",
     names: ["Time, UTC", "Tag", "Data", "SNR, dB", "kHz", "Receiver", "Place of the vessel"],
-    columns: ["reported [UTC]", "heard [UTC]", "tag", "data", "snr [dB]", "frequency [kHz]", "receiver", "lat [°]", "lon [°]"],
+    columns: ["reported [UTC]", "heard [UTC]", "tag", "data", "snr [dB]", "frequency [kHz]", "receiver", "lat [°]", "lon [°]", ...FURTHER.map(([name]) => name)],
     page: TAGS,
     ask,
     key,
+    merged: completed,
     cells: (one) => [
-      utc(one.heard_us),
+      one.heard_us === null ? `${utc(one.time_us)}, time of arrival: the receiver's clock is not set` : utc(one.heard_us),
       tagName(one),
-      String(one.data),
+      String(one.data ?? ""),
       String(one.snr_db),
       String(one.frequency_khz),
       String(one.serial_no),
-      one.lat_deg === null || one.lon_deg === null ? "not known" : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg }),
+      placeOf(one),
     ],
-    record: (one) => [exact(one.time_us), exact(one.heard_us), tagName(one), one.data, one.snr_db, one.frequency_khz, one.serial_no, one.lat_deg, one.lon_deg],
+    record: (one) => [
+      exact(one.time_us),
+      one.heard_us === null ? null : exact(one.heard_us),
+      tagName(one),
+      one.data,
+      one.snr_db,
+      one.frequency_khz,
+      one.serial_no,
+      one.lat_deg,
+      one.lon_deg,
+      ...FURTHER.map(([, read]) => read(one)),
+    ],
     marks: () => ({}),
     tag: (one) => String(one.tag_id % 4),
     wanted: (one) => !chosen || chosen.has(key(one)),
@@ -83,13 +116,31 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, handler
     chosen = undefined;
     draw();
   });
+  /** When the server spoke last, by its clock. */
+  let spokeUs: number | undefined;
+  /** Whether the history lacked something then. */
+  let behind = false;
   return {
     ...table,
+    frame({ now_us, snapshot, detections, events_missed, recording }, vessel, stretch) {
+      const mine = detections.filter((one) => one.system === vessel);
+      if (mine.length) table.live(mine, stretch);
+      if (spokeUs !== undefined && (snapshot || events_missed)) table.missed(spokeUs, stretch);
+      if (behind && recording === null) table.missed(0, stretch);
+      [spokeUs, behind] = [now_us, recording !== null];
+    },
     only(some) {
       chosen = new Set(some.map(key));
       draw();
     },
   };
+}
+
+/** Where the vessel was, and how old that was where it was old. */
+function placeOf({ lat_deg, lon_deg, pose_age_s }: Detection): string {
+  if (lat_deg === null || lon_deg === null) return "not known";
+  const old = pose_age_s !== null && pose_age_s >= OLD_S ? `, ${pose_age_s.toFixed(0)} s from a measured one` : "";
+  return `${position({ lat_deg, lon_deg })}${old}`;
 }
 
 /** A time to the microsecond, as the server's exports write it. */

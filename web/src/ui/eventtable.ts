@@ -1,13 +1,17 @@
 // A table of events of a stretch of time: the newest first, older ones by a button, all of them as CSV.
 
 import { reason } from "../api/http";
-import { type Event, type Known, lengthened, type Part, question, refreshed, type Stretch, within } from "../state/newest";
+import { type Event, HELD, type Identity, joined, type Known, lengthened, type Part, question, refreshed, type Stretch, within } from "../state/newest";
 import { csv, save } from "./csv";
 import { make, setAttribute, setText } from "./dom";
 import { utc } from "./format";
 
 /** Events that are asked for at once to be written into a file, which is the most. */
 const FILE_PAGE = 10_000;
+/** Those that came by themselves last: the history may not have them yet when it answers. */
+const LATEST = 500;
+/** A question for what was missed goes back so far before the last word of the server, µs. */
+const BEFORE_US = 2_000_000;
 
 export interface EventHandlers {
   /** The time of the row that is pointed to; null for none. */
@@ -23,6 +27,12 @@ export interface EventHandlers {
 export interface EventTable<T> {
   /** Asks for a stretch of time. Of another than before, only what was known of this one stays until the answer. */
   show(stretch: Stretch, goesOn: boolean, signal: AbortSignal): Promise<void>;
+  /** The present goes on: asks only for what it knows that it lacks. */
+  follow(stretch: Stretch, signal: AbortSignal): Promise<void>;
+  /** Takes those that came by themselves, and leaves behind what is not in the stretch any more. */
+  live(some: readonly T[], stretch: Stretch): void;
+  /** Some may have come ashore since then (server's clock, µs since 1970 UTC) that did not come by themselves: asks for them. */
+  missed(sinceUs: number, stretch: Stretch): void;
   /** Marks the last row at or before a time; null for none. */
   cursor(us: number | null): void;
   /** Draws anew, after what is wanted of the events has changed. */
@@ -32,7 +42,7 @@ export interface EventTable<T> {
 }
 
 /** What a table is about. */
-export interface Kind<T extends Event> {
+export interface Kind<T extends Event> extends Identity<T> {
   /** As in "the newest 2 of 3 …", and in the names of files. */
   readonly label: string;
   /** Heads of the columns. */
@@ -42,8 +52,6 @@ export interface Kind<T extends Event> {
   /** How many are shown at first, and more with each asking. */
   readonly page: number;
   ask(query: string, signal: AbortSignal): Promise<Part<T>>;
-  /** Tells events apart. */
-  key(one: T): string;
   cells(one: T): readonly string[];
   record(one: T): readonly (string | number | null)[];
   /** Further marks of its row. */
@@ -79,7 +87,10 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
   let doing = "";
   let stop = new AbortController();
   let shown: readonly T[] = [];
-  let drawn = "";
+  let drawn: readonly T[] | undefined;
+  let latest: readonly T[] = [];
+  /** Since when something may be missing; null where nothing is. */
+  let missingUs: number | null = null;
   let cursorUs: number | null = null;
 
   const mark = (): void => {
@@ -88,14 +99,18 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     [...body.children].forEach((row, number) => setAttribute(row, "aria-current", number === index ? "time" : null));
   };
   /** Rows that stay are not touched: one of them may have the focus, or be read. */
-  let rows = new Map<string, HTMLElement>();
+  let rows = new Map<string, { readonly one: T; readonly element: HTMLElement }>();
   const fill = (wanted: readonly T[]): void => {
-    const next = new Map(wanted.map((one) => [kind.key(one), rows.get(kind.key(one)) ?? row(one, kind)]));
-    for (const [key, gone] of rows) if (!next.has(key)) gone.remove();
+    const rowOf = (one: T): { readonly one: T; readonly element: HTMLElement } => {
+      const before = rows.get(kind.key(one));
+      return before?.one === one ? before : { one, element: row(one, kind) };
+    };
+    const next = new Map(wanted.map((one) => [kind.key(one), rowOf(one)]));
+    for (const [key, { element }] of rows) if (next.get(key)?.element !== element) element.remove();
     let at = body.firstElementChild;
-    for (const one of next.values()) {
-      if (one === at) at = at.nextElementSibling;
-      else body.insertBefore(one, at);
+    for (const { element } of next.values()) {
+      if (element === at) at = at.nextElementSibling;
+      else body.insertBefore(element, at);
     }
     rows = next;
   };
@@ -110,9 +125,9 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     // Older ones may be wanted where none of these is.
     setAttribute(box, "hidden", shown.length || known?.next ? null : "");
     setAttribute(take, "hidden", may && known && !trouble && all.length ? null : "");
-    const now = shown.map(kind.key).join("\n");
-    if (now !== drawn) {
-      drawn = now;
+    const before = drawn;
+    if (before?.length !== shown.length || shown.some((one, at) => one !== before[at])) {
+      drawn = shown;
       fill(shown);
     }
     mark();
@@ -120,6 +135,36 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
   const changed = (): void => {
     draw();
     kind.changed(known ?? { items: meanwhile, next: null });
+  };
+  /** Takes what lies in a stretch of what came by itself; whether that changed anything. */
+  const join = (some: readonly T[], stretch: Stretch): boolean => {
+    const before = known?.items ?? meanwhile;
+    const next = joined(known ?? { items: meanwhile, next: null, stretch }, some, stretch, Math.max(HELD, before.length), kind);
+    const cut = known?.next !== next.next;
+    if (known) known = next;
+    else meanwhile = next.items;
+    return next.items !== before || (known !== undefined && cut);
+  };
+  /** Asks for what came ashore while nothing came by itself. */
+  const catchUp = async (signal: AbortSignal): Promise<void> => {
+    const [of, sinceUs] = [known, missingUs];
+    if (!of || sinceUs === null) return;
+    try {
+      const part = await kind.ask(`${question(of.stretch, kind.page, null)}&came_from_us=${Math.max(0, sinceUs - BEFORE_US)}`, signal);
+      if (signal.aborted || !known) return;
+      // Where not even these came in one part, it begins anew with the newest of all.
+      const anew = part.next ? await kind.ask(question(known.stretch, kind.page, null), signal) : undefined;
+      if (signal.aborted) return;
+      if (anew) known = refreshed(undefined, anew, known.stretch, kind);
+      if (missingUs === sinceUs) missingUs = null;
+      [trouble, latest] = ["", [...latest, ...part.items].slice(-LATEST)];
+      join(part.items, known.stretch);
+      join(latest, known.stretch);
+    } catch (error) {
+      if (signal.aborted) return;
+      trouble = `Not brought up to date: ${reason(error)}`;
+    }
+    changed();
   };
   /** One thing at a time: whoever asks for another stretch wants neither older ones nor a file of this one. */
   const work = async (words: string, act: (of: Known<T>, signal: AbortSignal) => Promise<void>): Promise<void> => {
@@ -144,9 +189,9 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
       const part = await kind.ask(question(of.stretch, kind.page, of.next), signal);
       if (signal.aborted || !known) return;
       const held = document.activeElement === older;
-      const longer = lengthened(of, part);
+      const longer = lengthened(of, part, kind);
       // Newer ones may have come meanwhile.
-      known = known === of ? longer : refreshed(longer, known, known.stretch, kind.key);
+      known = known === of ? longer : refreshed(longer, known, known.stretch, kind);
       changed();
       if (held && !known.next) box.focus();
     }),
@@ -161,27 +206,44 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     }),
   );
 
-  return {
-    async show(stretch, goesOn, signal) {
-      const anew = !goesOn || !known;
-      if (anew) {
-        stop.abort();
-        stop = new AbortController();
-        meanwhile = within(known?.items ?? meanwhile, stretch);
-        [known, trouble, doing] = [undefined, "", "Fetching …"];
-        changed();
-      }
-      try {
-        const part = await kind.ask(question(stretch, kind.page, null), signal);
-        if (signal.aborted) return;
-        known = refreshed(known, part, stretch, kind.key);
-        trouble = "";
-      } catch (error) {
-        if (signal.aborted) return;
-        trouble = `${known ? "Not brought up to date" : "Not known"}: ${reason(error)}`;
-      }
-      if (anew) doing = "";
+  const show = async (stretch: Stretch, goesOn: boolean, signal: AbortSignal): Promise<void> => {
+    const anew = !goesOn || !known;
+    if (anew) {
+      stop.abort();
+      stop = new AbortController();
+      meanwhile = within(known?.items ?? meanwhile, stretch);
+      [known, trouble, doing] = [undefined, "", "Fetching …"];
       changed();
+    }
+    try {
+      const part = await kind.ask(question(stretch, kind.page, null), signal);
+      if (signal.aborted) return;
+      known = refreshed(known, part, stretch, kind);
+      [trouble, missingUs] = ["", null];
+      join(latest, stretch);
+    } catch (error) {
+      if (signal.aborted) return;
+      trouble = `${known ? "Not brought up to date" : "Not known"}: ${reason(error)}`;
+    }
+    if (anew) doing = "";
+    changed();
+  };
+
+  return {
+    show,
+    async follow(stretch, signal) {
+      if (!known) return show(stretch, false, signal);
+      if (join([], stretch)) changed();
+      await catchUp(signal);
+    },
+    live(some, stretch) {
+      latest = [...latest, ...some].slice(-LATEST);
+      if (join(some, stretch)) changed();
+    },
+    missed(sinceUs, stretch) {
+      join([], stretch);
+      missingUs = Math.min(missingUs ?? sinceUs, sinceUs);
+      void catchUp(stop.signal);
     },
     cursor(us) {
       if (us === cursorUs) return;

@@ -24,8 +24,8 @@ export function distance(m: number): string {
 }
 
 /** A tag, by its protocol and number. */
-export function tagName(one: { protocol: number; protocol_name: string | null; tag_id: number }): string {
-  return `${one.protocol_name ?? one.protocol}-${one.tag_id}`;
+export function tagName(one: { protocol: number | null; protocol_name: string | null; tag_id: number }): string {
+  return `${one.protocol_name ?? one.protocol ?? "?"}-${one.tag_id}`;
 }
 
 /** Degrees and decimal minutes with their hemisphere. */

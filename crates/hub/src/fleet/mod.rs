@@ -38,6 +38,8 @@ pub struct Event {
     pub packet: Bytes,
     /// When it came.
     pub received: UtcTime,
+    /// Whether it is of the past, told late.
+    pub late: bool,
 }
 
 /// What is new to a reader.
@@ -75,6 +77,7 @@ pub fn is_event(id: u16) -> bool {
         m::Abort::ID
             | m::Aborted::ID
             | m::EntityParameters::ID
+            | m::Event::ID
             | m::HistoricEvent::ID
             | m::LogBookEntry::ID
             | m::PlanControl::ID
@@ -111,7 +114,7 @@ impl Fleet {
         let event = is_event(view.id());
         if event {
             let packet = Bytes::copy_from_slice(view.bytes());
-            self.remember(Event { revision, packet, received: now.utc });
+            self.remember(Event { revision, packet, received: now.utc, late: false });
         }
         if taken.is_some() || event {
             self.revision = revision;
@@ -121,6 +124,13 @@ impl Fleet {
             self.forget_longest_silent();
         }
         taken.is_some()
+    }
+
+    /// An event of the past that came only now. It says nothing of how its system is.
+    pub fn late(&mut self, now: Now, view: &PacketView<'_>) {
+        self.revision += 1;
+        let packet = Bytes::copy_from_slice(view.bytes());
+        self.remember(Event { revision: self.revision, packet, received: now.utc, late: true });
     }
 
     fn remember(&mut self, event: Event) {

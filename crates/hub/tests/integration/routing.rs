@@ -4,7 +4,7 @@ use crate::support::{CONSOLE, OTTER, SERVER, at, drain, hub, join, packet, pass,
 use bytes::Bytes;
 use hub::{Door, Incoming, Lane, LinkSeq, Peer, PeerId, Role, Sources};
 use imc::messages::{self, Heartbeat};
-use imc::{Address, Packet, PacketView};
+use imc::{Address, Header, Packet, PacketView};
 use proptest::prelude::*;
 
 #[test]
@@ -124,6 +124,40 @@ fn lanes_of_the_link() {
     assert_eq!(give(&voltage(OTTER, Address::NULL, 101.0), Some(3), Lane::Present), (true, vec![3]));
     let (key, series) = hub.fleet().system(OTTER).unwrap().latest(251).unwrap();
     assert_eq!((key.entity, series.packet()), (3, voltage(OTTER, Address::NULL, 101.0).as_ref()));
+}
+
+#[test]
+fn a_detection_of_the_past_is_told_once_and_changes_nothing_of_the_present() {
+    let mut hub = hub(false);
+    let console = join(&mut hub, Door::Proxy, Role::Console);
+    let vessel = join(&mut hub, Door::Link, Role::Vessel);
+    let tag = |trans_id, seconds: f64| -> Bytes {
+        let header =
+            Header { timestamp: seconds, src: OTTER, src_ent: 9, dst: Address::NULL, ..Header::default() };
+        let tag = messages::TBRFishTag { trans_id, ..messages::TBRFishTag::default() };
+        Packet::new(header, tag).encode().unwrap().into()
+    };
+    let mut give = |packet: &Bytes, seq: Option<u64>, lane| {
+        let link = seq.map(|seq| LinkSeq { stream: 7, seq });
+        hub.packets(at(100.0), vessel, [Incoming { packet: packet.clone(), link, lane }]);
+        let told = drain(&mut hub).contains_key(&console);
+        let changes = hub.fleet().changes(0, 100, |_, _| true);
+        (told, changes.events.iter().map(|event| event.late).collect::<Vec<_>>())
+    };
+    let (live, old) = (tag(1, 100.0), tag(2, 50.0));
+    assert_eq!(give(&live, None, Lane::Live), (true, vec![false]));
+    assert_eq!(
+        give(&old, Some(1), Lane::Backlog),
+        (false, vec![false, true]),
+        "no console takes it for the present"
+    );
+    assert_eq!(give(&live, Some(2), Lane::Backlog), (false, vec![false, true]), "it was told live");
+    // Other things of the past are in the history only.
+    give(&voltage(OTTER, Address::NULL, 50.0), Some(3), Lane::Backlog);
+    assert_eq!(hub.fleet().changes(0, 100, |_, _| true).events.len(), 2);
+    let (_, series) = hub.fleet().system(OTTER).unwrap().latest(2_007).unwrap();
+    assert_eq!(series.packet(), live.as_ref());
+    assert_eq!(hub.drain_records().len(), 3);
 }
 
 #[test]

@@ -179,6 +179,7 @@ fn reading(take: &mut Take<'_>, kind: u8) -> Result<Reading, Garbled> {
             snr_db: take.u8()?,
             frequency_khz: take.u8()?,
             counter: take.u16()?,
+            raw: take.option(Take::text)?,
         }),
         _ => Reading::Water(WaterReading {
             serial: take.u32()?,
@@ -241,6 +242,7 @@ mod tests {
             Input::Reading(Reading::Tag(TagReading {
                 protocol: "S64K".into(),
                 data: Some(7),
+                raw: Some("$001129,1551087572,897,S64K,15,7,33,69,1".into()),
                 ..TagReading::default()
             })),
             Input::Reading(Reading::Water(WaterReading { temperature_c: 8.0, ..WaterReading::default() })),

@@ -219,6 +219,7 @@ fn tag(put: &mut Put<'_>, reading: &TagReading) {
     put.u8(reading.snr_db);
     put.u8(reading.frequency_khz);
     put.u16(reading.counter);
+    put.option(reading.raw.as_deref(), |put, raw| put.bytes(raw.as_bytes()));
 }
 
 fn water(put: &mut Put<'_>, reading: &WaterReading) {

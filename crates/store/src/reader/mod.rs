@@ -5,6 +5,7 @@
 
 mod buckets;
 mod catalogue;
+mod detections;
 mod events;
 mod page;
 mod samples;
@@ -14,7 +15,7 @@ mod track;
 
 pub use buckets::{Bucket, Buckets};
 pub use catalogue::{EntityName, Series, System};
-pub use events::{Detection, LogEntry};
+pub use events::LogEntry;
 pub use page::{Next, Order, Page, Paged};
 pub use samples::{Cell, Row, Samples};
 pub use then::{Last, Then};

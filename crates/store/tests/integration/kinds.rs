@@ -1,6 +1,7 @@
 //! Messages of every kind: known and unknown, old and new, nested, damaged, without a believable time.
 
 use crate::support::{OTTER, START_US, accept, packet, temperature, utc};
+use detections::{Detection, Origin, Protocol};
 use imc::catalogue::{self, FieldKind, MESSAGES};
 use imc::messages::{LogBookEntry, LogBookEntryType, PowerChannelState, TBRFishTag, Temperature};
 use imc::{Header, PacketView};
@@ -204,26 +205,77 @@ fn detections_of_both_sizes_and_log_books_are_told() {
     }
     store.commit().unwrap();
     let mut reader = Reader::open(folder.path()).unwrap();
-    let heard = reader.detections(None, TimeRange::ALL, Order::Oldest, Page::first(10)).unwrap().items;
-    let places: Vec<Option<(f64, f64)>> = heard.iter().map(|one| one.place_deg).collect();
-    assert_eq!(places, [None, Some((1.0_f64.to_degrees(), 0.25_f64.to_degrees()))]);
+    let heard = reader.detections(None, TimeRange::ALL, None, Order::Oldest, Page::first(10)).unwrap().items;
+    let places: Vec<_> =
+        heard.iter().map(|one| one.pose.map(|pose| (pose.place.lat_rad(), pose.place.lon_rad()))).collect();
+    assert_eq!(places, [None, Some((1.0, 0.25))]);
     let one = &heard[1];
-    assert_eq!((one.heard, one.serial_no, one.tag_id, one.snr_db), (utc(START_US + 250_000), 1_024, 77, 30));
-    assert_eq!(
-        reader.detections(None, TimeRange::ALL, Order::Oldest, Page::first(1)).unwrap().items.len(),
-        1
-    );
-    assert_eq!(
-        reader
-            .detections(Some(imc::Address(1)), TimeRange::ALL, Order::Oldest, Page::first(9))
-            .unwrap()
-            .items,
-        []
-    );
+    assert_eq!((one.clock.utc(), one.receiver), (Some(utc(START_US + 250_000)), 1_024));
+    assert_eq!((one.tag_id, one.snr_db), (77, 30));
+    let count = |reader: &mut Reader, system, came, rows| {
+        reader.detections(system, TimeRange::ALL, came, Order::Oldest, Page::first(rows)).unwrap().items.len()
+    };
+    assert_eq!(count(&mut reader, None, None, 1), 1);
+    assert_eq!(count(&mut reader, Some(imc::Address(1)), None, 9), 0);
     let book = reader.log_book(Some(OTTER), TimeRange::ALL, Order::Oldest, Page::first(10)).unwrap().items;
     assert_eq!(book.len(), 1);
     assert_eq!((book[0].kind_name.as_deref(), book[0].text.as_str()), (Some("WARNING"), "hot"));
     assert_eq!(book[0].written, Some(utc(START_US)));
+}
+
+#[test]
+fn what_two_messages_tell_of_a_detection_is_one_on_every_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    let mut accept_both = |number: u16, arrived_us: i64| {
+        // Several of one moment.
+        let time_us = START_US + i64::from(number / 3) * 1_000_000;
+        let tag = TBRFishTag {
+            serial_no: 1_024,
+            unix_timestamp: 1_795_248_000,
+            millis: number,
+            trans_protocol: imc::messages::TBRFishTagTransProtocol::R64K,
+            trans_id: 77,
+            ..TBRFishTag::default()
+        };
+        let origin = Origin { system: OTTER, entity: 9, reported: utc(time_us), received: None };
+        let mut whole = Detection::from_fish_tag(origin, &tag);
+        whole.raw = Some(format!("line {number}"));
+        if number % 5 == 4 {
+            whole.protocol = Protocol::named("OPi");
+        }
+        accept(&mut store, &packet(time_us, 9, &whole.report()), arrived_us + 1, Door::Tcp);
+        if let Some(tag) = whole.fish_tag() {
+            accept(&mut store, &packet(time_us, 9, &tag), arrived_us, Door::Tcp);
+        }
+    };
+    for number in 0..20 {
+        accept_both(number, START_US + i64::from(number) * 1_000_000);
+    }
+    let other = imc::messages::Event { topic: "Dive".into(), data: "receiver=1".into() };
+    accept(&mut store, &packet(START_US, 9, &other), START_US, Door::Tcp);
+    store.commit().unwrap();
+    let mut reader = Reader::open(folder.path()).unwrap();
+    let mut ask = |range, came, order, page| reader.detections(None, range, came, order, page).unwrap();
+    let all = ask(TimeRange::ALL, None, Order::Oldest, Page::first(100));
+    assert_eq!((all.items.len(), all.next), (20, None));
+    assert!(all.items.iter().all(|one| one.raw == Some(format!("line {}", one.clock.millis))));
+    assert_eq!(all.items.iter().filter(|one| one.protocol.name() == Some("OPi")).count(), 4);
+    assert_eq!(all.items[0].origin.received, Some(utc(START_US)), "the earlier of both");
+    for rows in [1, 2, 7] {
+        let (mut found, mut range, mut skip) = (Vec::new(), TimeRange::ALL, 0);
+        loop {
+            let page = ask(range, None, Order::Newest, Page { skip, rows, bytes: 1_000 });
+            found.extend(page.items);
+            let Some(next) = page.next else { break };
+            (range.to_us, skip) = (next.time_us + 1, next.skip);
+        }
+        found.reverse();
+        assert_eq!(found, all.items, "{rows} rows");
+    }
+    let came = Some(utc(START_US + 17_000_000));
+    let late = ask(TimeRange::ALL, came, Order::Oldest, Page::first(100)).items;
+    assert_eq!(late.iter().map(|one| one.clock.millis).collect::<Vec<_>>(), [17, 18, 19]);
 }
 
 #[test]

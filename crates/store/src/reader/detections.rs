@@ -1,0 +1,106 @@
+//! Tags that were heard: what the history's rows tell, understood by the crate `detections`.
+
+use super::events::{Question, Told};
+use super::{Cell, Order, Page, Paged, Reader, Row};
+use crate::error::Result;
+use crate::history::GroupKey;
+use crate::range::TimeRange;
+use detections::{Detection, Origin};
+use imc::messages::{Event, Payload as _, TBRFishTag, TBRFishTagTransProtocol};
+use imc::{Address, Text};
+use units::UtcTime;
+
+const EVENT_FIELDS: [&str; 2] = ["topic", "data"];
+const TAG_FIELDS: [&str; 11] = [
+    "serial_no",
+    "unix_timestamp",
+    "millis",
+    "trans_protocol",
+    "trans_id",
+    "trans_data",
+    "SNR",
+    "trans_freq",
+    "recv_mem_addr",
+    "lat",
+    "lon",
+];
+
+impl Reader {
+    /// A page of the tags heard in a range, by when they were reported; of one system or of all. With `came_from` those
+    /// alone that came ashore then or later.
+    ///
+    /// # Errors
+    /// When the history cannot be read.
+    pub fn detections(
+        &mut self,
+        system: Option<Address>,
+        range: TimeRange,
+        came_from: Option<UtcTime>,
+        order: Order,
+        page: Page,
+    ) -> Result<Paged<Detection>> {
+        let came = |one: &Detection| came_from.is_none_or(|from| one.origin.received >= Some(from));
+        self.events(&Question { system, range, order }, page, came)
+    }
+}
+
+impl Told for Detection {
+    const MESSAGES: &'static [(&'static str, &'static [&'static str])] =
+        &[("Event", &EVENT_FIELDS), ("TBRFishTag", &TAG_FIELDS)];
+    // Two in truth; more where a clock stood still.
+    const TOGETHER: usize = 1_000;
+
+    fn read(group: GroupKey, row: Row) -> Option<Self> {
+        let origin = Origin {
+            system: Address(group.src),
+            entity: group.src_ent,
+            reported: row.time,
+            received: Some(row.received),
+        };
+        if group.id == TBRFishTag::ID {
+            return Some(Self::from_fish_tag(origin, &fish_tag(&row.cells)?));
+        }
+        let mut cells = row.cells.into_iter().map(text);
+        let (topic, data) = (cells.next()??, cells.next()??);
+        Self::from_report(origin, &Event { topic, data })
+    }
+
+    fn fused(moment: Vec<Self>) -> Vec<Self> {
+        detections::fused(moment)
+    }
+
+    fn bytes(&self) -> usize {
+        self.raw.as_ref().map_or(0, String::len) + self.protocol.name().map_or(0, str::len)
+    }
+}
+
+/// The message that a row was made of; `None` when it was cut short before the position.
+fn fish_tag(cells: &[Cell]) -> Option<TBRFishTag> {
+    fn integer<T: TryFrom<i64>>(cells: &[Cell], at: usize) -> Option<T> {
+        match cells.get(at)? {
+            Cell::Integer(value) => T::try_from(*value).ok(),
+            _ => None,
+        }
+    }
+    Some(TBRFishTag {
+        serial_no: integer(cells, 0)?,
+        unix_timestamp: integer(cells, 1)?,
+        millis: integer(cells, 2)?,
+        trans_protocol: TBRFishTagTransProtocol::from(integer::<u8>(cells, 3)?),
+        trans_id: integer(cells, 4)?,
+        trans_data: integer(cells, 5)?,
+        snr: integer(cells, 6)?,
+        trans_freq: integer(cells, 7)?,
+        recv_mem_addr: integer(cells, 8)?,
+        lat: cells.get(9).and_then(Cell::as_f64),
+        lon: cells.get(10).and_then(Cell::as_f64),
+    })
+}
+
+fn text(cell: Cell) -> Option<Text> {
+    match cell {
+        Cell::Text(text) => Some(text.into()),
+        Cell::Raw(bytes) => Some(Text::from_bytes(bytes)),
+        Cell::Nothing | Cell::Integer(_) | Cell::Real(_) => None,
+    }
+}

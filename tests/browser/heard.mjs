@@ -1,0 +1,102 @@
+// Tags that a boat hears: node heard.mjs URL ONE-TIME-PASSWORD. Prints what the boat hears.
+
+import { readFile } from "node:fs/promises";
+import { check, inBrowser, logIn, same, table } from "./browser.mjs";
+
+const [url, oneTime] = process.argv.slice(2);
+const BOAT = 2068;
+/** From the word of the boat to the row, ms; a frame comes ten times a second. */
+const AT_ONCE_MS = 2_500;
+
+/** In the page: its live socket can be closed, and made to leave out detections, as a server that started anew does. */
+function watch() {
+  const real = window.WebSocket;
+  window.WebSocket = class extends real {
+    set onmessage(told) {
+      window.live = this;
+      super.onmessage = (event) => {
+        const frame = JSON.parse(event.data);
+        if (window.forgetful && frame.detections) frame.detections = [];
+        told({ data: JSON.stringify(frame) });
+      };
+    }
+  };
+}
+
+await inBrowser(async (open) => {
+  const page = await open();
+  await page.addInitScript(watch);
+  const asked = [];
+  page.on("request", (request) => request.url().includes("/detections?") && asked.push(new URL(request.url())));
+  await logIn(page, url, "admin", oneTime, "battery horse staple");
+  await page.goto(`${url}/vessels/${BOAT}?tab=Tags`);
+  const panel = page.getByRole("tabpanel", { name: "Tags" });
+  await panel.getByText("No tag was heard in this time.").waitFor();
+  const row = (tag) => panel.getByRole("row", { name: new RegExp(tag) });
+  const rows = async () => (await panel.locator("tbody tr td:nth-child(2)").allTextContents()).sort();
+  const hear = async (number, how, tag) => {
+    const began = Date.now();
+    console.log(`hear ${number} ${how}`);
+    await row(tag).waitFor({ timeout: 10_000 });
+    check(Date.now() - began < AT_ONCE_MS, `${tag} was shown after ${Date.now() - began} ms`);
+  };
+  const before = asked.length;
+
+  // By the message that every vessel sends, by both of Lutra's, of a coding without a number, and late.
+  await hear(101, "brief", "R64K-101");
+  await hear(102, "whole", "R64K-102");
+  await hear(103, "nameless", "OPi-103");
+  await row("OPi-103").getByText("time of arrival: the receiver's clock is not set").waitFor();
+  await hear(104, "late", "R64K-104");
+  same(await rows(), ["OPi-103", "R64K-101", "R64K-102", "R64K-104"], "each once");
+  check(await panel.locator("tbody tr").last().getByText("R64K-104").isVisible(), "the one of ten minutes ago is the oldest");
+
+  // What is asked for again and again is the log book, and not the tags.
+  for (let times = 0; times < 2; times++) await page.waitForRequest((request) => request.url().includes("/logbook?"));
+  same(asked.length, before, "questions for tags");
+
+  // They lie on the map: zoomed out far enough, as one group in the middle.
+  const map = page.locator(".map");
+  await page.getByRole("button", { name: "Show all", exact: true }).click();
+  await page.waitForTimeout(400);
+  await map.focus();
+  for (let at = 0; at < 12; at++) await page.keyboard.press("-", { delay: 200 });
+  await page.waitForTimeout(600);
+  const middle = await map.boundingBox();
+  await page.mouse.click(middle.x + middle.width / 2, middle.y + middle.height / 2);
+  await page.getByText("4 of 4 tags: those at the place on the map.").waitFor();
+  await page.getByRole("button", { name: "Show all tags" }).click();
+
+  // A file has what the messages carried, and nothing else.
+  const saved = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Download CSV of tags heard as shown" }).click();
+  const file = table(await readFile(await (await saved).path(), "utf8"));
+  const cells = (tag, ...names) => names.map((name) => file.rows.find((one) => one[file.head.indexOf("tag")] === tag)[file.head.indexOf(name)]);
+  const names = ["data", "receiver's clock", "position age [s]", "position deviation [m]", "line"];
+  same(cells("R64K-101", ...names), ["", "set", "", "", ""], "by TBRFishTag alone");
+  same(cells("R64K-102", ...names), ["", "set", "0.4", "0.8", "$001024,a line"], "by both messages");
+  same(cells("OPi-103", ...names, "heard [UTC]", "receiver's count [s]"), ["", "not set", "0.4", "0.8", "$001024,a line", "", "600.250"], "without a clock");
+
+  // One that no frame brought is asked for when the connection begins anew, from the last word on, and the others stay.
+  await page.evaluate(() => (window.forgetful = true));
+  console.log("hear 105 whole");
+  const path = `${url}/api/v1/vessels/${BOAT}/detections?from_us=0&to_us=4000000000000000`;
+  const recorded = async () => (await (await page.request.get(path)).json()).detections.some((one) => one.tag_id === 105);
+  for (let times = 0; !(await recorded()); times++) {
+    check(times < 100, "it is recorded");
+    await page.waitForTimeout(100);
+  }
+  same(await row("R64K-105").count(), 0, "rows of what no frame brought");
+  const questions = asked.length;
+  await page.evaluate(() => window.live.close());
+  await row("R64K-105").waitFor();
+  same(await rows(), ["OPi-103", "R64K-101", "R64K-102", "R64K-104", "R64K-105"], "none twice");
+  same(asked.length, questions + 1, "questions for what was missed");
+  const since = Number(asked.at(-1).searchParams.get("came_from_us"));
+  check(Math.abs(since / 1e3 - Date.now()) < 60_000, `since ${since}`);
+
+  // And it goes on by itself.
+  await page.evaluate(() => (window.forgetful = false));
+  await hear(106, "whole", "R64K-106");
+  same(asked.length, questions + 1, "questions in the end");
+});
