@@ -104,11 +104,11 @@ await inBrowser(async (open) => {
   await look(page, "vessel-tags");
   // From the agent to the page the next one comes by itself, with all that the vessel knows of it.
   const tagRows = page.getByRole("tabpanel", { name: "Tags" }).locator("tbody tr");
-  const asked = [];
-  page.on("request", (request) => request.url().includes("/detections?") && asked.push(request.url()));
+  const questions = [];
+  page.on("request", (request) => request.url().includes("/detections?") && questions.push(request.url()));
   const rowsBefore = await tagRows.count();
   await page.waitForFunction((count) => document.querySelectorAll("#panel-5 tbody tr").length > count, rowsBefore, { timeout: 120_000 });
-  check(asked.length === 0, `asked for tags: ${asked}`);
+  check(questions.length === 0, `asked for tags: ${questions}`);
   const [last] = (await (await page.request.get(`${url}/api/v1/vessels/${OTTER}/detections?order=newest&limit=1&from_us=0&to_us=4000000000000000`)).json()).detections;
   check(last.clock === "set" && last.raw.startsWith("$") && last.pose_age_s < 5 && last.pose_sigma_m > 0, JSON.stringify(last));
 
