@@ -15,9 +15,9 @@ const SIZES = [
   { width: 820, height: 1180 },
 ];
 const PALETTES = ["day", "dusk", "night"];
-const RULES = { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"] };
-/** Those of them that look at colours. */
-const COLOURS = { runOnly: { type: "rule", values: ["color-contrast", "link-in-text-block"] } };
+const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
+/** Those of axe's rules that look at colours, and the one that looks at how large targets are: nine tenths of axe's time. */
+const [COLOURS, SIZE] = [["color-contrast", "link-in-text-block"], ["target-size"]];
 
 /** Starts Chromium, runs `work`, and fails on anything the pages complained about. */
 export async function inBrowser(work) {
@@ -114,11 +114,17 @@ export async function logIn(page, url, name, password, next) {
 }
 
 /** A page as it should be: no wider than its window at either size, and without a violation by axe in any palette. What is
- * no matter of colours is the same in all palettes. With LUTRA_PICTURES set pictures of it all lie in target/screenshots. */
+ * no matter of colours is the same in all palettes. Texts that look alike are judged by two of them, and of targets those
+ * that are small or under others; with LUTRA_LONG set axe looks at each. With LUTRA_PICTURES set pictures of it all lie in
+ * target/screenshots. */
 export async function look(page, name) {
+  const whole = Boolean(process.env.LUTRA_LONG);
   for (const palette of PALETTES) {
     await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
-    await violations(page, `${name} in ${palette}`, palette === PALETTES[0] ? RULES : COLOURS);
+    const first = palette === PALETTES[0];
+    const runs = [[COLOURS, whole ? "all" : "texts"]];
+    if (first) runs.push([[...TAGS], "all"], [SIZE, whole ? "all" : "targets"]);
+    await violations(page, `${name} in ${palette}`, runs);
     if (process.env.LUTRA_PICTURES) for (const size of SIZES) await picture(page, size, `${name}-${palette}-${size.width}`);
   }
   // Palettes do not change widths. The size in which flows go on comes last.
@@ -160,11 +166,65 @@ export async function fits(page, where) {
   check(!out.length, `${where}: the page is wider than its window: ${out.join("\n    ")}`);
 }
 
-async function violations(page, where, rules) {
+async function violations(page, where, runs) {
   // What fades in is judged once it is there; alarms flash on.
   await page.evaluate(() => Promise.allSettled(document.getAnimations().filter((one) => one.effect?.getComputedTiming().endTime !== Infinity).map((one) => one.finished)));
-  if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe);
-  const { violations } = await page.evaluate((rules) => window.axe.run(document, rules), rules);
-  const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`);
+  if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(`${axe};(${choosing})()`);
+  const told = await page.evaluate(judge, runs);
   check(!told.length, `${where}: ${told.join("\n")}`);
+}
+
+/** In the page: what axe's rules say of what they are to look at. */
+async function judge(runs) {
+  const told = [];
+  for (const [names, which] of runs) {
+    const include = which === "all" ? document : window.chosen[which]();
+    if (include.length === 0) continue;
+    const byTag = names[0].startsWith("wcag");
+    // Each rule runs once: those that are told by their names are left out of those that are told by their tags.
+    const rules = byTag ? Object.fromEntries(["color-contrast", "link-in-text-block", "target-size"].map((name) => [name, { enabled: false }])) : {};
+    const options = { runOnly: { type: byTag ? "tag" : "rule", values: names }, rules, resultTypes: ["violations"] };
+    const { violations } = await window.axe.run(include === document ? document : { include }, options);
+    told.push(...violations.map((one) => `${one.id}: ${one.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join("\n    ")}`));
+  }
+  return told;
+}
+
+/** In the page: brings `window.chosen`, what is enough for axe to look at. */
+function choosing() {
+  /** The first and the last text of those that look alike: same ink, size and strength on the same grounds, in the same layer. */
+  const texts = () => {
+    const grounds = new Map();
+    // All that lies behind a node and how it is laid there, as one text; layers are told apart by their number.
+    const ground = (node) => {
+      if (!node) return "";
+      if (!grounds.has(node)) {
+        const { backgroundColor, backgroundImage, opacity, position, filter, mixBlendMode } = getComputedStyle(node);
+        const own = [backgroundColor, backgroundImage, opacity, filter, mixBlendMode].join();
+        const layer = position === "static" || position === "relative" ? "" : `layer ${grounds.size}`;
+        const behind = ground(node.parentElement);
+        // What shows nothing of its own changes nothing.
+        grounds.set(node, own === "rgba(0, 0, 0, 0),none,1,none,normal" && !layer ? behind : `${behind}/${own} ${layer}`);
+      }
+      return grounds.get(node);
+    };
+    const alike = new Map();
+    for (const node of document.body.querySelectorAll("*")) {
+      const says = [...node.childNodes].some((one) => one.nodeType === Node.TEXT_NODE && one.data.trim()) || node.matches("input, select, textarea");
+      if (!says || !node.checkVisibility()) continue;
+      const { color, fontSize, fontWeight, textShadow, textDecorationLine, display } = getComputedStyle(node);
+      const off = Boolean(node.closest(":disabled, [aria-disabled=true]"));
+      const key = [node.localName, color, fontSize, fontWeight, textShadow, textDecorationLine, display, off, ground(node)].join();
+      alike.set(key, [alike.get(key)?.[0] ?? node, node]);
+    }
+    return [...new Set([...alike.values()].flat())];
+  };
+  /** Targets that are less than 24 px wide or high, or over or under another: of others axe's rule says that they are well. */
+  const targets = () => {
+    const all = [...document.querySelectorAll("a, area, button, input, label, select, summary, textarea, option, [role], [tabindex]")].filter((node) => node.checkVisibility()).map((node) => ({ node, box: node.getBoundingClientRect() }));
+    const overlap = (one, other) => one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom;
+    const crowded = ({ node, box }) => box.width < 24 || box.height < 24 || all.some((other) => other.node !== node && !other.node.contains(node) && overlap(box, other.box));
+    return all.filter(crowded).map(({ node }) => node);
+  };
+  window.chosen = { texts, targets };
 }

@@ -22,7 +22,11 @@ await inBrowser(async (open) => {
   const named = await page.request.post(`${url}/admin/vessel`, { form: { csrf, name: "otter-0", address: String(BOAT) }, headers: { origin: url } });
   check(named.ok(), await named.text());
   const address = (tab, from = FROM, to = TO) => `${url}/vessels/${BOAT}?from=${from}&to=${to}&tab=${encodeURIComponent(tab)}&plots=EstimatedState.1.u,EstimatedState.1.true_lat_deg,EstimatedState.1.true_lon_deg`;
-  const panel = (name) => page.getByRole("tabpanel", { name, exact: true });
+  // Named by selectors: to look through fifty thousand cells for a role takes seconds, each time. That roles and names are
+  // right is every-page's and the keyboard's matter.
+  const panel = (name) => page.locator(`.tabpanel:has([role="region"][aria-label="${name === "Tags" ? "Tags heard" : name}"])`);
+  const older = (name) => panel(name).locator("button.older", { hasText: "Older ones" });
+  const csv = (what) => page.locator(`button[aria-label^="Download CSV of ${what} as shown"]`);
   const take = async (button) => {
     const saved = page.waitForEvent("download");
     await button.click();
@@ -42,12 +46,12 @@ await inBrowser(async (open) => {
   await panel("Log book").getByText(/^The newest 2000 of this time, since 2026-11-21 \d\d:\d\d:\d\dZ\.$/).waitFor();
   await rows(book, 1_600);
   const stays = await newest.elementHandle();
-  await panel("Log book").getByRole("button", { name: "Older ones" }).focus();
+  await older("Log book").focus();
   await page.keyboard.press("Enter");
   await panel("Log book").getByText(/^The newest 4000 of this time/).waitFor();
   check(await stays.evaluate((row) => row.isConnected), "a row that stays is not made anew: it may have the focus");
   await rows(book, 3_200);
-  const button = page.getByRole("button", { name: /^Download CSV of log book as shown/ });
+  const button = csv("log book");
   const all = await take(button);
   same(all.head, ["vessel", "time [UTC]", "severity", "entity", "from", "text"], "the head");
   check(all.name === "otter-0_2026-11-21_080000Z_to_2026-11-21_105500Z_log_book.csv", all.name);
@@ -57,7 +61,7 @@ await inBrowser(async (open) => {
   same(all.rows.slice(0, seen.length).map(told), seen, "the newest, as they are shown");
   // Two are of one time.
   same(all.rows.slice(-2).find((row) => row[5].startsWith("entry 0 ")), ["otter-0", "2026-11-21T08:00:00.000000Z", "info", "Navigation", "", "entry 0 =1+1, \"quoted\""], "the oldest");
-  await panel("Log book").getByRole("combobox").selectOption("errors and worse");
+  await panel("Log book").locator("select").selectOption("errors and worse");
   const bad = await take(button);
   check(bad.rows.length === 4_200 && bad.rows.every((row) => ["error", "critical"].includes(row[2])), `${bad.rows.length} errors and worse`);
 
@@ -66,12 +70,12 @@ await inBrowser(async (open) => {
   const tags = await id("Tags");
   await rows(tags, 5_000);
   await page.locator(".map-box").getByText(/^Tags on the map: the newest 5000, since 2026-11-21 08:03:20Z\. Older ones: under Tags\.$/).waitFor();
-  const heard = await take(page.getByRole("button", { name: /^Download CSV of tags heard as shown/ }));
+  const heard = await take(csv("tags heard"));
   same(heard.rows.length, 5_200, "all tags of the time");
-  await panel("Tags").getByRole("button", { name: "Older ones" }).click();
+  await older("Tags").click();
   await rows(tags, 5_200);
   check(!(await page.locator(".map-box .tags-cut").isVisible()), "all of them are on the map");
-  check(!(await panel("Tags").getByRole("button", { name: "Older ones" }).isVisible()), "there are no older ones");
+  check(!(await older("Tags").isVisible()), "there are no older ones");
   const lines = await shown("Tags");
   same(lines.length, heard.rows.length, "tags");
   lines.forEach(([time, tag, data, snr, frequency, receiver, place], at) => {
