@@ -105,7 +105,10 @@ impl People {
         }));
     }
 
-    /// Loses the thread that writes app.db to a fault, as a bug in it would; what whoever asked is told.
+    /// Loses the thread that writes app.db to a fault, as a bug in it would.
+    ///
+    /// # Errors
+    /// What whoever asked gets.
     #[cfg(any(test, feature = "testing"))]
     pub async fn lose_writer(&self) -> Result<(), Fault> {
         #[derive(Debug)]

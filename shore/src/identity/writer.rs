@@ -10,7 +10,7 @@ use super::register::Register;
 use crate::owners::{Duty, Owners};
 use sqlx::sqlite::{SqlitePool, SqlitePoolOptions};
 use sqlx::{Connection as _, SqliteConnection};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
@@ -63,16 +63,19 @@ impl Db {
     ) -> std::io::Result<Self> {
         let (jobs, asked) = mpsc::channel(WAITING);
         let (duty, written) = (owners.duty("app.db"), Arc::clone(&register));
+        let place = folder.to_owned();
         let runtime = tokio::runtime::Builder::new_current_thread().build()?;
         std::thread::Builder::new()
             .name("app.db".to_owned())
-            .spawn(move || runtime.block_on(write(connection, asked, written, duty)))?;
+            .spawn(move || runtime.block_on(write(connection, place, asked, written, duty)))?;
         let readers = SqlitePoolOptions::new()
             .max_connections(READERS)
             .acquire_timeout(PATIENCE)
             .idle_timeout(None)
             .max_lifetime(None)
             .test_before_acquire(false)
+            // What a failed disk left of a transaction would show this one's moment to all who come after.
+            .before_acquire(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
             .connect_lazy_with(db::options(folder).read_only(true));
         Ok(Self { jobs, readers, register })
     }
@@ -153,12 +156,21 @@ impl<R: Request> Job for Asked<R> {
 /// Writes until nobody can ask for it any more.
 async fn write(
     mut db: SqliteConnection,
+    folder: PathBuf,
     mut asked: mpsc::Receiver<Box<dyn Job>>,
     register: Arc<Register>,
     duty: Duty,
 ) {
     while let Some(job) = asked.recv().await {
         let _busy = duty.busy();
+        // When the disk is full or fails, SQLite undoes a transaction by itself, and sqlx, whose rollback of nothing fails,
+        // goes on counting it: no other would begin on this connection.
+        if db.is_in_transaction() {
+            match db::open(&folder).await {
+                Ok(fresh) => db = fresh,
+                Err(fault) => tracing::error!(%fault, "app.db is not opened anew"),
+            }
+        }
         if !job.run(&mut db, &register).await {
             // The duty is dropped undone: the program ends, and its service starts it anew.
             return;
@@ -187,14 +199,18 @@ pub async fn within_transaction<R: Request>(
     request: R,
 ) -> Result<R::Answer, Fault> {
     let mut transaction = db.begin_with("BEGIN IMMEDIATE").await?;
-    let outcome = request.run(&mut transaction).await;
-    match outcome {
+    let outcome = match request.run(&mut transaction).await {
         Ok(answer) => transaction.commit().await.map(|()| answer).map_err(Fault::from),
         Err(fault) => {
             transaction.rollback().await.ok();
             Err(fault)
         }
+    };
+    if outcome.is_err() {
+        // What was queued for the connection, such as the end of the transaction, is done when it answers.
+        db.ping().await.ok();
     }
+    outcome
 }
 
 #[cfg(test)]

@@ -91,6 +91,8 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
   let latest: readonly T[] = [];
   /** Since when something may be missing; null where nothing is. */
   let missingUs: number | null = null;
+  /** The same, of what was missed while a question for it is under way; undefined while none is. */
+  let meanwhileUs: number | null | undefined;
   let cursorUs: number | null = null;
 
   const mark = (): void => {
@@ -148,7 +150,9 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
   /** Asks for what came ashore while nothing came by itself. */
   const catchUp = async (signal: AbortSignal): Promise<void> => {
     const [of, sinceUs] = [known, missingUs];
-    if (!of || sinceUs === null) return;
+    // One question at a time; what is missing then still is asked for with the next turn.
+    if (!of || sinceUs === null || meanwhileUs !== undefined) return;
+    meanwhileUs = null;
     try {
       const part = await kind.ask(`${question(of.stretch, kind.page, null)}&came_from_us=${Math.max(0, sinceUs - BEFORE_US)}`, signal);
       if (signal.aborted || !known) return;
@@ -156,13 +160,15 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
       const anew = part.next ? await kind.ask(question(known.stretch, kind.page, null), signal) : undefined;
       if (signal.aborted) return;
       if (anew) known = refreshed(undefined, anew, known.stretch, kind);
-      if (missingUs === sinceUs) missingUs = null;
+      missingUs = meanwhileUs ?? null;
       [trouble, latest] = ["", [...latest, ...part.items].slice(-LATEST)];
       join(part.items, known.stretch);
       join(latest, known.stretch);
     } catch (error) {
       if (signal.aborted) return;
       trouble = `Not brought up to date: ${reason(error)}`;
+    } finally {
+      meanwhileUs = undefined;
     }
     changed();
   };
@@ -243,6 +249,7 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     missed(sinceUs, stretch) {
       join([], stretch);
       missingUs = Math.min(missingUs ?? sinceUs, sinceUs);
+      if (meanwhileUs !== undefined) meanwhileUs = Math.min(meanwhileUs ?? sinceUs, sinceUs);
       void catchUp(stop.signal);
     },
     cursor(us) {

@@ -9,6 +9,7 @@
 //! the latest of each series; how many were skipped follows from the counts. Events are kept one by one in a ring
 //! of [`EVENTS_KEPT`]; a reader that was away for longer learns how many it missed.
 
+mod ring;
 mod system;
 
 pub use system::{Liveness, Series, SeriesKey, System};
@@ -17,7 +18,8 @@ use crate::Door;
 use bytes::Bytes;
 use imc::messages::{self as m, Payload as _};
 use imc::{Address, PacketView};
-use std::collections::{BTreeMap, VecDeque};
+use ring::Ring;
+use std::collections::BTreeMap;
 use units::{Now, UtcTime};
 
 /// Systems that are known at once; beyond that the one silent for longest is forgotten.
@@ -28,6 +30,9 @@ const BYTES_KEPT: usize = 16 << 20;
 const EVENTS_KEPT: usize = 4_096;
 /// Bytes that all kept events may have.
 const EVENT_BYTES_KEPT: usize = 4 << 20;
+/// Events of the past that are kept, and their bytes: a vessel that comes back with a season takes no place of the present.
+const LATE_KEPT: usize = 1_024;
+const LATE_BYTES_KEPT: usize = 1 << 20;
 
 /// A message that stands for itself and is not replaced by the next of its kind.
 #[derive(Debug, Clone)]
@@ -56,7 +61,7 @@ pub struct Changes<'a> {
 }
 
 /// All systems.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Fleet {
     systems: BTreeMap<Address, System>,
     /// What their series take.
@@ -64,10 +69,21 @@ pub struct Fleet {
     revision: u64,
     /// What changed at which revision; a series stands here once, at its latest.
     changed: BTreeMap<u64, (Address, SeriesKey)>,
-    events: VecDeque<Event>,
-    event_bytes: usize,
-    /// The revision of the last event that was forgotten, and how many were.
-    forgotten: VecDeque<u64>,
+    events: Ring,
+    late: Ring,
+}
+
+impl Default for Fleet {
+    fn default() -> Self {
+        Self {
+            systems: BTreeMap::new(),
+            bytes: 0,
+            revision: 0,
+            changed: BTreeMap::new(),
+            events: Ring::new(EVENTS_KEPT, EVENT_BYTES_KEPT),
+            late: Ring::new(LATE_KEPT, LATE_BYTES_KEPT),
+        }
+    }
 }
 
 /// Whether a message is an event: each one counts, and none is dropped for a newer one.
@@ -114,7 +130,7 @@ impl Fleet {
         let event = is_event(view.id());
         if event {
             let packet = Bytes::copy_from_slice(view.bytes());
-            self.remember(Event { revision, packet, received: now.utc, late: false });
+            self.events.push(Event { revision, packet, received: now.utc, late: false });
         }
         if taken.is_some() || event {
             self.revision = revision;
@@ -130,20 +146,7 @@ impl Fleet {
     pub fn late(&mut self, now: Now, view: &PacketView<'_>) {
         self.revision += 1;
         let packet = Bytes::copy_from_slice(view.bytes());
-        self.remember(Event { revision: self.revision, packet, received: now.utc, late: true });
-    }
-
-    fn remember(&mut self, event: Event) {
-        self.event_bytes += event.packet.len();
-        self.events.push_back(event);
-        while self.events.len() > EVENTS_KEPT || self.event_bytes > EVENT_BYTES_KEPT {
-            let Some(old) = self.events.pop_front() else { break };
-            self.event_bytes -= old.packet.len();
-            self.forgotten.push_back(old.revision);
-            if self.forgotten.len() > EVENTS_KEPT {
-                self.forgotten.pop_front();
-            }
-        }
+        self.late.push(Event { revision: self.revision, packet, received: now.utc, late: true });
     }
 
     fn forget_longest_silent(&mut self) {
@@ -209,15 +212,15 @@ impl Fleet {
                 series.push((system, *key, value));
             }
         }
-        let first = self.events.partition_point(|event| event.revision <= revision);
-        let last = self.events.partition_point(|event| event.revision <= reached);
         let admitted = |event: &&Event| {
             PacketView::unchecked(&event.packet).is_ok_and(|view| wanted(view.src(), SeriesKey::of(&view)))
         };
-        let events = self.events.range(first..last).filter(admitted).cloned().collect();
-        let missed = self.forgotten.len() - self.forgotten.partition_point(|at| *at <= revision);
+        let both = self.events.between(revision, reached).chain(self.late.between(revision, reached));
+        let mut events: Vec<Event> = both.filter(admitted).cloned().collect();
+        events.sort_by_key(|event| event.revision);
         // A reader that starts from nothing misses nothing: it asked for the present.
-        let events_missed = if revision == 0 { 0 } else { missed as u64 };
+        let missed = self.events.missed(revision) + self.late.missed(revision);
+        let events_missed = if revision == 0 { 0 } else { missed };
         Changes { revision: reached, series, events, events_missed }
     }
 }

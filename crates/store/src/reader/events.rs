@@ -65,7 +65,8 @@ impl Reader {
             system.is_none_or(|system| system.0 == key.src) && kinds.iter().any(|(id, _)| *id == key.id)
         };
         let groups: Vec<GroupKey> = self.extents()?.into_keys().filter(mine).collect();
-        let mut answer = Answer { order, wanted, pager: Pager::new(page), found: Vec::new(), moment: None };
+        let mut answer =
+            Answer { order, wanted, pager: Pager::new(page), found: Vec::new(), moment: None, read: 0 };
         let mut parts = self.parts(range)?;
         if order == Order::Newest {
             parts.reverse();
@@ -92,6 +93,9 @@ impl Reader {
                     let group = head.group;
                     let Some(row) = head.take()? else { break };
                     let time_us = row.time.micros();
+                    if answer.read(time_us)?.is_break() {
+                        return Ok(ControlFlow::Break(()));
+                    }
                     if let Some(item) = T::read(group, row)
                         && answer.put(time_us, item)?.is_break()
                     {
@@ -125,6 +129,10 @@ pub(super) trait Told: Sized {
     fn bytes(&self) -> usize;
 }
 
+/// Messages that are read for one page, so that a question for what is seldom does not read a season at once: the page ends
+/// early then, and says where to go on.
+const READ_MOST: usize = 200_000;
+
 /// Whose, when, and from which end.
 pub(super) struct Question {
     pub(super) system: Option<Address>,
@@ -140,9 +148,23 @@ struct Answer<T, W> {
     found: Vec<T>,
     /// What messages of one time told so far (µs).
     moment: Option<(i64, Vec<T>)>,
+    /// Messages that were read, wanted or not.
+    read: usize,
 }
 
 impl<T: Told, W: Fn(&T) -> bool> Answer<T, W> {
+    /// Counts a message that is read; whether the page goes on to it.
+    fn read(&mut self, time_us: i64) -> rusqlite::Result<ControlFlow<()>> {
+        self.read += 1;
+        if self.read <= READ_MOST || self.moment.as_ref().is_some_and(|(at, _)| *at == time_us) {
+            return Ok(ControlFlow::Continue(()));
+        }
+        if self.end_moment()?.is_continue() {
+            self.pager.stop(time_us);
+        }
+        Ok(ControlFlow::Break(()))
+    }
+
     /// Takes the next; whether the page goes on.
     fn put(&mut self, time_us: i64, item: T) -> rusqlite::Result<ControlFlow<()>> {
         let goes_on = |(at, items): &(i64, Vec<T>)| *at == time_us && items.len() < T::TOGETHER;
@@ -252,5 +274,36 @@ impl Head<'_> {
     fn take(&mut self) -> rusqlite::Result<Option<Row>> {
         let next = self.rows.next()?.map(|row| read_row(row, self.fields)).transpose()?;
         Ok(std::mem::replace(&mut self.ahead, next))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Next;
+    use super::*;
+
+    #[test]
+    fn a_page_ends_where_much_was_read_for_nothing() {
+        let (found, moment) = (Vec::new(), None);
+        let pager = Pager::new(Page::first(10));
+        let mut answer =
+            Answer { order: Order::Oldest, wanted: |_: &LogEntry| false, pager, found, moment, read: 0 };
+        let mut time_us = 0;
+        while answer.read(time_us).unwrap().is_continue() {
+            let entry = LogEntry {
+                system: Address(1),
+                entity: 1,
+                sent: UtcTime::from_micros(time_us),
+                written: None,
+                kind: 0,
+                kind_name: None,
+                context: String::new(),
+                text: String::new(),
+            };
+            assert!(answer.put(time_us, entry).unwrap().is_continue());
+            time_us += 1;
+        }
+        assert_eq!(usize::try_from(time_us).unwrap(), READ_MOST);
+        assert_eq!(answer.pager.end(answer.found).next, Some(Next { time_us, skip: 0 }));
     }
 }

@@ -86,6 +86,11 @@ impl Pager {
         Ok(ControlFlow::Continue(()))
     }
 
+    /// Ends the page before its time: it goes on at this one.
+    pub(super) fn stop(&mut self, time_us: i64) {
+        self.next = Some(Next { time_us, skip: 0 });
+    }
+
     pub(super) fn end<T>(self, items: Vec<T>) -> Paged<T> {
         Paged { items, next: self.next }
     }

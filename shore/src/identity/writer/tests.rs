@@ -39,6 +39,41 @@ async fn failed_work_leaves_nothing_behind() {
     assert_eq!(db.ask(vessels::List).await.unwrap().len(), 1, "what was answered is seen by who asks next");
 }
 
+/// As much as the file may grow, pages.
+#[derive(Debug)]
+struct MostPages(i64);
+
+impl Request for MostPages {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let pragma = sqlx::AssertSqlSafe(format!("PRAGMA max_page_count = {}", self.0));
+        sqlx::query(pragma).execute(db).await?;
+        Ok(())
+    }
+}
+
+/// More lines than fit.
+fn many_lines() -> Record {
+    let text = || "x".repeat(200);
+    let line = |_| Line { actor: text(), address: text(), action: "test", subject: text(), outcome: text() };
+    Record((0..500).map(line).map(|line| (UtcTime::default(), line)).collect())
+}
+
+#[tokio::test]
+async fn after_a_full_disk_it_writes_again_once_there_is_room() {
+    let (db, _folder) = started(&Owners::new(crate::clock::Clock::real())).await;
+    for _ in 0..3 {
+        // Of this connection alone, which is the one that is given up.
+        db.change(MostPages(1)).await.unwrap();
+        let told = db.change(many_lines()).await.unwrap_err().to_string();
+        assert!(told.contains("full"), "{told}");
+        assert!(db.ask(Entries { before: None, count: 10 }).await.unwrap().is_empty(), "all or nothing");
+    }
+    db.change(otter()).await.unwrap();
+    assert_eq!(db.ask(vessels::List).await.unwrap().len(), 1);
+}
+
 #[tokio::test]
 async fn a_question_changes_nothing() {
     let (db, _folder) = started(&Owners::new(crate::clock::Clock::real())).await;
