@@ -131,13 +131,17 @@ export function startVessel(root: HTMLElement): void {
       asker.want(us);
       // The plot that is pointed to has its cursor by itself, and has told the others.
       if (!byPlot || hoverUs === null || play?.playing) plots.cursor(us);
-      const place = us === null ? undefined : placeAt(track, us, silences);
-      // Where the replayed vessel itself is drawn, a mark would only hide it.
-      map.overlays.cursor(us === play?.atUs ? null : (place ?? null));
-      setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
+      drawHere(us);
       drawPlace();
       drawBar();
     }));
+  };
+  /** Where the vessel was at the time that is pointed to, if at any. */
+  const drawHere = (us: number | null): void => {
+    const place = us === null ? undefined : placeAt(track, us, silences);
+    // Where the replayed vessel itself is drawn, a mark would only hide it.
+    map.overlays.cursor(us === play?.atUs ? null : (place ?? null));
+    setText(here, us === null ? "" : `${utc(us)}${place ? `  ${position(place)}` : "  no place known then"}`);
   };
   let byPlot = false;
   const hover = (us: number | null, plot = false): void => {
@@ -415,6 +419,8 @@ export function startVessel(root: HTMLElement): void {
     const now = nowUs();
     panelOfControl.update(control, system, now, guardOf(state.values.get(address) ?? new Map(), labels, now));
     const us = atUs();
+    // The track may have come, or gone on, since the pointer came to rest.
+    if (us !== null) drawHere(us);
     const then = asItWas();
     const known: Values = us === null ? (state.values.get(address) ?? new Map()) : (then?.values ?? new Map());
     const called = us === null ? labels : (then?.labels ?? labels);
