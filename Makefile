@@ -130,6 +130,7 @@ bench: setup web chromium
 	cargo bench --locked --package chartdb --bench chartdb
 	cargo bench --locked --package store --bench store
 	cargo bench --locked --package hub --bench hub
+	cargo bench --locked --package shore --bench app_db
 	cargo bench --locked --package server --bench relay
 	cargo bench --locked --package server --bench stop
 	cargo bench --locked --package server --bench tiles

@@ -6,7 +6,7 @@ use imc::catalogue::{self, MESSAGES, MessageDesc};
 /// The message that `text` stands for.
 ///
 /// # Errors
-/// When there is none, naming those that look alike.
+/// There is no such message; the error names similar ones.
 pub(crate) fn message(text: &str) -> anyhow::Result<&'static MessageDesc> {
     let by_name = || MESSAGES.iter().find(|message| message.abbrev.eq_ignore_ascii_case(text)).copied();
     let id = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {

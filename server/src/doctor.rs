@@ -6,7 +6,6 @@ use crate::tls;
 use api::Role;
 use shore::identity::{self, Fault, Request as _, persons};
 use shore::{clock, folder};
-use std::path::Path;
 use store::{Check, Health};
 use units::UtcTime;
 
@@ -85,7 +84,7 @@ fn people_are_well(config: &Config) -> Result<String, String> {
         return Ok(format!("none yet; the first start makes an admin in {}", config.data.display()));
     }
     let (verdict, people) =
-        identity::wait(look_at_people(&config.data)).map_err(|error| error.to_string())?;
+        identity::with(&config.data, look_at_people).map_err(|error| error.to_string())?;
     if verdict != "ok" {
         return Err(format!("app.db is damaged ({verdict}): stop the server and put a backup in its place"));
     }
@@ -98,10 +97,9 @@ fn people_are_well(config: &Config) -> Result<String, String> {
 }
 
 /// What SQLite says of app.db, and who is in it.
-async fn look_at_people(data: &Path) -> Result<(String, Vec<api::Person>), Fault> {
-    let mut db = identity::open(data).await?;
-    let verdict = identity::check(&mut db).await?;
-    let people = if verdict == "ok" { persons::List.run(&mut db).await? } else { Vec::new() };
+async fn look_at_people(db: &mut identity::Connection) -> Result<(String, Vec<api::Person>), Fault> {
+    let verdict = identity::check(db).await?;
+    let people = if verdict == "ok" { persons::List.run(db).await? } else { Vec::new() };
     Ok((verdict, people))
 }
 

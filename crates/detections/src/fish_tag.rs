@@ -8,8 +8,8 @@ use units::LatLon;
 impl Detection {
     /// What a TBRFishTag tells.
     ///
-    /// Its data field is always there: 0 of a coding without data is none. 0/0 is what senders say that do not know where
-    /// they are. Whether the clock is set follows from the stamp.
+    /// The message always has a data field: 0 means no data where the coding carries none. Latitude and longitude 0/0 mean
+    /// that the sender did not know its position. Whether the receiver's clock is set follows from its time stamp.
     pub fn from_fish_tag(origin: Origin, message: &TBRFishTag) -> Self {
         let protocol = Protocol::numbered(message.trans_protocol.value());
         let data = Some(message.trans_data).filter(|data| *data != 0 || !protocol.is_id_only());
@@ -31,8 +31,7 @@ impl Detection {
         }
     }
 
-    /// As a TBRFishTag; `None` where one would tell what is not so: IMC has no number for the coding, or the clock's
-    /// count is no time of day.
+    /// As a TBRFishTag; `None` where that would be false: IMC has no number for the coding, or the clock was not set.
     pub fn fish_tag(&self) -> Option<TBRFishTag> {
         let number = self.protocol.number()?;
         self.clock.utc()?;

@@ -44,8 +44,8 @@ impl Detection {
     /// `receiver` (serial number), `clock` (`set`, `not set`), `clock_s` and `clock_ms` (the receiver's count), `protocol`
     /// (or `protocol_number` where it has no name), `tag`, `data`, `snr_db`, `frequency_khz`, `line` (running number),
     /// `lat_deg`, `lon_deg`, `pose_age_s`, `pose_sigma_m`, `lines_lost`, `noise_average`, `noise_peak`, `noise_age_s`,
-    /// `propeller_rpm`, `raw`. What is not known is left out. In `protocol` and `raw`, `%`, `;` and every byte that is no
-    /// printable ASCII are written as `%` and two hexadecimal digits.
+    /// `propeller_rpm`, `raw`. Unknown values are left out. In `protocol` and `raw`, `%`, `;` and bytes outside printable
+    /// ASCII are written as `%` and two hexadecimal digits.
     pub fn report(&self) -> Event {
         let mut list = List::default();
         list.put("receiver", self.receiver);
@@ -174,7 +174,7 @@ fn escaped(text: &str) -> Cow<'_, str> {
     safe.into()
 }
 
-/// The text that was escaped; what is no escape stays as it is.
+/// The text before it was escaped. A `%` without two hexadecimal digits stays.
 fn plain(safe: &str) -> String {
     let bytes = safe.as_bytes();
     let mut text = Vec::with_capacity(bytes.len());

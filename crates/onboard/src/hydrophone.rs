@@ -3,7 +3,7 @@
 //! A detection gets the place the vessel was at when it was heard: at the receiver's stamp less the length of a tag's
 //! transmission. A receiver whose clock was never set counts seconds since power-up; its detections get the place of
 //! their arrival and no time of day. Each detection leaves as an Event that tells all of it, and as the TBRFishTag
-//! that every console knows, unless that would tell what is not so ([`Detection::fish_tag`]).
+//! that every console knows, unless that would be false ([`Detection::fish_tag`]).
 
 use crate::bus::Bus;
 use crate::entity::Entity;
@@ -77,7 +77,7 @@ impl Hydrophone {
             line: tag.counter,
             pose: self.poses.then(heard),
             effort: self.effort(bus.mono(), lines_lost),
-            // A line that is longer than any receiver's is none that should be repeated.
+            // No receiver writes longer lines: what is longer is not repeated.
             raw: tag.raw.clone().filter(|raw| raw.chars().count() <= LONGEST_LINE),
         };
         self.heard += 1;

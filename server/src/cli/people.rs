@@ -8,7 +8,7 @@ use clap::Subcommand;
 use shore::clock;
 use shore::identity::audit::Acted;
 use shore::identity::{
-    Connection, Fault, Line, Request, one_time_password, open, password, persons, tokens, vessels, wait,
+    Connection, Fault, Line, Request, one_time_password, password, persons, tokens, vessels, with,
     within_transaction,
 };
 use std::io::Read as _;
@@ -116,8 +116,7 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
         UserCommand::Add { name, role, vessel, password_stdin } => {
             let (new, told) = new_password(&name, password_stdin, least)?;
             let (person, password_hash, now) = (name.clone(), password::hash(&new), clock::now());
-            wait(async {
-                let db = &mut open(data).await?;
+            with(data, async |db| {
                 let vessel = find(db, vessel.as_deref()).await?;
                 let add = persons::Add { name: person, password_hash, must_change: told, vessel, role, now };
                 act(db, "person.add", &name, add).await
@@ -128,25 +127,24 @@ pub(super) fn user(common: &Common, command: UserCommand) -> anyhow::Result<()> 
             let (new, told) = new_password(&name, password_stdin, least)?;
             let (person, password_hash) = (name.clone(), password::hash(&new));
             let set = persons::SetPassword { name: person, password_hash, must_change: told, keep: None };
-            wait(async { act(&mut open(data).await?, "person.password", &name, set).await })?;
+            with(data, async |db| act(db, "person.password", &name, set).await)?;
             tell_password(&name, &new, told);
         }
-        UserCommand::List => list_people(wait(async { persons::List.run(&mut open(data).await?).await })?),
+        UserCommand::List => list_people(with(data, async |db| persons::List.run(db).await)?),
         UserCommand::Role { name, role, vessel } => {
             let role: Option<Role> = match role.as_str() {
                 "none" => None,
                 role => Some(role.parse().map_err(anyhow::Error::msg)?),
             };
             let subject = format!("{name}: {}", role.map_or("nothing", Role::name));
-            wait(async {
-                let db = &mut open(data).await?;
+            with(data, async |db| {
                 let vessel = find(db, vessel.as_deref()).await?;
                 act(db, "person.role", &subject, persons::SetRole { name, vessel, role }).await
             })?;
         }
         UserCommand::Remove { name } => {
             let remove = persons::Remove(name.clone());
-            wait(async { act(&mut open(data).await?, "person.remove", &name, remove).await })?;
+            with(data, async |db| act(db, "person.remove", &name, remove).await)?;
         }
     }
     Ok(())
@@ -158,8 +156,7 @@ pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()
     match command {
         TokenCommand::Create { person, link, role, vessel, days, label } => {
             let (now, subject) = (clock::now(), label.clone());
-            let made = wait(async {
-                let db = &mut open(&data).await?;
+            let made = with(&data, async |db| {
                 if let Some(link) = link {
                     let vessel = vessels::named(db, &link).await?;
                     let make = tokens::MakeLink { label, vessel, days, now };
@@ -174,12 +171,11 @@ pub(super) fn token(common: &Common, command: TokenCommand) -> anyhow::Result<()
             say!("{}", made.secret);
         }
         TokenCommand::List => {
-            list_tokens(wait(async { tokens::List(None).run(&mut open(&data).await?).await })?);
+            list_tokens(with(&data, async |db| tokens::List(None).run(db).await)?);
         }
         TokenCommand::Revoke { id } => {
             let revoke = tokens::Revoke { id, person: None };
-            let label =
-                wait(async { act(&mut open(&data).await?, "token.revoke", &id.to_string(), revoke).await })?;
+            let label = with(&data, async |db| act(db, "token.revoke", &id.to_string(), revoke).await)?;
             complain!("revoked: {label}");
         }
     }
@@ -192,16 +188,15 @@ pub(super) fn vessel(common: &Common, command: VesselCommand) -> anyhow::Result<
     match command {
         VesselCommand::Add { name, address } => {
             let add = vessels::Add { address, name: name.clone(), now: clock::now() };
-            wait(async { act(&mut open(&data).await?, "vessel.add", &name, add).await })?;
+            with(&data, async |db| act(db, "vessel.add", &name, add).await)?;
             complain!("a token for its link: lutra-server token create --link {name}");
         }
         VesselCommand::List => {
-            for vessel in wait(async { vessels::List.run(&mut open(&data).await?).await })? {
+            for vessel in with(&data, async |db| vessels::List.run(db).await)? {
                 say!("{}\t0x{:04X}", vessel.name, vessel.address);
             }
         }
-        VesselCommand::Remove { vessel } => wait(async {
-            let db = &mut open(&data).await?;
+        VesselCommand::Remove { vessel } => with(&data, async |db| {
             let remove = vessels::Remove(vessels::named(db, &vessel).await?);
             act(db, "vessel.remove", &vessel, remove).await
         })?,

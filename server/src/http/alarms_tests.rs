@@ -79,14 +79,9 @@ async fn an_operator_of_the_vessel_acknowledges_and_shelves_and_it_is_written_do
     let (status, text) = post(&shore, &shelve, &operator, r#"{"minutes":30,"reason":"a disk comes"}"#).await;
     assert_eq!(status, StatusCode::OK, "{text}");
     assert_eq!(serde_json::from_str::<Alarm>(&text).unwrap().shelved.unwrap().reason, "a disk comes");
-    let entries = shore
-        .state
-        .shore
-        .people
-        .ask(shore::identity::audit::Entries { before: None, count: 100 })
+    let acts: Vec<(String, bool)> = shore
+        .audit()
         .await
-        .unwrap();
-    let acts: Vec<(String, bool)> = entries
         .into_iter()
         .rev()
         .filter(|entry| entry.action.starts_with("alarm."))

@@ -19,15 +19,7 @@ async fn stop(shore: &Shore, vessel: &str, token: &str) -> Result<Ordered, Statu
 }
 
 async fn audited(shore: &Shore) -> Vec<AuditEntry> {
-    shore.state.shore.people.write_notes().await;
-    let entries = shore
-        .state
-        .shore
-        .people
-        .ask(shore::identity::audit::Entries { before: None, count: 100 })
-        .await
-        .unwrap();
-    entries.into_iter().filter(|entry| entry.action == "vessel.abort").collect()
+    shore.audit().await.into_iter().filter(|entry| entry.action == "vessel.abort").collect()
 }
 
 #[tokio::test]

@@ -23,15 +23,13 @@ async fn lease(shore: &Shore, token: &str, body: &str) -> Result<Lease, String> 
 }
 
 async fn audited(shore: &Shore) -> Vec<(String, String)> {
-    shore.state.shore.people.write_notes().await;
-    let entries = shore
-        .state
-        .shore
-        .people
-        .ask(shore::identity::audit::Entries { before: None, count: 100 })
+    shore
+        .audit()
         .await
-        .unwrap();
-    entries.into_iter().rev().map(|AuditEntry { action, outcome, .. }| (action, outcome)).collect()
+        .into_iter()
+        .rev()
+        .map(|AuditEntry { action, outcome, .. }| (action, outcome))
+        .collect()
 }
 
 const REQUEST: &str = r#"{"action":"request","window":"a"}"#;

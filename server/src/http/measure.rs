@@ -2,26 +2,30 @@
 //! make new series.
 //!
 //! A request's number is in every line that is logged while it is answered, and in the answer's `X-Request-Id`. It counts
-//! from the start of the program: tower-http's layer would take a random one, and with it one more dependency.
+//! from the start of the server: tower-http's layer would take a random one, and with it one more dependency.
 
-use axum::extract::{MatchedPath, Request};
+use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderName, HeaderValue, Method};
 use axum::middleware::Next;
 use axum::response::Response;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use tracing::Instrument as _;
 
 /// By which number the log speaks of a request.
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
-static REQUESTS: AtomicU64 = AtomicU64::new(1);
 
-/// Measures one request.
-pub(crate) async fn measure(request: Request, next: Next) -> Response {
+/// Measures one request, and counts it in `requests`.
+pub(crate) async fn measure(
+    State(requests): State<Arc<AtomicU64>>,
+    request: Request,
+    next: Next,
+) -> Response {
     let begun = Instant::now();
     let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
     let method = known(request.method());
-    let id = REQUESTS.fetch_add(1, Ordering::Relaxed);
+    let id = requests.fetch_add(1, Ordering::Relaxed) + 1;
     let span = tracing::info_span!("request", id, %method, %route);
     let mut response = next.run(request).instrument(span.clone()).await;
     response.headers_mut().insert(REQUEST_ID, HeaderValue::from(id));

@@ -83,14 +83,7 @@ async fn a_viewer_asks_and_reads_and_only_the_one_in_control_writes() {
     let (status, command) = post(&shore, "commands", &operator, &set).await;
     assert_eq!(status, StatusCode::ACCEPTED, "{command}");
     boats.heard(SetEntityParameters::ID).await;
-    shore.state.shore.people.write_notes().await;
-    let written = shore
-        .state
-        .shore
-        .people
-        .ask(shore::identity::audit::Entries { before: None, count: 100 })
-        .await
-        .unwrap();
+    let written = shore.audit().await;
     let of = |outcome: &str| -> Vec<String> {
         let set = written.iter().rev().filter(|one| one.action == "parameters.set");
         set.filter(|one| one.outcome.starts_with(outcome)).map(|one| one.subject.clone()).collect()

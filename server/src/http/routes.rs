@@ -22,6 +22,8 @@ use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::Uri;
 use axum::response::Response;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -418,7 +420,7 @@ pub(crate) fn router(state: AppState) -> Router {
     }
     router
         .fallback(nowhere)
-        .layer(axum::middleware::from_fn(measure::measure))
+        .layer(axum::middleware::from_fn_with_state(Arc::<AtomicU64>::default(), measure::measure))
         .layer(DefaultBodyLimit::max(BODY_BYTES))
         .layer(RequestBodyTimeoutLayer::new(BODY_PAUSE))
         .layer(axum::middleware::from_fn(headers::add))

@@ -5,12 +5,13 @@ use super::route::{Kind, Need};
 use super::{routes, serve};
 use crate::AppState;
 use crate::config::Config;
-use api::Role;
+use api::{AuditEntry, Role};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
 use shore::Opened;
 use shore::clock::{self, Clock};
+use shore::identity::audit::Entries;
 use shore::identity::testing::NewScript;
 use shore::identity::{People, persons, vessels};
 use std::collections::BTreeSet;
@@ -119,6 +120,12 @@ impl Shore {
         let name = format!("person{}", self.people.ask(persons::List).await.unwrap().len());
         let new = NewScript { name, vessel, role, most: Role::Admin };
         self.people.change(new).await.unwrap().1
+    }
+
+    /// The audit log, the newest first.
+    pub(super) async fn audit(&self) -> Vec<AuditEntry> {
+        self.people.write_notes().await;
+        self.people.ask(Entries { before: None, count: 100 }).await.unwrap()
     }
 
     async fn form(&self, path: &str, cookies: &str, fields: &[(&str, &str)]) -> Answer {

@@ -28,7 +28,7 @@ pub fn list(text: Option<&str>) -> Vec<String> {
 /// A message that the catalogue has.
 ///
 /// # Errors
-/// It has none; with names that are like it.
+/// IMC has no such message; the error names a similar one.
 pub fn message(name: &str) -> Result<&'static str, Wrong> {
     if let Some(desc) = imc::catalogue::by_abbrev(name) {
         return Ok(desc.abbrev);

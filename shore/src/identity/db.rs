@@ -58,7 +58,7 @@ pub async fn backup(folder: &Path, to: &Path) -> Result<(), Fault> {
         _ => Err(named(error)),
     })?;
     make_private(&part).map_err(named)?;
-    // One reading transaction, beside whoever writes.
+    // One read transaction; the server may write meanwhile.
     let mut db = open(folder).await?;
     sqlx::query("VACUUM INTO ?1").bind(part.to_string_lossy().as_ref()).execute(&mut db).await?;
     db.close().await?;
@@ -77,7 +77,7 @@ pub async fn check(db: &mut SqliteConnection) -> Result<String, Fault> {
 }
 
 /// Brings the schema up to date, all or nothing; of two programs that open the file at once, one does. A file that is up
-/// to date is only looked at, beside whoever writes.
+/// to date is only read, and waits for no writer.
 async fn migrate(db: &mut SqliteConnection) -> Result<(), Fault> {
     let known = MIGRATIONS.iter().map(|one| one.version).max().unwrap_or_default();
     if seen(db).await? == (known, Some(known)) {
@@ -113,11 +113,28 @@ async fn seen(db: &mut SqliteConnection) -> Result<(i64, Option<i64>), Fault> {
     Ok((version, sqlx::query_scalar(sql).fetch_one(db).await?))
 }
 
-/// Waits for `work` by a runtime of its own: for the command line, and for threads that may wait.
+/// Opens `app.db` in `folder`, does `work` with it and closes it, so that all of it is in one file again where no server uses
+/// it: for the command line.
+///
+/// # Errors
+/// What `work` says, or as [`open`].
+pub fn with<R>(
+    folder: &Path,
+    work: impl AsyncFnOnce(&mut SqliteConnection) -> Result<R, Fault>,
+) -> Result<R, Fault> {
+    wait(async {
+        let mut db = open(folder).await?;
+        let done = work(&mut db).await;
+        db.close().await?;
+        done
+    })
+}
+
+/// Waits for `work` by a runtime of its own: for threads that may wait.
 ///
 /// # Errors
 /// What `work` says, or that there is no runtime to be had.
-pub fn wait<R>(work: impl Future<Output = Result<R, Fault>>) -> Result<R, Fault> {
+pub(crate) fn wait<R>(work: impl Future<Output = Result<R, Fault>>) -> Result<R, Fault> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build();
     runtime.map_err(|error| Fault::Folder("app.db".to_owned(), error))?.block_on(work)
 }

@@ -108,7 +108,7 @@ impl People {
     /// Loses the thread that writes app.db to a fault, as a bug in it would.
     ///
     /// # Errors
-    /// What whoever asked gets.
+    /// What the caller gets when the thread is lost.
     #[cfg(any(test, feature = "testing"))]
     pub async fn lose_writer(&self) -> Result<(), Fault> {
         #[derive(Debug)]

@@ -29,7 +29,8 @@ mod writer;
 
 #[cfg(test)]
 pub(crate) use db::tests::fresh as migrated;
-pub use db::{backup, check, open, wait};
+pub(crate) use db::wait;
+pub use db::{backup, check, open, with};
 pub use fault::Fault;
 pub use handle::{ASK_PATIENCE, FirstAdmin, People};
 pub use journal::Line;

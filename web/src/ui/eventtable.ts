@@ -156,7 +156,7 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     try {
       const part = await kind.ask(`${question(of.stretch, kind.page, null)}&came_from_us=${Math.max(0, sinceUs - BEFORE_US)}`, signal);
       if (signal.aborted || !known) return;
-      // Where not even these came in one part, it begins anew with the newest of all.
+      // More came than one answer holds: begin again with the newest.
       const anew = part.next ? await kind.ask(question(known.stretch, kind.page, null), signal) : undefined;
       if (signal.aborted) return;
       if (anew) known = refreshed(undefined, anew, known.stretch, kind);

@@ -55,6 +55,33 @@ fn an_older_packet_does_not_replace_a_newer_one_but_a_clock_set_back_does() {
     assert!((volts(&fleet, 0) - 7.0).abs() < 1e-6);
 }
 
+/// A log book entry of the past.
+fn late(fleet: &mut Fleet, text: &str) {
+    let header = Header { timestamp: 1.0, src: OTTER, ..Header::default() };
+    let entry = LogBookEntry { text: text.into(), ..LogBookEntry::default() };
+    let bytes = Packet::new(header, entry).encode().unwrap();
+    fleet.late(at(2.0), &PacketView::new(&bytes).unwrap());
+}
+
+#[test]
+fn what_comes_late_takes_no_place_of_the_present() {
+    let mut fleet = Fleet::default();
+    let entry = |text: &str| LogBookEntry { text: text.into(), ..LogBookEntry::default() };
+    give(&mut fleet, at(1.0), 1, 1.0, entry("now"));
+    let seen = fleet.changes(0, usize::MAX, |_, _| true).revision;
+    for number in 0..2 * LATE_KEPT {
+        late(&mut fleet, &number.to_string());
+    }
+    give(&mut fleet, at(3.0), 1, 3.0, entry("then"));
+
+    let all = fleet.changes(0, usize::MAX, |_, _| true);
+    assert_eq!(all.events.iter().filter(|event| !event.late).count(), 2, "none of the present is forgotten");
+    assert_eq!(all.events.len(), LATE_KEPT + 2);
+    assert!(all.events.is_sorted_by_key(|event| event.revision), "in the order in which they came");
+    let since = fleet.changes(seen, usize::MAX, |_, _| true);
+    assert_eq!((since.events.len(), since.events_missed), (LATE_KEPT + 1, LATE_KEPT as u64));
+}
+
 #[test]
 fn periods_and_freshness_follow_the_sender() {
     let mut fleet = Fleet::default();

@@ -62,9 +62,8 @@ fn find(config: &Config, name: &str) -> anyhow::Result<PlanSpecification> {
         let Ok(id) = name.parse() else {
             bail!("{name}: there is no such file, and it is no number of a plan");
         };
-        let load =
-            async { plans::Load { id, revision: None }.run(&mut identity::open(&config.data).await?).await };
-        let row = identity::wait(load)?.filter(|row| !row.deleted);
+        let load = plans::Load { id, revision: None };
+        let row = identity::with(&config.data, async |db| load.run(db).await)?.filter(|row| !row.deleted);
         let row =
             row.with_context(|| format!("the server keeps no plan {id} in {}", config.data.display()))?;
         return of_document(name, &row.plan);

@@ -9,7 +9,7 @@ use imc::Address;
 use serde_json::json;
 use shore::charts::{ChartsAboard, Parcel};
 use shore::clock;
-use shore::identity::{Fault, Request as _, open, vessels, wait};
+use shore::identity::{Connection, Fault, Request as _, vessels, with};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use units::UtcTime;
@@ -76,7 +76,7 @@ type Vessels = BTreeMap<u16, (Option<String>, VesselChart)>;
 fn vessels_of(config: &Config, parcel: &Parcel, only: Option<&str>) -> anyhow::Result<Vessels> {
     // A database that is not there yet names nobody.
     let (named, only) = if config.data.join("app.db").exists() {
-        wait(known(&config.data, only))?
+        with(&config.data, async |db| known(db, only).await)?
     } else {
         (Vec::new(), only.map(vessels::address).transpose().map_err(anyhow::Error::msg)?)
     };
@@ -91,13 +91,12 @@ fn vessels_of(config: &Config, parcel: &Parcel, only: Option<&str>) -> anyhow::R
 }
 
 /// The vessels that have names, and the address of `only`.
-async fn known(data: &Path, only: Option<&str>) -> Result<(Vec<api::Vessel>, Option<u16>), Fault> {
-    let mut db = open(data).await?;
+async fn known(db: &mut Connection, only: Option<&str>) -> Result<(Vec<api::Vessel>, Option<u16>), Fault> {
     let only = match only {
-        Some(text) => Some(vessels::named(&mut db, text).await?),
+        Some(text) => Some(vessels::named(db, text).await?),
         None => None,
     };
-    Ok((vessels::List.run(&mut db).await?, only))
+    Ok((vessels::List.run(db).await?, only))
 }
 
 fn line(address: u16, name: Option<&str>, chart: &VesselChart) -> String {

@@ -36,7 +36,9 @@ use scratch::Scratch;
 use shore::clock;
 use shore::commands::Issuer;
 use shore::identity::tokens::{self, MakeLink};
-use shore::identity::{self, Fault, one_time_password, password, persons, vessels, within_transaction};
+use shore::identity::{
+    self, Connection, Fault, one_time_password, password, persons, vessels, within_transaction,
+};
 use shore::plans as kept;
 use std::collections::BTreeSet;
 use std::net::{SocketAddr, TcpListener};
@@ -116,7 +118,7 @@ pub(super) fn demo(common: &Common, arguments: &DemoArguments) -> anyhow::Result
         crew.push(Member { otter, document, plan });
     }
     let past = (!arguments.no_past).then(|| Past::before(clock::now()));
-    let access = identity::wait(admit(&config.data, &crew, past.as_ref()))?;
+    let access = identity::with(&config.data, async |db| admit(db, &crew, past.as_ref()).await)?;
     let chart = chart::bring_in(scratch.path(), &config.chart_set())?;
     let stage = Stage { program, folder: scratch.path().to_owned(), chart, fish: !arguments.no_fish, past };
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -328,9 +330,7 @@ struct Access {
 }
 
 /// Makes the admin, the vessels, their tokens and their plans in a new database of people.
-async fn admit(data: &Path, crew: &[Member], past: Option<&Past>) -> Result<Access, Fault> {
-    let mut connection = identity::open(data).await?;
-    let db = &mut connection;
+async fn admit(db: &mut Connection, crew: &[Member], past: Option<&Past>) -> Result<Access, Fault> {
     let (now, password) = (clock::now(), one_time_password());
     let (name, password_hash) = (ADMIN.to_owned(), password::hash(&password));
     let admin =
