@@ -18,6 +18,8 @@ const { metafile } = await build({
   splitting: true,
   chunkNames: "[name]-[hash]",
   target: "es2022",
+  jsx: "automatic",
+  jsxImportSource: "preact",
   legalComments: "none",
   entryNames: "[name]-[hash]",
   assetNames: "[name]-[hash]",
@@ -50,7 +52,7 @@ const reach = (path, seen = new Set()) => {
 const outputs = Object.entries(metafile.outputs);
 const of = (source) => outputs.find(([, output]) => output.entryPoint === source)?.[0];
 for (const page of ["fleet", "vessel", "import", "plans", "plan"]) {
-  const loaded = new Set(["src/main.ts", `src/pages/${page}.ts`, "src/style/main.css"].flatMap((source) => [...reach(of(source))]));
+  const loaded = new Set(["src/main.ts", of(`src/pages/${page}.ts`) ? `src/pages/${page}.ts` : `src/pages/${page}.tsx`, "src/style/main.css"].flatMap((source) => [...reach(of(source))]));
   const kB = Math.round([...loaded].reduce((sum, path) => sum + sizes[path], 0) / 1024);
   console.log(`web/dist: the page ${page} loads ${kB} kB gzip`);
   if (kB > 300) throw new Error("a page may weigh 300 kB at most");
