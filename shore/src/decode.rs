@@ -11,9 +11,14 @@ use units::UtcTime;
 
 /// The latest of a series.
 pub(crate) fn series(key: SeriesKey, series: &Series) -> Option<Update> {
-    let period_s = series.period_s().map(f64::from);
+    let period_s = series.period_s().map(shortened);
     let update = packet(series.packet(), key.instance, series.received(), period_s)?;
     Some(Update { count: series.count(), ..update })
+}
+
+/// A mean with three digits that count: more of them only change with each packet.
+fn shortened(mean: f32) -> f64 {
+    format!("{mean:.2e}").parse().unwrap_or(f64::from(mean))
 }
 
 /// One packet. `None` for bytes that are none, which nobody keeps.

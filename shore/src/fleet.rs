@@ -241,8 +241,7 @@ struct Raw {
 impl Raw {
     fn take(fleet: &hub::Fleet, now: Now, since: u64, wanted: &Wanted, described: bool) -> Self {
         let admits = |address: Address, key: SeriesKey| {
-            wanted.admits_system(address.0)
-                && (wanted.messages.is_none() || wanted.admits_message(&decode::abbrev(key.id)))
+            wanted.admits_system(address.0) && wanted.admits_message(address.0, key.id)
         };
         let changes = fleet.changes(since, AT_ONCE, admits);
         let events = if wanted.events { changes.events } else { Vec::new() };

@@ -1,5 +1,6 @@
 //! What somebody wants to see of the fleet and may see, and what changed of it.
 
+use crate::decode;
 use crate::identity::Grants;
 use api::{Detection, System, Update};
 use std::collections::BTreeSet;
@@ -13,20 +14,26 @@ pub struct Wanted {
     pub systems: Option<BTreeSet<u16>>,
     /// Abbreviations of messages; `None` for all.
     pub messages: Option<BTreeSet<String>>,
+    /// Abbreviations of messages that are wanted of all other systems; `None` for nothing of those.
+    pub of_others: Option<BTreeSet<String>>,
     /// Whether events are wanted.
     pub events: bool,
 }
 
 impl Wanted {
-    /// Whether this system is wanted and may be seen.
+    /// Whether this system may be seen and something of it is wanted.
     pub fn admits_system(&self, address: u16) -> bool {
-        self.grants.on(address).is_some()
-            && self.systems.as_ref().is_none_or(|systems| systems.contains(&address))
+        self.grants.on(address).is_some() && (self.lists(address) || self.of_others.is_some())
     }
 
-    /// Whether messages with this abbreviation are wanted.
-    pub fn admits_message(&self, abbrev: &str) -> bool {
-        self.messages.as_ref().is_none_or(|messages| messages.contains(abbrev))
+    /// Whether messages with this number, of a system that is [admitted](Self::admits_system), are wanted.
+    pub fn admits_message(&self, address: u16, id: u16) -> bool {
+        let wanted = if self.lists(address) { &self.messages } else { &self.of_others };
+        wanted.as_ref().is_none_or(|messages| messages.contains(&decode::abbrev(id)))
+    }
+
+    fn lists(&self, address: u16) -> bool {
+        self.systems.as_ref().is_none_or(|systems| systems.contains(&address))
     }
 }
 

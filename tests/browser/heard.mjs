@@ -10,16 +10,17 @@ const AT_ONCE_MS = 2_500;
 
 /** In the page: its live socket can be closed, and made to leave out detections, as a server that started anew does. */
 function watch() {
-  const real = window.WebSocket;
+  const [real, parse] = [window.WebSocket, JSON.parse];
   window.WebSocket = class extends real {
-    set onmessage(told) {
+    constructor(...asked) {
+      super(...asked);
       window.live = this;
-      super.onmessage = (event) => {
-        const frame = JSON.parse(event.data);
-        if (window.forgetful && frame.detections) frame.detections = [];
-        told({ data: JSON.stringify(frame) });
-      };
     }
+  };
+  JSON.parse = (...asked) => {
+    const frame = parse(...asked);
+    if (window.forgetful && frame?.samples) frame.detections = [];
+    return frame;
   };
 }
 
@@ -51,8 +52,13 @@ await inBrowser(async (open) => {
   same(await rows(), ["OPi-103", "R64K-101", "R64K-102", "R64K-104"], "each once");
   check(await panel.locator("tbody tr").last().getByText("R64K-104").isVisible(), "the one of ten minutes ago is the oldest");
 
-  // What is asked for again and again is the log book, and not the tags.
-  for (let times = 0; times < 2; times++) await page.waitForRequest((request) => request.url().includes("/logbook?"));
+  // Nothing of it is asked for again and again: neither tags nor log book nor track.
+  const again = [];
+  const past = (request) => /\/(logbook|track|detections)\?/.test(request.url()) && again.push(request.url());
+  page.on("request", past);
+  for (let times = 0; times < 3; times++) await page.waitForRequest((request) => request.url().endsWith("/links"));
+  page.off("request", past);
+  same(again, [], "questions about the past");
   same(asked.length, before, "questions for tags");
 
   // They lie on the map: zoomed out far enough, as one group in the middle.

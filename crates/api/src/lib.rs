@@ -40,8 +40,8 @@ pub use events::{
 };
 pub use history::{At, AtQuery, Recorded, TrackPoint, TrackQuery};
 pub use live::{
-    Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Liveness, Subscription, System,
-    Update,
+    Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveSample, LiveSeries, LiveStop, LiveStopped, Liveness,
+    Subscription, System, Update,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{

@@ -3,6 +3,10 @@
 //! A client sends `{"subscribe": {…}}` and gets frames: first everything that matches, then what changed. Of a
 //! series that changed several times between two frames it gets the latest, and how many it did not get; events
 //! come one by one and in order. A stop goes by the same socket: `{"stop": {…}}`, answered by `{"stop": {…}}`.
+//!
+//! Whoever asks for the compact form gets a fifteenth of the bytes: what a series is comes once, then its values, and
+//! all frames of a connection are one stream of raw DEFLATE (RFC 1951) in binary messages. Each message ends at a sync
+//! flush and holds one frame as JSON with a line feed after it.
 
 use crate::{Alarm, Command, Detection, Lease, Ordered};
 use serde::{Deserialize, Serialize};
@@ -67,15 +71,19 @@ pub struct Subscription {
     pub systems: Option<Vec<u16>>,
     /// Abbreviations of messages like `EstimatedState`; null for all, empty for none.
     pub messages: Option<Vec<String>>,
+    /// Of systems that are not listed, these messages; null where nothing is wanted of them.
+    pub of_others: Option<Vec<String>>,
     /// Whether events and detections are wanted.
     pub events: bool,
     /// Milliseconds between two frames at least, 2 to 10000.
     pub every_ms: u32,
+    /// Whether frames come in the compact form: `series` and `samples` in place of `values`, in binary messages.
+    pub compact: bool,
 }
 
 impl Default for Subscription {
     fn default() -> Self {
-        Self { systems: None, messages: None, events: true, every_ms: 100 }
+        Self { systems: None, messages: None, of_others: None, events: true, every_ms: 100, compact: false }
     }
 }
 
@@ -90,8 +98,12 @@ pub struct LiveFrame {
     pub snapshot: bool,
     /// Systems that are not as they were told before, ten times a second at most.
     pub systems: Vec<System>,
-    /// Series with a new value.
+    /// Series with a new value; empty in the compact form.
     pub values: Vec<Update>,
+    /// In the compact form, what the series are whose samples come for the first time since the snapshot.
+    pub series: Vec<LiveSeries>,
+    /// In the compact form, series with a new value.
+    pub samples: Vec<LiveSample>,
     /// Events, in order.
     pub events: Vec<Update>,
     /// Tags that were heard, also those that a vessel tells late. One can come in several frames, with what was not
@@ -197,6 +209,52 @@ pub struct Update {
     pub period_s: Option<f64>,
     /// Values by field, in the order of the message.
     pub fields: Vec<Field>,
+}
+
+/// What a series is, in the compact form.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LiveSeries {
+    /// Its number on this connection, until the next snapshot.
+    pub series: u32,
+    /// IMC address of the source.
+    pub system: u16,
+    /// Number of the message.
+    pub id: u16,
+    /// Its abbreviation.
+    pub abbrev: String,
+    /// Number of the entity within the source; 255 for none.
+    pub entity: u8,
+    /// What tells several series of one entity apart; null where nothing has to.
+    pub instance: Option<u8>,
+    /// Names of its fields, in the order of the message. A series that is described again has more of them.
+    pub names: Vec<String>,
+    /// Their units; empty for none.
+    pub units: Vec<String>,
+}
+
+/// The latest of a series, in the compact form: what [`Update`] has beside what [`LiveSeries`] says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LiveSample {
+    /// The number of its series.
+    pub series: u32,
+    /// The source's time, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub time_us: i64,
+    /// Arrival by the server's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub received_us: i64,
+    /// Packets of the series since the server started.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub count: u64,
+    /// Usual time between two of them, seconds; null while that is unknown.
+    pub period_s: Option<f64>,
+    /// Values of the fields, in their order; of a message that ends early, of the first fields only.
+    #[cfg_attr(test, ts(type = "unknown[]"))]
+    pub values: Vec<serde_json::Value>,
+    /// What the values stand for, in their order; empty where none stands for anything.
+    pub meanings: Vec<Option<String>>,
 }
 
 /// A value of a message.

@@ -10,6 +10,9 @@
 //! What the client says is read beside all that, so that a stop is carried out however long a frame, or a look at the
 //! rights, takes. Only a client that takes nothing of what it is sent, or says more than is heeded, is not read.
 
+mod compact;
+
+use self::compact::Compact;
 use super::error::ApiError;
 use super::guard::{Who, identify};
 use super::outgoing::{Ended, Outgoing, PATIENCE, bounded};
@@ -95,6 +98,9 @@ struct Client {
     headers: HeaderMap,
     wanted: Option<Arc<Wanted>>,
     every: Duration,
+    /// The stream of compact frames, once it asked for them, and whether it wants them now.
+    compact: Option<Compact>,
+    is_compact: bool,
     /// The revision up to which the client knows everything; 0 for nothing.
     known: u64,
     /// The same of who commands, of commands, and of alarms.
@@ -169,8 +175,9 @@ impl Listener {
         };
         match serde_json::from_str(&text).map_err(|_| NOT_UNDERSTOOD)? {
             LiveRequest::Subscribe(subscription) => {
-                let Subscription { systems, messages, .. } = &subscription;
-                let listed = systems.as_ref().map_or(0, Vec::len) + messages.as_ref().map_or(0, Vec::len);
+                let Subscription { systems, messages, of_others, .. } = &subscription;
+                let names = [messages, of_others].into_iter().flatten().map(Vec::len).sum::<usize>();
+                let listed = systems.as_ref().map_or(0, Vec::len) + names;
                 if listed > LISTED {
                     return Err((close_code::POLICY, "too many systems and messages listed"));
                 }
@@ -221,6 +228,8 @@ impl Client {
             headers,
             wanted: None,
             every: Duration::from_millis(100),
+            compact: None,
+            is_compact: false,
             known: 0,
             known_control: (0, 0, 0),
             counts: BTreeMap::new(),
@@ -291,7 +300,13 @@ impl Client {
         left.map_err(End::from)
     }
 
-    fn subscribe(&mut self, Subscription { systems, messages, events, every_ms }: Subscription) {
+    fn subscribe(&mut self, asked: Subscription) {
+        let Subscription { systems, messages, of_others, events, every_ms, compact } = asked;
+        // The stream of a connection goes on, whatever is subscribed on it.
+        if compact && self.compact.is_none() {
+            self.compact = Some(Compact::new());
+        }
+        self.is_compact = compact;
         self.every = Duration::from_millis(u64::from(every_ms.clamp(2, 10_000)));
         (self.known, self.known_control) = (0, (0, 0, 0));
         self.counts.clear();
@@ -301,6 +316,7 @@ impl Client {
             grants: self.who.borrow().grants.clone(),
             systems: systems.map(|systems| systems.into_iter().collect()),
             messages: messages.map(|messages| messages.into_iter().collect()),
+            of_others: of_others.map(|messages| messages.into_iter().collect()),
             events,
         }));
     }
@@ -347,6 +363,8 @@ impl Client {
             snapshot,
             systems: changes.systems,
             values: changes.values,
+            series: Vec::new(),
+            samples: Vec::new(),
             events: changes.events,
             detections: changes.detections,
             skipped,
@@ -358,10 +376,14 @@ impl Client {
         };
         self.known = changes.revision.max(1);
         self.known_control = changes.control;
-        let text = serde_json::to_string(&frame).map_err(|_| (close_code::ERROR, "the server failed"))?;
+        let message = match self.compact.as_mut().filter(|_| self.is_compact) {
+            Some(compact) => compact.message(frame).map(Message::Binary),
+            None => serde_json::to_string(&frame).map(|text| Message::Text(text.into())),
+        };
+        let message = message.map_err(|_| (close_code::ERROR, "the server failed"))?;
         self.sent += 1;
         let ping = Message::Ping(Bytes::copy_from_slice(&self.sent.to_be_bytes()));
-        for message in [Message::Text(text.into()), ping] {
+        for message in [message, ping] {
             out.put(message).await?;
         }
         let now = Instant::now();

@@ -324,3 +324,98 @@ pub(super) async fn exchange(shore: &Shore, request: &str) -> String {
     tokio::time::timeout(DEADLINE, stream.read_to_end(&mut answer)).await.unwrap().unwrap();
     String::from_utf8_lossy(&answer).into_owned()
 }
+
+/// Undoes the compact form of a connection.
+struct Inflate(flate2::Decompress);
+
+impl Inflate {
+    fn new() -> Self {
+        Self(flate2::Decompress::new(false))
+    }
+
+    /// The frame of a message, and all of it.
+    fn frame(&mut self, message: &[u8]) -> LiveFrame {
+        let mut text = Vec::with_capacity(4 << 20);
+        let before = self.0.total_in();
+        self.0.decompress_vec(message, &mut text, flate2::FlushDecompress::Sync).unwrap();
+        assert_eq!(usize::try_from(self.0.total_in() - before).unwrap(), message.len());
+        assert_eq!(text.pop(), Some(b'\n'), "a message holds one whole frame");
+        serde_json::from_slice(&text).unwrap()
+    }
+
+    async fn next(&mut self, socket: &mut Socket) -> LiveFrame {
+        loop {
+            match tokio::time::timeout(DEADLINE, socket.next()).await.unwrap() {
+                Some(Ok(Message::Binary(bytes))) => return self.frame(&bytes),
+                Some(Ok(Message::Ping(_))) => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_compact_form_says_the_same_and_names_a_series_once() {
+    let shore = Shore::start().await;
+    let token = shore.token(None, Role::Viewer).await;
+    shore.boats.say(boat(0, clock::now())).await;
+    let mut plain = shore.subscribed(&token, "{\"every_ms\":5}").await;
+    let mut compact = shore.subscribed(&token, "{\"every_ms\":5,\"compact\":true}").await;
+    let mut inflate = Inflate::new();
+    let (whole, short) = (frame(&mut plain).await.unwrap(), inflate.next(&mut compact).await);
+    assert!(short.snapshot && short.values.is_empty() && short.series.len() == whole.values.len());
+    for (value, (series, sample)) in whole.values.iter().zip(short.series.iter().zip(&short.samples)) {
+        assert_eq!((series.series, series.abbrev.as_str()), (sample.series, value.abbrev.as_str()));
+        assert_eq!(
+            (series.system, series.entity, series.instance),
+            (value.system, value.entity, value.instance)
+        );
+        assert_eq!(
+            (sample.time_us, sample.received_us, sample.count),
+            (value.time_us, value.received_us, value.count)
+        );
+        let fields = series.names.iter().zip(&series.units).zip(&sample.values);
+        let fields: Vec<_> = fields.map(|((name, unit), value)| (name, unit, value)).collect();
+        let wanted: Vec<_> =
+            value.fields.iter().map(|field| (&field.name, &field.unit, &field.value)).collect();
+        assert_eq!(fields, wanted);
+        let meanings: Vec<_> = value.fields.iter().map(|field| field.meaning.clone()).collect();
+        assert!(
+            sample.meanings == meanings
+                || (sample.meanings.is_empty() && meanings.iter().all(Option::is_none))
+        );
+    }
+    // What is known is not described again, until everything begins anew.
+    shore.boats.say(boat(0, clock::now())[2..4].to_vec()).await;
+    let mut next = inflate.next(&mut compact).await;
+    while next.samples.is_empty() {
+        next = inflate.next(&mut compact).await;
+    }
+    assert_eq!((next.series.len(), next.samples.len()), (0, 1));
+    assert_eq!(short.series[next.samples[0].series as usize].abbrev, "Voltage");
+    subscribe(&mut compact, "{\"every_ms\":5,\"compact\":true,\"messages\":[\"Voltage\"]}").await;
+    let mut again = inflate.next(&mut compact).await;
+    while !again.snapshot {
+        again = inflate.next(&mut compact).await;
+    }
+    assert!(again.series.len() == again.samples.len() && !again.series.is_empty(), "{again:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_systems_that_are_not_listed_only_what_is_asked_for_comes() {
+    let shore = Shore::start().await;
+    let token = shore.token(None, Role::Viewer).await;
+    for index in [0, 1] {
+        shore.boats.say(boat(index, clock::now())).await;
+    }
+    let asked = format!("{{\"systems\":[{FIRST}],\"of_others\":[\"Voltage\"],\"every_ms\":5}}");
+    let mut socket = shore.subscribed(&token, &asked).await;
+    let first = frame(&mut socket).await.unwrap();
+    let of = |address: u16| {
+        let values = first.values.iter().filter(move |value| value.system == address);
+        values.map(|value| value.abbrev.as_str()).collect::<std::collections::BTreeSet<_>>()
+    };
+    assert_eq!(first.systems.len(), 2);
+    assert!(of(FIRST).len() > 1, "{:?}", of(FIRST));
+    assert_eq!(of(FIRST + 1), ["Voltage"].into());
+}

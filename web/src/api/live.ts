@@ -3,6 +3,7 @@
 // are answered.
 
 import { Arrivals, Awake } from "../state/arrival";
+import { Inflater } from "./compact";
 import { getJson, Refusal, STOP_WANTED_MS } from "./http";
 import type { LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Me, Subscription } from "./types.gen";
 
@@ -18,6 +19,9 @@ const HURRY_MS = 1_500;
 const LOGIN_MS = 8_000;
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 5_000;
+
+/** What a page wants to hear; it always comes in the compact form. */
+export type Wanted = Omit<Subscription, "compact">;
 
 export interface LiveHandlers {
   /** `atMs`: when it could have come by the quickest way so far, ms of the steady clock. */
@@ -47,7 +51,7 @@ export class Live {
   private pause: number | undefined;
 
   constructor(
-    private readonly subscription: Subscription,
+    private readonly subscription: Wanted,
     private readonly handlers: LiveHandlers,
   ) {
     this.connect();
@@ -98,6 +102,7 @@ export class Live {
     this.begunMs = performance.now();
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/api/live`);
+    socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.arrivals = new Arrivals();
     this.heardMs = undefined;
@@ -105,27 +110,32 @@ export class Live {
     socket.onopen = () => {
       if (socket !== this.socket) return;
       for (const { stop, untilMs } of this.stops.values()) if (Date.now() < untilMs) this.say({ stop });
-      this.say({ subscribe: this.subscription });
+      this.say({ subscribe: { ...this.subscription, compact: true } });
     };
-    socket.onmessage = (event: MessageEvent<string>) => {
-      const frame = JSON.parse(event.data) as LiveFrame | LiveAnswer;
-      // What became of a stop is true however late it comes.
-      if ("stop" in frame) return this.handlers.stopped?.(frame.stop);
-      // What was said before the computer slept is not what is.
-      this.look();
-      if (socket !== this.socket) return;
-      const nowMs = performance.now();
-      const dueMs = this.arrivals.dueMs(frame.now_us, nowMs);
-      // Behind this one others wait that are old too; a new connection begins with the present.
-      if (nowMs - dueMs > SILENCE_MS) return this.again();
-      this.wait = FIRST_WAIT_MS;
-      this.heardMs = nowMs;
-      this.watch(SILENCE_MS);
-      this.handlers.frame(frame, dueMs);
-    };
-    socket.onclose = () => {
+    const leave = (): void => {
       if (socket === this.socket) this.again();
     };
+    const inflater = new Inflater((frame, cameMs) => {
+      if (socket === this.socket) this.take(frame, cameMs);
+    }, leave);
+    socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
+      // What became of a stop is true however late it comes.
+      if (typeof data === "string") return this.handlers.stopped?.((JSON.parse(data) as LiveAnswer).stop);
+      // What was said before the computer slept is not what is.
+      this.look();
+      if (socket === this.socket) inflater.take(data, performance.now());
+    };
+    socket.onclose = leave;
+  }
+
+  private take(frame: LiveFrame, cameMs: number): void {
+    const dueMs = this.arrivals.dueMs(frame.now_us, cameMs);
+    // Behind this one others wait that are old too; a new connection begins with the present.
+    if (cameMs - dueMs > SILENCE_MS) return this.again();
+    this.wait = FIRST_WAIT_MS;
+    this.heardMs = cameMs;
+    this.watch(SILENCE_MS);
+    this.handlers.frame(frame, dueMs);
   }
 
   private watch(ms: number): void {

@@ -1172,9 +1172,17 @@ snapshot: boolean,
  */
 systems: Array<System>, 
 /**
- * Series with a new value.
+ * Series with a new value; empty in the compact form.
  */
 values: Array<Update>, 
+/**
+ * In the compact form, what the series are whose samples come for the first time since the snapshot.
+ */
+series: Array<LiveSeries>, 
+/**
+ * In the compact form, series with a new value.
+ */
+samples: Array<LiveSample>, 
 /**
  * Events, in order.
  */
@@ -1210,6 +1218,70 @@ alarms: Array<Alarm>,
 recording: string | null, };
 
 export type LiveRequest = { "subscribe": Subscription } | { "stop": LiveStop };
+
+export type LiveSample = { 
+/**
+ * The number of its series.
+ */
+series: number, 
+/**
+ * The source's time, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * Arrival by the server's clock, µs since 1970 UTC.
+ */
+received_us: number, 
+/**
+ * Packets of the series since the server started.
+ */
+count: number, 
+/**
+ * Usual time between two of them, seconds; null while that is unknown.
+ */
+period_s: number | null, 
+/**
+ * Values of the fields, in their order; of a message that ends early, of the first fields only.
+ */
+values: unknown[], 
+/**
+ * What the values stand for, in their order; empty where none stands for anything.
+ */
+meanings: Array<string | null>, };
+
+export type LiveSeries = { 
+/**
+ * Its number on this connection, until the next snapshot.
+ */
+series: number, 
+/**
+ * IMC address of the source.
+ */
+system: number, 
+/**
+ * Number of the message.
+ */
+id: number, 
+/**
+ * Its abbreviation.
+ */
+abbrev: string, 
+/**
+ * Number of the entity within the source; 255 for none.
+ */
+entity: number, 
+/**
+ * What tells several series of one entity apart; null where nothing has to.
+ */
+instance: number | null, 
+/**
+ * Names of its fields, in the order of the message. A series that is described again has more of them.
+ */
+names: Array<string>, 
+/**
+ * Their units; empty for none.
+ */
+units: Array<string>, };
 
 export type LiveStop = { 
 /**
@@ -2119,13 +2191,21 @@ systems?: Array<number>,
  */
 messages?: Array<string>, 
 /**
+ * Of systems that are not listed, these messages; null where nothing is wanted of them.
+ */
+of_others?: Array<string>, 
+/**
  * Whether events and detections are wanted.
  */
 events: boolean, 
 /**
  * Milliseconds between two frames at least, 2 to 10000.
  */
-every_ms: number, };
+every_ms: number, 
+/**
+ * Whether frames come in the compact form: `series` and `samples` in place of `values`, in binary messages.
+ */
+compact: boolean, };
 
 export type System = { 
 /**

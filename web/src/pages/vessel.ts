@@ -15,6 +15,7 @@ import { createBar } from "../replay/bar";
 import { createBeside } from "../replay/beside";
 import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
+import { Behind } from "../state/behind";
 import { NO_CONTROL, withControl } from "../state/control";
 import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
@@ -34,7 +35,7 @@ import { createValues } from "../ui/values";
 
 /** Instruments, tables and plots are drawn anew so often, ms. */
 const TABLES_MS = 250;
-/** Links and the history's log book are asked for so often while the present is followed, ms. */
+/** The link, and what the history has beyond what came by itself, are looked after so often while the present is followed, ms. */
 const AGAIN_MS = 5_000;
 const SETTLE_MS = 200;
 const POINTS = 5_000;
@@ -99,6 +100,13 @@ export function startVessel(root: HTMLElement): void {
   let link: LinkStatus | undefined;
   let chosen: readonly Source[] = [];
   const ahead = new Track();
+  const behind = new Behind();
+  /** What the history did not answer is asked again. */
+  const heeded = <T>(answer: Promise<T>): Promise<T> =>
+    answer.catch((error: unknown) => {
+      behind.failed();
+      throw error;
+    });
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
   const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
@@ -262,7 +270,7 @@ export function startVessel(root: HTMLElement): void {
     may: root.dataset["researcher"] !== undefined,
   };
   const logBook = createLogBook(panels["Log book"], async (query, signal) => {
-    const { entries, next } = await getJson<LogBook>(`${path}/logbook?${query}`, signal);
+    const { entries, next } = await heeded(getJson<LogBook>(`${path}/logbook?${query}`, signal));
     return { items: entries, next };
   }, entity, events);
   const tags = createDetections(panels.Tags, async (query, signal) => {
@@ -339,9 +347,14 @@ export function startVessel(root: HTMLElement): void {
     const stretch = stretchNow();
     const goesOn = isLive(range) && askedRange === range;
     askedRange = range;
+    if (goesOn && !behind.due(nowUs())) {
+      await tags.follow(stretch, signal);
+      return again(signal);
+    }
+    behind.asked(nowUs());
     const askTrack = async (): Promise<void> => {
       try {
-        const points = await getJson<TrackPoint[]>(`${path}/track?points=${POINTS}&from_us=${stretch.fromUs}&to_us=${stretch.toUs}`, signal);
+        const points = await heeded(getJson<TrackPoint[]>(`${path}/track?points=${POINTS}&from_us=${stretch.fromUs}&to_us=${stretch.toUs}`, signal));
         ahead.recorded(points);
         track = isLive(range) ? ahead.all() : points;
         if (play) point();
@@ -357,6 +370,9 @@ export function startVessel(root: HTMLElement): void {
       drawPlace();
       map.showAll();
     }
+    again(signal);
+  };
+  const again = (signal: AbortSignal): void => {
     window.clearTimeout(settle);
     if (isLive(range) && !signal.aborted) settle = window.setTimeout(() => void past(), AGAIN_MS);
   };
@@ -396,6 +412,7 @@ export function startVessel(root: HTMLElement): void {
   const askLink = async (): Promise<void> => {
     try {
       link = (await getJson<LinkStatus[]>("/api/v1/links")).find((one) => one.vessel === address);
+      behind.backlog(link?.backlog_records ?? 0);
     } catch {
       link = undefined;
     }
@@ -469,6 +486,8 @@ export function startVessel(root: HTMLElement): void {
       plots.live(frame.values);
       parameters.heard(frame);
       tags.frame(frame, address, stretchNow());
+      logBook.frame(frame, address, stretchNow());
+      behind.frame(frame);
       chrome.stop?.target({ address, name: system ? systemName(system) : (given ?? hexAddress(address)) });
       if (system?.fix && ahead.add(system.fix) && isLive(range)) {
         const { fromUs } = ends(range, nowUs());

@@ -1,9 +1,9 @@
 // What stands on every page: whether the server is heard, trouble with the recording, STOP, the palette.
 
 import { postForm } from "../api/http";
-import { Live } from "../api/live";
+import { Live, type Wanted } from "../api/live";
 import { linkIs } from "../api/traffic";
-import type { LiveFrame, LiveStop, Subscription, System } from "../api/types.gen";
+import type { LiveFrame, LiveStop, System } from "../api/types.gen";
 import { type Alarms, NO_ALARMS } from "../state/alarms";
 import { EMPTY, type FleetState, withFrame } from "../state/fleet";
 import { unheard } from "../state/order";
@@ -36,7 +36,7 @@ export interface Chrome {
 }
 
 /** Watches the server by the page's subscription. */
-export function createChrome(subscription: Subscription, handlers: ChromeHandlers): Chrome {
+export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Chrome {
   const link = document.getElementById("link");
   const trouble = document.getElementById("trouble");
   const [buttons, orders] = [document.getElementById("stop"), document.getElementById("orders")];
@@ -70,8 +70,8 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
   windowKey();
   const loggedOut = (): void => location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
   stop?.vessels(named(EMPTY, names));
-  if (stop && subscription.systems) everyVessel(stop, names, loggedOut);
-  const live = new Live(subscription, {
+  // A page that follows some vessels only has all of them under STOP: of the others it hears what they do.
+  const live = new Live(subscription.systems ? { ...subscription, of_others: ["VehicleState"] } : subscription, {
     frame(frame, atMs) {
       linkIs(true);
       heard = true;
@@ -79,7 +79,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
       boundary.take("state", () => (state = withFrame(state, frame, atMs)));
       boundary.take("stop", () => {
         stop?.frame(frame);
-        if (!subscription.systems) stop?.vessels(named(state, names));
+        stop?.vessels(named(state, names));
       });
       boundary.take("trouble", () => {
         if (!trouble) return;
@@ -104,20 +104,6 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
     stopped: (answer) => stop?.stopped(answer),
   });
   return { stop, alarms: () => alarms, attention: () => bar?.attention(), draw: boundary.draw };
-}
-
-/** A page that follows some vessels only has all of them under STOP: what they do is heard beside it, and little of it. */
-function everyVessel(stop: Stop, names: Names, loggedOut: () => void): void {
-  let all = EMPTY;
-  new Live({ messages: ["VehicleState"], events: false, every_ms: 1_000 }, {
-    frame(frame, atMs) {
-      all = withFrame(all, frame, atMs);
-      stop.frame(frame);
-      stop.vessels(named(all, names));
-    },
-    lost: () => undefined,
-    loggedOut,
-  });
 }
 
 function called(state: FleetState, names: Names, address: number): string {

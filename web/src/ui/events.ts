@@ -1,10 +1,15 @@
 // The log book and the tags that were heard, for the stretch of time that the page looks at.
 
-import type { Detection, LiveFrame, LogBookEntry } from "../api/types.gen";
+import type { Detection, LiveFrame, LogBookEntry, Update } from "../api/types.gen";
 import { completed, type Part, type Stretch } from "../state/newest";
 import { make, setAttribute } from "./dom";
 import { type EventHandlers, type EventTable, eventTable, type Kind } from "./eventtable";
 import { position, tagName, utc } from "./format";
+
+export interface LogTable extends EventTable<LogBookEntry> {
+  /** Takes a vessel's entries of a frame. */
+  frame(frame: Pick<LiveFrame, "events">, vessel: number, stretch: Stretch): void;
+}
 
 export interface TagTable extends EventTable<Detection> {
   /** Takes a vessel's detections of a frame, and asks for what a frame could not bring. */
@@ -41,7 +46,7 @@ const FURTHER: readonly (readonly [string, (one: Detection) => string | number |
 ];
 
 /** The log book in `root`. */
-export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers): EventTable<LogBookEntry> {
+export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers): LogTable {
   const least = make("select", {}, ...["everything", "information and worse", "warnings and worse", "errors and worse"].map((text, index) => make("option", { value: String(index - 1) }, text)));
   least.value = "0";
   const severity = ({ kind }: LogBookEntry): string => SEVERITY[kind] ?? String(kind);
@@ -63,7 +68,28 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
   };
   const table = eventTable(root, kind, handlers, make("label", { class: "inline" }, "Show ", least));
   least.addEventListener("change", table.draw);
-  return table;
+  return {
+    ...table,
+    frame({ events }, vessel, stretch) {
+      const mine = events.filter((one) => one.system === vessel && one.abbrev === "LogBookEntry").map(written);
+      if (mine.length) table.live(mine, stretch);
+    },
+  };
+}
+
+/** An entry of the log book, as it comes by itself. */
+function written({ entity, time_us, fields }: Update): LogBookEntry {
+  const of = new Map(fields.map((field) => [field.name, field]));
+  const [at, kind] = [of.get("htime")?.value, of.get("type")];
+  return {
+    entity,
+    time_us,
+    written_us: typeof at === "number" ? Math.round(at * 1e6) : null,
+    kind: Number(kind?.value),
+    kind_name: kind?.meaning ?? null,
+    context: String(of.get("context")?.value ?? ""),
+    text: String(of.get("text")?.value ?? ""),
+  };
 }
 
 /** Tags heard in `root`; `changed` is told of all that are in hand. */

@@ -245,7 +245,7 @@ impl Watch {
             grants: by.who.grants.clone(),
             systems: Some([self.otter.address.0].into()),
             messages: Some(MESSAGES.map(str::to_owned).into()),
-            events: false,
+            ..Wanted::default()
         };
         let all = shore.fleet.changes(0, (0, 0, 0), Arc::new(wanted), true).await?;
         Some(Seen::of(&all))
