@@ -1,10 +1,10 @@
 //! One Otter of a demo from its start to its end: its agent is kept running, and the vessel is given its plan
-//! whenever it is ready and has nothing to do.
+//! whenever it is ready and has nothing to do, until somebody else commands it.
 
 use super::agent::Agent;
 use super::fleet::Otter;
 use crate::cli::say::say;
-use api::{Liveness, Update};
+use api::{Command, Liveness, Update};
 use imc::Address;
 use imc::messages::PlanSpecification;
 use operations::{LeaseAsk, Order};
@@ -33,6 +33,8 @@ const ASK_EVERY: Duration = Duration::from_secs(5);
 const PATIENCE: Duration = Duration::from_secs(10);
 /// What the demo looks at.
 const MESSAGES: [&str; 3] = ["PlanControlState", "PlanControl", "TBRFishTag"];
+/// Orders after which a vessel is somebody's: the demo has no business with it any more.
+const STEERS: [&str; 5] = ["vessel.abort", "plan.start", "plan.stop", "goto", "teleop.begin"];
 
 /// Who the demo is towards the shore: it commands as a script does.
 pub(super) struct Crew {
@@ -140,8 +142,10 @@ struct Seen {
     refusal: Option<String>,
     place: Option<(LatLon, f64)>,
     tags: u64,
-    /// Somebody commands it, so that it is not to be given its plan.
+    /// Somebody has control, so that it is not to be given its plan now.
     commanded: bool,
+    /// Who stopped it or sent it elsewhere, and the command's number, the last first.
+    steered: Vec<(u64, String)>,
 }
 
 impl Seen {
@@ -165,6 +169,12 @@ impl Seen {
                 .and_then(|fix| Some((LatLon::from_deg(fix.lat_deg, fix.lon_deg).ok()?, fix.speed_mps?))),
             tags: last("TBRFishTag").map_or(0, |tags| tags.count),
             commanded: all.leases.iter().any(|lease| lease.holder.is_some()),
+            steered: {
+                let refused = |one: &Command| one.steps.last().is_some_and(|step| step.stage == "refused");
+                let steers = |one: &&Command| STEERS.contains(&one.order.as_str()) && !refused(one);
+                let steers = all.commands.iter().filter(steers);
+                steers.rev().map(|one| (one.id, one.by.clone())).collect()
+            },
         }
     }
 }
@@ -183,12 +193,16 @@ struct Watch {
     plan: PlanSpecification,
     crew: Crew,
     report: Report,
+    /// The numbers of the demo's own orders.
+    own: BTreeSet<u64>,
+    /// Whether it was said that the vessel is left to somebody.
+    left: bool,
 }
 
 impl Watch {
     fn new(otter: Otter, plan: PlanSpecification, crew: Crew) -> Self {
         let report = Report { name: otter.name.clone(), ..Report::default() };
-        Self { otter, plan, crew, report }
+        Self { otter, plan, crew, report, own: BTreeSet::new(), left: false }
     }
 
     /// Tells how it gets on, and starts its plan whenever it is ready for one; returns when the server ends.
@@ -211,7 +225,7 @@ impl Watch {
             if !linked {
                 continue;
             }
-            let own = seen.executes.is_some_and(|plan| self.plan.plan_id.to_str_lossy() == plan);
+            let own = seen.executes.as_deref().is_some_and(|plan| self.plan.plan_id.to_str_lossy() == plan);
             if own && !sailing {
                 say!(
                     "{name:<9} sails {} after {:.1} s",
@@ -225,8 +239,9 @@ impl Watch {
                 }
             }
             sailing = own;
+            self.leave_to(&seen);
             let waited = asked.is_none_or(|asked| asked.elapsed() >= ASK_EVERY);
-            if seen.is_ready && waited && !seen.commanded {
+            if seen.is_ready && waited && !seen.commanded && !self.left {
                 if let Some(reason) = seen.refusal.filter(|_| asked.is_some()) {
                     say!("{name:<9} does not sail: {reason}; asked again");
                 }
@@ -235,6 +250,17 @@ impl Watch {
                     say!("{name:<9} is not started: {why}");
                 }
             }
+        }
+    }
+
+    /// A vessel that somebody stopped or sent elsewhere is theirs: the demo would only undo it.
+    fn leave_to(&mut self, seen: &Seen) {
+        if self.left {
+            return;
+        }
+        if let Some((_, who)) = seen.steered.iter().find(|(id, _)| !self.own.contains(id)) {
+            say!("{:<9} is commanded by {who}: the demo leaves it alone from now on", self.otter.name);
+            self.left = true;
         }
     }
 
@@ -252,8 +278,8 @@ impl Watch {
     }
 
     /// Takes control, sends the plan, has it started, and gives control back: as a person does from a browser.
-    async fn start(&self) -> shore::Result<()> {
-        let (commands, vessel) = (&self.crew.shore.commands, self.otter.address);
+    async fn start(&mut self) -> shore::Result<()> {
+        let (commands, vessel) = (self.crew.shore.commands.clone(), self.otter.address);
         let by = Issuer { window: format!("demo-{}", self.otter.name), ..self.crew.by.clone() };
         let reason = "the demo gives it its plan";
         let lease = commands.ask_lease(vessel, by.clone(), LeaseAsk::Request(reason.to_owned()), reason);
@@ -264,7 +290,7 @@ impl Watch {
         begun
     }
 
-    async fn order(&self, by: &Issuer) -> shore::Result<()> {
+    async fn order(&mut self, by: &Issuer) -> shore::Result<()> {
         // The vessel must have the plan before it can start it.
         self.see_out(by, Order::Upload(Box::new(self.plan.clone()))).await?;
         let plan_id = self.plan.plan_id.to_str_lossy().into_owned();
@@ -272,9 +298,11 @@ impl Watch {
     }
 
     /// Gives an order, and waits for what becomes of it, but not for ever.
-    async fn see_out(&self, by: &Issuer, order: Order) -> shore::Result<()> {
-        let (commands, vessel) = (&self.crew.shore.commands, self.otter.address);
+    async fn see_out(&mut self, by: &Issuer, order: Order) -> shore::Result<()> {
+        let vessel = self.otter.address;
+        let commands = self.crew.shore.commands.clone();
         let given = commands.issue(vessel, by, order).await?;
+        self.own.insert(given.id);
         let (begun, mut looks) = (Instant::now(), tokio::time::interval(LOOK_EVERY));
         while begun.elapsed() < PATIENCE {
             looks.tick().await;
