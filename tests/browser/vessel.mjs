@@ -120,7 +120,11 @@ await inBrowser(async (open) => {
   // STOP: one press, no question, and what became of it.
   await page.getByRole("button", { name: "STOP otter-1" }).click();
   await page.getByText(/STOP otter-1: (effect seen|it stopped) after \d/).waitFor();
-  // The demonstration gives an idle Otter its plan again, and the page does not go on saying that it stopped.
+  // Somebody starts the plan again, and the page does not go on saying that it stopped.
+  await page.getByRole("tab", { name: "Control" }).click();
+  await page.getByRole("button", { name: "Take control", exact: true }).click();
+  await page.getByRole("button", { name: "Start square …" }).click();
+  await page.getByRole("button", { name: "Start square", exact: true }).click();
   await page.getByText(/STOP otter-1: it stopped .* GOES ON since/).waitFor({ timeout: 60_000 });
   await look(page, "vessel-stopped");
   await page.getByRole("button", { name: "Put away: STOP otter-1" }).click();

@@ -217,6 +217,8 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
         _ => {}
     });
     demo.signal("CONT");
+    // What a person stopped is not set going again by the demonstration.
+    demo.wait_for(&["otter-1", "commanded by admin", "leaves it alone"]);
 }
 
 /// What needs no demo for itself, on one: scripts that only look, and each that acts has an Otter that no other acts on.
