@@ -1,7 +1,7 @@
 // Bundles src/ into dist/: names with a hash of the content, a gzip of each, and a manifest that the server reads.
 
 import { build } from "esbuild";
-import { mkdir, readFile, rename, rm, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, readdir, readFile, rename, rm, writeFile } from "node:fs/promises";
 import { basename, join } from "node:path";
 import { gzipSync } from "node:zlib";
 
@@ -9,7 +9,7 @@ const made = "dist.new";
 await rm(made, { recursive: true, force: true });
 await mkdir(made);
 const { metafile } = await build({
-  entryPoints: ["src/main.ts", "src/style/main.css"],
+  entryPoints: ["src/main.ts", "src/offline.ts", "src/style/main.css"],
   bundle: true,
   minify: true,
   sourcemap: false,
@@ -35,9 +35,22 @@ for (const [path, output] of Object.entries(metafile.outputs)) {
   await writeFile(join(made, `${name}.gz`), packed);
   sizes[path] = packed.length;
   const entry = output.entryPoint && basename(output.entryPoint).replace(/\.ts$/, ".js");
-  if (["main.js", "main.css"].includes(entry)) manifest[entry] = name;
+  if (["main.js", "offline.js", "main.css"].includes(entry)) manifest[entry] = name;
 }
 await writeFile(join(made, "manifest.json"), JSON.stringify(manifest, null, 2));
+// The worker's address must not change, so that a browser finds the new one.
+await build({
+  entryPoints: ["src/worker.ts"],
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: "es2022",
+  legalComments: "none",
+  outdir: made,
+  define: { PARTS: JSON.stringify(["main.css", "offline.js"].map((name) => `/static/${manifest[name]}`)) },
+  logLevel: "warning",
+});
+for (const icon of await readdir("icons")) await copyFile(join("icons", icon), join(made, icon));
 // Whoever compiles or serves at this moment sees the old bundle or the new one, hardly ever none.
 await rm("dist", { recursive: true, force: true });
 await rename(made, "dist");

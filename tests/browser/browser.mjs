@@ -27,7 +27,7 @@ export async function inBrowser(work) {
   });
   const complaints = [];
   const open = async (options = {}) => {
-    const context = await browser.newContext({ viewport: SIZES[0], ...options });
+    const context = await browser.newContext({ viewport: SIZES[0], serviceWorkers: "block", ...options });
     context.setDefaultTimeout(15_000);
     const page = await context.newPage();
     page.on("console", (message) => {

@@ -2,8 +2,8 @@
 
 import { connect, createServer } from "node:net";
 
-/** A way to `target`, an address of a server; `swallow(true)` makes it swallow, and what was open then stays dead for good. */
-export async function wayTo(target) {
+/** A way to `target`, an address of a server, from a port or any; `swallow(true)` makes it swallow, and what was open then stays dead for good. */
+export async function wayTo(target, from = 0) {
   const { hostname, port } = new URL(target);
   const open = new Set();
   let swallows = false;
@@ -25,7 +25,7 @@ export async function wayTo(target) {
     }
     near.on("close", () => open.delete(one));
   });
-  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  await new Promise((done) => server.listen(from, "127.0.0.1", done));
   return {
     url: `http://127.0.0.1:${server.address().port}`,
     swallow(is) {

@@ -18,3 +18,6 @@ if (fleet) {
   const plans = document.getElementById("plans");
   if (plans) void import("./pages/plans").then(({ startPlans }) => startPlans(plans));
 }
+
+// Only where the way to the server is encrypted, or within this computer, does a browser have it.
+navigator.serviceWorker?.register("/worker.js").catch(() => undefined);

@@ -8,6 +8,7 @@ use axum::extract::Path;
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use rust_embed::RustEmbed;
+use serde_json::json;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -30,6 +31,7 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         Some("js") => "text/javascript; charset=utf-8",
         Some("css") => "text/css; charset=utf-8",
         Some("svg") => "image/svg+xml",
+        Some("png") => "image/png",
         Some("txt") => "text/plain; charset=utf-8",
         _ => return Err(ApiError::not_found("There is no such file.")),
     };
@@ -56,6 +58,32 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         response.headers_mut().insert(header::CONTENT_ENCODING, header::HeaderValue::from_static("gzip"));
     }
     Ok(response)
+}
+
+/// `GET /worker.js`: its name stays, so that browsers ask whether there is another.
+pub(crate) async fn worker() -> Result<Response, ApiError> {
+    let file = Dist::get("worker.js").ok_or_else(|| ApiError::not_found("There is no such file."))?;
+    let kind = [
+        (header::CONTENT_TYPE, "text/javascript; charset=utf-8"),
+        (header::CACHE_CONTROL, "no-cache"),
+    ];
+    Ok((kind, file.data.into_owned()).into_response())
+}
+
+/// `GET /manifest.webmanifest`, by which the pages can be put on a home screen.
+pub(crate) async fn web_manifest() -> Response {
+    let icon = |size: u32| {
+        let size = size.to_string();
+        json!({
+            "src": format!("/static/icon-{size}.png"), "sizes": format!("{size}x{size}"),
+            "type": "image/png", "purpose": "any maskable",
+        })
+    };
+    let manifest = json!({
+        "name": "Lutra", "short_name": "Lutra", "id": "/", "start_url": "/", "display": "standalone",
+        "background_color": "#0b3c5d", "theme_color": "#0b3c5d", "icons": [icon(192), icon(512)],
+    });
+    ([(header::CONTENT_TYPE, "application/manifest+json")], manifest.to_string()).into_response()
 }
 
 /// `GET /favicon.ico`, the otter's head.

@@ -274,6 +274,12 @@ async fn a_tag_that_is_heard_comes_by_itself() {
     before_a_boat("heard.mjs").await;
 }
 
+/// Where the server is not reached, a page that is opened says so, and comes by itself when it is.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_page_that_is_opened_without_a_link_says_so_and_comes_later() {
+    before_a_boat("offline.mjs").await;
+}
+
 /// What nobody should believe to be names and values.
 fn hostile(entity: &imc::Text) -> EntityParameters {
     let one = |name: &str, value: &str| EntityParameter { name: name.into(), value: value.into() };

@@ -112,6 +112,20 @@ pub(super) fn html(template: &impl Template) -> Response {
     }
 }
 
+/// What the pages' worker shows where the server is not reached: it names nobody and tells no values.
+#[derive(Template)]
+#[template(path = "offline.html")]
+struct OfflinePage {
+    palette: &'static str,
+    style: String,
+    script: String,
+}
+
+/// `GET /offline`.
+pub(super) async fn offline(Frame { palette, style, .. }: Frame) -> Response {
+    html(&OfflinePage { palette, style, script: asset_path("offline.js") })
+}
+
 #[derive(Template)]
 #[template(path = "error.html")]
 struct ErrorPage {
