@@ -48,12 +48,26 @@ await inBrowser(async (open) => {
   await sound.click();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
   await countTones(page);
+  // Who allowed it is told by the system where the page is not looked at.
+  await page.evaluate(() => {
+    window.notified = [];
+    Object.defineProperty(document, "hidden", { get: () => window.away ?? false });
+    Object.defineProperty(Notification, "permission", { get: () => "granted" });
+    const registration = { showNotification: async (title, { body, tag }) => window.notified.push({ title, body, tag }) };
+    Object.defineProperty(navigator, "serviceWorker", { value: { getRegistration: async () => registration } });
+    window.away = true;
+  });
 
   // Silence in a plan: one warning, whatever else stops with it.
   console.log("silence");
   await later(worst(page, /otter-0: not heard since/), 2);
   await told(viewer, /otter-0: not heard since/);
   await page.waitForFunction(() => window.tones === 1);
+  const notified = await page.evaluate(() => {
+    window.away = false;
+    return window.notified;
+  });
+  check(notified.length === 1 && /^warning: otter-0: not heard since/.test(notified[0].body) && /^alarm-\d+$/.test(notified[0].tag), JSON.stringify(notified));
   await page.getByRole("button", { name: /otter-0: not heard/ }).press("Enter");
   await row(page, "not_heard").getByText("What to do").waitFor();
   check((await bar(page).locator("[data-alarm]").count()) === 1, "one situation, one alarm");
@@ -100,6 +114,9 @@ await inBrowser(async (open) => {
   await later(worst(page, /otter-0: 24 % charge left/), 3);
   console.log("full");
   await later(row(page, "battery").getByText("over, NOT ACKNOWLEDGED"), 16);
+  await told(page, /otter-0: 24 % charge left; over since \d\d:\d\d:\d\dZ, not acknowledged/);
+  await row(page, "battery").getByText(/from .* to \d\d:\d\d:\d\dZ/).waitFor();
+  check(/^● otter-0: 24 % charge left; over .* · Fleet/.test(await page.title()), `the title says it: ${await page.title()}`);
   await page.getByRole("button", { name: /^Acknowledge: otter-0: 24 %/ }).click();
   await told(page, "No alarms");
 

@@ -29,4 +29,15 @@ self.addEventListener("fetch", (event) => {
   event.respondWith(fetch(request).catch(async (error: unknown) => (await caches.match(kept)) ?? Promise.reject(error)));
 });
 
+// A notification of an alarm leads to the page that told it.
+self.addEventListener("notificationclick", (event) => {
+  event.notification.close();
+  const lead = async (): Promise<void> => {
+    const open = await self.clients.matchAll({ type: "window" });
+    const page = open.find(({ url }) => url === event.notification.data) ?? open[0];
+    await (page ? page.focus() : self.clients.openWindow(String(event.notification.data)));
+  };
+  event.waitUntil(lead());
+});
+
 export {};

@@ -218,6 +218,11 @@ test("without the server the bar says since when alarms are not known, and never
   const top = { ...alarm(1, "warning", "unacknowledged"), vessel_name: "otter-1", text: "one motor hot" };
   assert.equal(alarms.barText(undefined, 0), "No alarms");
   assert.equal(alarms.barText(top, 0), "otter-1: one motor hot");
+  // What is over does not read as if it were.
+  const over = { ...top, state: "returned", since_us: 86_400e6 * 20_000 + 60e6, over_us: 86_400e6 * 20_000 + 99e6 };
+  assert.equal(alarms.barText(over, 0), "otter-1: one motor hot; over since 00:01:39Z, not acknowledged");
+  assert.equal(alarms.whenText(over), "from 2024-10-04 00:01:00Z to 00:01:39Z");
+  assert.equal(alarms.whenText({ ...over, over_us: null }), "since 2024-10-04 00:01:00Z");
   const at = 86_400e6 * 20_000 + 3_600e6;
   assert.equal(alarms.barText(undefined, 2, at), "Alarms are not known since 01:00:00Z: the server is not heard. Then: No alarms; 2 put aside");
   assert.match(alarms.barText(top, 0, at), /^Alarms are not known since 01:00:00Z.* Then: otter-1: one motor hot$/);

@@ -33,6 +33,10 @@ pub struct Alarm {
     /// Since when it is wrong, or was, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub since_us: i64,
+    /// Since when it is not wrong any more, µs since 1970 UTC; null while it is.
+    #[serde(default)]
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub over_us: Option<i64>,
     /// How often it came since it was normal.
     pub count: u32,
     /// Who said they know; null for nobody.

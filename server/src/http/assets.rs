@@ -63,10 +63,8 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
 /// `GET /worker.js`: its name stays, so that browsers ask whether there is another.
 pub(crate) async fn worker() -> Result<Response, ApiError> {
     let file = Dist::get("worker.js").ok_or_else(|| ApiError::not_found("There is no such file."))?;
-    let kind = [
-        (header::CONTENT_TYPE, "text/javascript; charset=utf-8"),
-        (header::CACHE_CONTROL, "no-cache"),
-    ];
+    let kind =
+        [(header::CONTENT_TYPE, "text/javascript; charset=utf-8"), (header::CACHE_CONTROL, "no-cache")];
     Ok((kind, file.data.into_owned()).into_response())
 }
 

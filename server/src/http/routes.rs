@@ -56,7 +56,12 @@ pub(crate) fn table() -> Vec<Route> {
         ),
         Route::get("/metrics", Need::Figures, "Figures for Prometheus.", health::metrics).media("text/plain"),
         Route::get("/static/{name}", Need::Anyone, "Scripts and styles.", assets::serve),
-        Route::get("/worker.js", Need::Anyone, "What answers while the server is not reached.", assets::worker),
+        Route::get(
+            "/worker.js",
+            Need::Anyone,
+            "What answers while the server is not reached.",
+            assets::worker,
+        ),
         Route::get("/manifest.webmanifest", Need::Anyone, "To install the pages.", assets::web_manifest),
         Route::get("/favicon.ico", Need::Anyone, "The picture in the tab.", assets::favicon),
         Route::get("/api/v1/openapi.json", viewer, "This document.", openapi::document).packed(),

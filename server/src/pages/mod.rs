@@ -26,7 +26,12 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::page("/vessels/{vessel}", Need::OnVessel(Role::Viewer), "One vessel.", vessel::page),
         Route::page("/plans", Need::Somewhere(Role::Viewer), "Plans.", plans::list),
         Route::page("/plans/{id}", Need::Somewhere(Role::Viewer), "One plan, to be edited.", plans::editor),
-        Route::page("/offline", Need::Anyone, "What is shown while the server is not reached.", frame::offline),
+        Route::page(
+            "/offline",
+            Need::Anyone,
+            "What is shown while the server is not reached.",
+            frame::offline,
+        ),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),

@@ -50,6 +50,10 @@ action: string,
  */
 since_us: number, 
 /**
+ * Since when it is not wrong any more, µs since 1970 UTC; null while it is.
+ */
+over_us: number | null, 
+/**
  * How often it came since it was normal.
  */
 count: number, 

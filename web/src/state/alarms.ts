@@ -58,10 +58,15 @@ export const DEAF_AGAIN_MS = 30_000;
 
 /** What the bar says. `deafUs`: when the server was heard last, if it is not heard any more; null for never. */
 export function barText(top: Alarm | undefined, shelved: number, deafUs?: number | null): string {
-  const known = top ? `${top.vessel_name ?? "Server"}: ${top.text}` : shelved ? `No alarms; ${shelved} put aside` : "No alarms";
+  const known = top ? `${top.vessel_name ?? "Server"}: ${top.text}${top.state === "returned" ? `; over${top.over_us === null ? "" : ` since ${utc(top.over_us, false)}`}, not acknowledged` : ""}` : shelved ? `No alarms; ${shelved} put aside` : "No alarms";
   if (deafUs === undefined) return known;
   if (deafUs === null) return "Alarms are not known: the server is not heard";
   return `Alarms are not known since ${utc(deafUs, false)}: the server is not heard. Then: ${known}`;
+}
+
+/** From when to when it was wrong, or since when it is. */
+export function whenText({ since_us, over_us }: Pick<Alarm, "since_us" | "over_us">): string {
+  return over_us === null ? `since ${utc(since_us)}` : `from ${utc(since_us)} to ${utc(over_us, false)}`;
 }
 
 /** The words for where an alarm is. */

@@ -2,9 +2,10 @@
 
 import { getJson, postJson, reason } from "../api/http";
 import type { Alarm, AlarmList, LiveFrame } from "../api/types.gen";
-import { type Alarms, barText, counts, DEAF_AGAIN_MS, DEAF_MS, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, withAlarms } from "../state/alarms";
+import { type Alarms, barText, counts, DEAF_AGAIN_MS, DEAF_MS, newlySounding, NO_ALARMS, PRIORITIES, type Priority, SHAPES, stateText, told, whenText, withAlarms } from "../state/alarms";
 import { make, setAttribute, setText } from "./dom";
 import { hexAddress, utc } from "./format";
+import { createNotifier } from "./notify";
 import { createSound } from "./sound";
 
 const PATIENCE_MS = 8_000;
@@ -24,6 +25,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const listed = root.dataset["stops"] ?? "";
   const may = ({ vessel }: Alarm): boolean => (vessel === null ? listed !== "" : listed === "all" || listed.split(",").includes(String(vessel)));
   const sound = createSound(() => drawSound());
+  const notifier = createNotifier();
   let alarms: Alarms = NO_ALARMS;
   let sounded: Alarms | undefined;
   /** The server's time of the last frame, µs, and when it came, ms of the steady clock. */
@@ -80,6 +82,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
       drawSound();
       return;
     }
+    notifier.ask();
     void sound.arm().then((heard) => {
       failed(heard ? "" : "This browser plays no sound: watch the bar.");
       drawSound();
@@ -104,7 +107,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
     const head = make("p", { class: "title" }, make("span", { class: "badge", "data-priority": alarm.priority }, `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}`), " ", make("strong", {}, title));
     const times = alarm.count > 1 ? `, ${alarm.count} times` : "";
     const more = `${alarm.escalated ? "; more urgent because nobody acknowledged it" : ""}${alarm.chatters ? "; comes and goes, so it is held" : ""}`;
-    const where = make("p", { class: "dim" }, `${stateText(alarm)} · since ${utc(alarm.since_us)}${times}${more}`);
+    const where = make("p", { class: "dim" }, `${stateText(alarm)} · ${whenText(alarm)}${times}${more}`);
     const advice = make("dl", {}, make("dt", {}, "What to do"), make("dd", {}, alarm.action), make("dt", {}, "Else"), make("dd", {}, alarm.consequence), make("dt", {}, "Why"), make("dd", {}, alarm.cause));
     const buttons = make("div", { class: "row" });
     if (may(alarm) && alarm.wants_acknowledgement) {
@@ -167,6 +170,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
     }
     const [top] = all;
     const text = barText(top, shelved.length);
+    notifier.title(top && top.priority !== "caution" ? `${SHAPES[top.priority as Priority] ?? ""} ${text}` : "");
     const unknown = deaf === undefined ? "" : barText(top, shelved.length, heard?.us ?? null);
     const shownText = heard || unknown ? unknown || text : "Alarms are not known yet";
     setText(worst, shownText);
@@ -195,6 +199,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
       const sinceMs = heard ? performance.now() - heard.ms : 0;
       const tell = (): void => {
         sound.play("alarm");
+        notifier.notify("deaf", barText(undefined, 0, heard?.us ?? null));
         deaf = window.setTimeout(tell, DEAF_AGAIN_MS);
       };
       deaf = window.setTimeout(tell, Math.max(0, DEAF_MS - sinceMs));
@@ -210,7 +215,11 @@ export function createAlarms(root: HTMLElement): AlarmBar {
       const louder = sounded ? newlySounding(sounded, next) : undefined;
       // What sounded before this page was opened is not repeated by a page that merely comes back.
       if (!sounded || next !== alarms) sounded = next;
-      if (louder) sound.play(louder);
+      if (louder) {
+        sound.play(louder);
+        const [top] = told(next);
+        if (top) notifier.notify(`alarm-${top.id}`, `${top.priority}: ${barText(top, 0)}`);
+      }
       if (next !== alarms || wasDeaf) {
         alarms = next;
         draw();

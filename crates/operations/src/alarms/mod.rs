@@ -146,6 +146,7 @@ impl Alarms {
             priority: *priority,
             text: String::new(),
             since: now.utc,
+            over: None,
             count: 0,
             acknowledged: None,
             escalated: false,
@@ -204,7 +205,7 @@ impl Alarms {
         (alarm.priority, alarm.escalated) = (*priority, false);
         alarm.state = state_of(alarm.priority);
         alarm.text.clone_from(text);
-        (alarm.since, alarm.raised, alarm.acknowledged) = (now.utc, now.mono, None);
+        (alarm.since, alarm.over, alarm.raised, alarm.acknowledged) = (now.utc, None, now.mono, None);
         alarm.raises.push_back(now.mono);
         while alarm.raises.len() > CHATTERS_FROM {
             alarm.raises.pop_front();
@@ -227,9 +228,11 @@ impl Alarms {
             return;
         }
         let (id, text) = (alarm.id, alarm.text.clone());
+        let ago_us = now.mono.since(alarm.turned).as_micros() as i64;
         match alarm.state {
             State::Unacknowledged => {
                 (alarm.state, alarm.chatters) = (State::Returned, false);
+                alarm.over = Some(UtcTime::from_micros(now.utc.micros().saturating_sub(ago_us)));
                 self.note(now, id, key, "returned", "", &text);
             }
             State::Acknowledged => {
@@ -449,7 +452,8 @@ impl Alarms {
 
     /// Takes over an alarm from before a restart. It stays as it was until its vessel is heard again.
     pub fn restore(&mut self, now: Now, saved: Saved) {
-        let Saved { id, key, state, priority, text, since, count, acknowledged, escalated, shelved } = saved;
+        let Saved { id, key, state, priority, text, since, over, count, acknowledged, escalated, shelved } =
+            saved;
         if state == State::Normal || self.all.contains_key(&key) || self.all.len() >= ALARMS_KEPT {
             return;
         }
@@ -466,6 +470,7 @@ impl Alarms {
             priority,
             text,
             since,
+            over,
             count,
             acknowledged,
             escalated,

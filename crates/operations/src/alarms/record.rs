@@ -99,6 +99,8 @@ pub struct Alarm {
     pub text: String,
     /// Since when it is wrong, or was.
     pub since: UtcTime,
+    /// Since when it is not wrong any more; `None` while it is.
+    pub over: Option<UtcTime>,
     /// How often it came since it was normal.
     pub count: u32,
     /// Who said they know.
@@ -188,6 +190,8 @@ pub struct Saved {
     pub text: String,
     /// Since when.
     pub since: UtcTime,
+    /// Since when not any more.
+    pub over: Option<UtcTime>,
     /// How often it came.
     pub count: u32,
     /// Who said they know.
@@ -208,6 +212,7 @@ impl From<&Alarm> for Saved {
             priority: alarm.priority,
             text: alarm.text.clone(),
             since: alarm.since,
+            over: alarm.over,
             count: alarm.count,
             acknowledged: alarm.acknowledged.clone(),
             escalated: alarm.escalated,

@@ -156,10 +156,13 @@ fn what_returned_unseen_stays_until_somebody_knows_and_comes_again_as_the_same()
     bench.pass(4);
     let id = bench.only().id;
     bench.part(2, EntityStateState::Normal);
+    let ended = UtcTime::from_micros(bench.now().utc.micros() + 1_000_000);
     bench.pass(7);
     assert_eq!((bench.only().state, bench.only().id), (State::Returned, id));
+    assert_eq!(bench.only().over, Some(ended), "when it ended, not when that was believed");
     bench.part(2, EntityStateState::Error);
     bench.pass(4);
+    assert_eq!(bench.only().over, None);
     assert_eq!((bench.only().state, bench.only().id, bench.only().count), (State::Unacknowledged, id, 2));
     bench.part(2, EntityStateState::Normal);
     bench.pass(7);
