@@ -20,6 +20,7 @@ const plot = await load("plot/model");
 const { vitals, entities, partsInWords, worst } = await load("state/vitals");
 const alarms = await load("state/alarms");
 const loss = await load("state/linkloss");
+const { ownPlaceText } = await load("state/ownplace");
 const { placeAt } = await load("state/track");
 
 const update = (system, abbrev, value) => ({
@@ -192,6 +193,14 @@ test("control and commands follow the frames of their vessel", () => {
 test("a leg has a bearing and a distance", () => {
   const { distance_m, bearing_rad } = control.legTo({ lat_deg: 63, lon_deg: 10 }, [63, 10.001]);
   assert.ok(Math.abs(distance_m - 50.48) < 0.1 && Math.abs(bearing_rad - Math.PI / 2) < 1e-4);
+});
+
+test("the own place tells its accuracy, its age where it is old, and the way to the vessel", () => {
+  const own = { lat_deg: 63, lon_deg: 10, accuracy_m: 7.6, atMs: 1_000 };
+  assert.equal(ownPlaceText(undefined, undefined, 0), "Waiting for this device's position …");
+  assert.equal(ownPlaceText(own, undefined, 5_000), "You ±8 m");
+  const vessel = { name: "otter-1", lat_deg: 63, lon_deg: 10.001 };
+  assert.equal(ownPlaceText(own, vessel, 61_000), "You ±8 m, 60 s old · otter-1 50.5 m (0.027 nmi), 090° T");
 });
 
 const alarm = (id, priority, state, more = {}) => ({

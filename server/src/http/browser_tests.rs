@@ -280,6 +280,12 @@ async fn a_page_that_is_opened_without_a_link_says_so_and_comes_later() {
     before_a_boat("offline.mjs").await;
 }
 
+/// The place of the person at the device, with consent, and nowhere but on the page.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_place_of_the_person_is_shown_and_not_sent() {
+    before_a_boat("own-place.mjs").await;
+}
+
 /// What nobody should believe to be names and values.
 fn hostile(entity: &imc::Text) -> EntityParameters {
     let one = |name: &str, value: &str| EntityParameter { name: name.into(), value: value.into() };

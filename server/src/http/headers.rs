@@ -25,7 +25,7 @@ const ALWAYS: [(HeaderName, &str); 8] = [
     (HeaderName::from_static("x-permitted-cross-domain-policies"), "none"),
     (
         HeaderName::from_static("permissions-policy"),
-        "gamepad=(self), camera=(), microphone=(), geolocation=(), payment=(), usb=()",
+        "gamepad=(self), geolocation=(self), camera=(), microphone=(), payment=(), usb=()",
     ),
 ];
 

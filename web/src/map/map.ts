@@ -19,6 +19,7 @@ import { type ChartOnMap, createChart } from "./chart/chart";
 import { setAttribute } from "../ui/dom";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
+import { createOwnPlace } from "./ownplace";
 import { placeAt, pointsUntil } from "../state/track";
 import { aheadStyle, courseStyle, ringStyle, trackStyle, type VesselStyle, vesselStyle } from "./symbols";
 
@@ -164,6 +165,13 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
       showAll();
     }
   };
+
+  // The person's own place is compared with the vessel that the page is about, or that is chosen.
+  const compared = (): { name: string; lat_deg: number; lon_deg: number } | undefined => {
+    const system = last.systems.find(({ address }) => address === last.selected);
+    return system?.fix ? { name: systemName(system), lat_deg: system.fix.lat_deg, lon_deg: system.fix.lon_deg } : undefined;
+  };
+  createOwnPlace({ ol: map, palette: () => palette, onRepaint: (then) => void repainted.push(then) }, root.parentElement ?? root, compared);
 
   /** Draws a vessel where it is; what has not changed is left alone, so that the map rests while nothing moves. */
   const place = (one: Drawn, system: System, fix: Fix, selected: boolean, nowUs: number): void => {
