@@ -23,9 +23,10 @@ await inBrowser(async (open) => {
   check(/^63° \d\d\.\d{3}′ N 010° \d\d\.\d{3}′ E$/.test(before), before);
   await page.waitForFunction(([node, before]) => node.textContent !== before, [await place.elementHandle(), before]);
 
-  // Choosing a system shows its latest values; text from a vessel stays text.
-  await systems.getByRole("button", { name: "otter-1" }).press("Enter");
-  const values = page.getByRole("region", { name: "otter-1" }).getByRole("table");
+  // Its latest values are on its page; text from a vessel stays text.
+  await systems.getByRole("link", { name: "Open otter-1" }).press("Enter");
+  await page.getByRole("tab", { name: "Values" }).click();
+  const values = page.getByRole("tabpanel", { name: "Values" }).getByRole("table");
   await values.getByRole("row", { name: /Voltage <b>Battery<\/b> value/ }).waitFor();
   await values.getByRole("row", { name: /onerror=alert/ }).waitFor();
   check((await values.getByRole("row", { name: /EstimatedState Navigation psi/ }).innerText()).includes("°"), "angles are in degrees");
@@ -33,8 +34,10 @@ await inBrowser(async (open) => {
   await page.getByLabel("Filter").fill("voltage");
   await values.getByRole("row", { name: /EstimatedState/ }).first().waitFor({ state: "detached" });
   await page.getByLabel("Filter").fill("");
+  await page.goto(`${url}/vessels/2070?tab=Values`);
+  await page.getByRole("tabpanel", { name: "Values" }).locator("tr.stale").first().waitFor();
+  await page.goto(url);
   await systems.getByRole("button", { name: "otter-2" }).click();
-  await page.getByRole("region", { name: "otter-2" }).locator("tr.stale").first().waitFor();
 
   // The map is drawn: pixels differ where a vessel is, and a click on it chooses it.
   await page.getByRole("button", { name: "Show all" }).click();

@@ -1,4 +1,4 @@
-// The first page: map, list of systems, latest values.
+// The first page: the map, and beside it how each vessel does.
 
 import { getJson } from "../api/http";
 import type { System, TrackPoint } from "../api/types.gen";
@@ -7,16 +7,17 @@ import { told } from "../state/alarms";
 import { asSeen, EMPTY, placeIsOld, serverNowUs } from "../state/fleet";
 import { type Listed, unheard } from "../state/order";
 import { Track } from "../state/track";
-import { entities, partsInWords, vitals, worst } from "../state/vitals";
+import { entities, GLANCE, partsInWords, vitals, worst } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
-import { make, setAttribute } from "../ui/dom";
+import { make } from "../ui/dom";
 import { fillExport } from "../ui/export";
 import { isShore, systemName } from "../ui/format";
 import { createList } from "../ui/list";
-import { createValues } from "../ui/values";
 
-/** Tables are drawn anew so often, ms; the map at each frame. */
+/** The list is drawn anew so often, ms; the map at each frame. */
 const TABLES_MS = 250;
+/** A frame comes so often, ms: vessels move a metre meanwhile. */
+const EVERY_MS = 250;
 /** How much of the past is drawn at first, µs. */
 const PAST_US = 3_600_000_000;
 
@@ -25,8 +26,7 @@ export function startFleet(root: HTMLElement): void {
   const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of systems tells the same." });
   const all = make("button", { type: "button", class: "show-all" }, "Show all");
   const listBox = make("section", { class: "panel list", "aria-label": "Systems" });
-  const valueBox = make("section", { class: "panel latest", "aria-labelledby": "values-title" });
-  root.append(make("div", { class: "map-box" }, mapBox, all), listBox, valueBox);
+  root.append(make("div", { class: "map-box" }, mapBox, all), listBox);
 
   let state = EMPTY;
   let linked = true;
@@ -44,7 +44,6 @@ export function startFleet(root: HTMLElement): void {
   };
   const map = createMap(mapBox, select);
   const list = createList(listBox, select);
-  const values = createValues(valueBox);
   all.addEventListener("click", () => map.showAll());
 
   const systems = (): System[] =>
@@ -84,10 +83,8 @@ export function startFleet(root: HTMLElement): void {
     if (!byPerson && (!before || (isGone(before) && !isOurs(before)))) selected = firstOf(known)?.address ?? selected;
     list.update(known.map((system) => listed(system, nowUs)), selected, nowUs, linked);
     const chosen = known.find((system) => system.address === selected);
-    setAttribute(valueBox, "hidden", chosen ? null : "");
     // A stranger that is gone does not come to where the STOP of a vessel of these people is looked for.
     chrome.stop?.target(chosen && (isOurs(chosen) || met.has(chosen.address)) ? { address: chosen.address, name: systemName(chosen) } : undefined);
-    if (chosen) values.update(systemName(chosen), [...(state.values.get(chosen.address)?.values() ?? [])], labels(chosen), nowUs);
   };
 
   const follow = (system: System): void => {
@@ -111,7 +108,7 @@ export function startFleet(root: HTMLElement): void {
   };
 
   let due = false;
-  const chrome = createChrome({ events: true, every_ms: 100 }, {
+  const chrome = createChrome({ messages: [...GLANCE], events: false, every_ms: EVERY_MS }, {
     frame(now) {
       linked = true;
       state = now;

@@ -446,8 +446,8 @@ export function startVessel(root: HTMLElement): void {
     const newest = Math.max(...[...known.values()].map((one) => one.time_us));
     const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
     const readings = vitals(known, called, asOf);
-    tiles.update(system, readings, link, asOf, us === null ? linked : true, past);
     underWay.update(readings, us === null);
+    tiles.update(system, readings, link, asOf, us === null ? linked : true, past, us === null ? underWay.steps() : "");
     // Where it is not known that the vessel rests, it may be under way.
     parameters.update(control, system, now, us !== null || readings.mode.old || readings.mode.word !== "SERVICE", play === null && tabs.shows("Parameters"));
     panels.Parameters.inert = play !== null;

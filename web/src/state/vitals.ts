@@ -19,6 +19,9 @@ export interface Reading {
   readonly old: boolean;
 }
 
+/** The messages that a vessel is shown by where several are: what {@link vitals}, {@link entities} and its place are read from. */
+export const GLANCE: readonly string[] = ["EstimatedState", "GpsFix", "Announce", "VehicleState", "PlanControlState", "FuelLevel", "EntityState"];
+
 const NEVER: Reading = { value: null, word: "", note: "", ageS: null, old: true };
 
 export interface Vitals {

@@ -65,6 +65,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     else setText(link, "No link to the server: what you see is old. Trying again …");
   };
   palette();
+  menu();
   keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();
@@ -136,6 +137,21 @@ function keepInSight(): void {
   const watch = new ResizeObserver(tell);
   watch.observe(top);
   for (const part of top.children) watch.observe(part);
+}
+
+/** Where the window is narrow, pages, palette and account are behind a button. */
+function menu(): void {
+  const [button, bar] = [document.getElementById("menu"), document.querySelector("header.bar")];
+  const set = (open: boolean): void => {
+    setAttribute(button as Element, "aria-expanded", String(open));
+    bar?.toggleAttribute("data-open", open);
+  };
+  button?.addEventListener("click", () => set(button.getAttribute("aria-expanded") !== "true"));
+  bar?.addEventListener("keydown", (event) => {
+    if (!(event instanceof KeyboardEvent) || event.key !== "Escape" || button?.getAttribute("aria-expanded") !== "true") return;
+    set(false);
+    button.focus();
+  });
 }
 
 /** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */

@@ -4,7 +4,7 @@ import type { Liveness } from "../api/types.gen";
 import { type Priority, SHAPES } from "../state/alarms";
 import { inOrder, type Listed, type Order, ORDERS } from "../state/order";
 import { make, setAttribute, setText } from "./dom";
-import { age, bearing, knots, position, systemName } from "./format";
+import { age, bearing, knots, modeText, position, systemName } from "./format";
 
 /** Where the browser keeps by what systems are sorted. */
 const KEPT = "lutra-fleet-order";
@@ -25,6 +25,7 @@ interface Card {
   readonly place: HTMLElement;
   readonly motion: HTMLElement;
   readonly doing: HTMLElement;
+  readonly battery: HTMLElement;
   readonly worst: HTMLElement;
   readonly heard: HTMLElement;
   readonly more: HTMLAnchorElement;
@@ -53,11 +54,15 @@ export function createList(root: HTMLElement, select: (address: number) => void)
 
   const card = (address: number): Card => {
     const [name, state, place, motion] = [span("name"), span("state"), span("num"), span("num")];
-    const [doing, worst, heard] = [span("doing"), span("worst"), span("num dim")];
-    const button = make("button", { type: "button", class: "system" }, name, state, place, motion, doing, worst, heard);
+    const [doing, battery, worst, heard] = [span("doing"), span("battery"), span("worst"), span("num dim")];
+    place.classList.add("place");
+    motion.classList.add("motion");
+    heard.classList.add("heard");
+    // The colour that the vessel and its track have on the map.
+    const button = make("button", { type: "button", class: "system", "data-series": String(address % 4) }, name, state, place, motion, doing, battery, worst, heard);
     button.addEventListener("click", () => select(address));
     const more = make("a", { class: "more", href: `/vessels/${address}` }, "Open");
-    return { root: make("li", {}, button, more), button, name, state, place, motion, doing, worst, heard, more };
+    return { root: make("li", {}, button, more), button, name, state, place, motion, doing, battery, worst, heard, more };
   };
 
   return {
@@ -103,13 +108,10 @@ function fill(card: Card, { system, placeIsOld, vitals, parts, alarm }: Listed, 
     ? `SOG ${knots(fix.speed_mps)}  COG ${bearing(fix.course_rad)}  HDG ${bearing(fix.heading_rad)}`
     : "";
   setText(card.motion, motion);
-  const { mode, plan, battery } = vitals;
-  const told = [
-    mode.ageS === null ? "mode unknown" : `${mode.word}${mode.old ? " (old)" : ""}`,
-    plan.ageS === null ? "plan unknown" : `${plan.note || "no plan"} ${plan.word.toLowerCase()}${plan.old ? " (old)" : ""}`,
-    battery.value === null ? "battery unknown" : `battery ${battery.value.toFixed(0)} %${battery.old ? " (old)" : ""}`,
-  ];
-  setText(card.doing, told.join(" · "));
+  setText(card.doing, doing(vitals));
+  const { mode, battery } = vitals;
+  setText(card.battery, battery.value === null ? "battery not reported" : `battery ${battery.value.toFixed(0)} %${battery.old ? " (old)" : ""}`);
+  setAttribute(card.battery, "data-old", battery.old ? "" : null);
   setAttribute(card.doing, "data-old", mode.old ? "" : null);
   const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}: ${alarm.text}` : "";
   setAttribute(card.worst, "data-quiet", said || parts.bad ? null : "");
@@ -120,6 +122,17 @@ function fill(card: Card, { system, placeIsOld, vitals, parts, alarm }: Listed, 
     setText(card.state, linked ? "○ not heard" : "? not known");
     setText(card.heard, "not heard since the server started");
   } else setText(card.heard, `heard ${age(heard)} ago${system.doors.length ? ` by ${system.doors.join(", ")}` : ""}`);
+}
+
+/** What a vessel does: its plan and how far it is, or how it operates. */
+function doing({ mode, plan, progress }: Listed["vitals"]): string {
+  const state = mode.ageS === null ? "state not reported" : `${modeText(mode.word)}${mode.old ? " (old)" : ""}`;
+  if (plan.ageS === null) return `${state} · plan not reported`;
+  const old = plan.old ? " (old)" : "";
+  if (!plan.note) return `${state} · no plan${old}`;
+  if (!/^EXECUTING$/i.test(plan.word)) return `${state} · plan ${plan.note} ${plan.word.toLowerCase()}${old}`;
+  const share = progress.value === null ? "" : ` · ${progress.value.toFixed(0)} %`;
+  return mode.word === "MANEUVER" && !mode.old ? `${state} ${plan.note}${share}${old}` : `${state} · executing ${plan.note}${share}${old}`;
 }
 
 /** How the first vessel comes in, by each of the ways. */

@@ -12,8 +12,10 @@ const EFFECT_S = 8;
 const WATCHED_S = 120;
 /** The server gives a stop that its vessel has perhaps not heard again for so long, µs. */
 const WAITS_US = 600_000_000;
-/** Orders that are shown; older ones go, but for those without an answer. */
+/** Orders that are shown, and of a stop of all vessels one of each; older ones go, but for those without an answer. */
 const SHOWN = 5;
+/** Whoever begins to stop all vessels says so a second time within this, ms. */
+const SURE_MS = 5_000;
 
 interface Order {
   readonly address: number;
@@ -49,6 +51,8 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
   const open: Order[] = [];
   let aim: { address: number; name: string } | undefined;
   let others = "";
+  /** All that the person may stop. */
+  let everybody: readonly System[] = [];
 
   const order = (address: number, name: string): void => {
     // Whoever presses again while nothing was answered wants the same, sooner.
@@ -102,7 +106,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
   /** Takes away the oldest orders beyond those that are shown. */
   const tidy = (): void => {
     const done = [...orders.children].filter((row) => !open.some((one) => one.root === row && one.asking));
-    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - SHOWN))) row.remove();
+    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - Math.max(SHOWN, everybody.length)))) row.remove();
   };
 
   const button = (address: number, name: string): HTMLButtonElement => {
@@ -110,10 +114,29 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
     made.addEventListener("click", () => order(address, name));
     return made;
   };
+  /** Two steps: one that begins, and one in the same place that names whom it stops. */
+  const all = make("button", { type: "button", class: "halt all" });
+  let sure: number | undefined;
+  const unsure = (): void => {
+    window.clearTimeout(sure);
+    sure = undefined;
+    setText(all, `STOP ALL (${everybody.length}) …`);
+  };
+  all.addEventListener("click", () => {
+    if (sure === undefined) {
+      setText(all, `Press again: STOP ${everybody.map(systemName).join(", ")}`);
+      sure = window.setTimeout(unsure, SURE_MS);
+      return;
+    }
+    unsure();
+    menu.open = false;
+    for (const one of everybody) order(one.address, systemName(one));
+  });
   const form = root.querySelector("form");
   const main = make("span", { class: "aim" });
   const list = make("div", { class: "others" });
-  const summary = make("summary", { class: "halt" }, "STOP …");
+  const word = make("span", {}, "STOP\u00a0");
+  const summary = make("summary", { class: "halt" }, word, "…");
   const menu = make("details", { hidden: "" }, summary, list);
   if (form) {
     form.addEventListener("submit", (event) => {
@@ -158,8 +181,12 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       if (here !== others) {
         const rest = vessels.filter((system) => system.address !== aim?.address);
         setAttribute(menu, "hidden", rest.length ? null : "");
-        setText(summary, aim ? "Others …" : "STOP …");
-        list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
+        setText(word, aim ? "Others\u00a0" : "STOP\u00a0");
+        setAttribute(word, "class", aim ? "wide-only" : null);
+        everybody = vessels;
+        // What is said to be stopped is what was read.
+        unsure();
+        list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))), ...(vessels.length > 1 ? [all] : []));
         others = here;
       }
     },
@@ -213,12 +240,12 @@ function follow(order: Order, frame: LiveFrame): void {
     if (took > WATCHED_S) order.over = true;
     // Two lines tell of the vessel, and the slower one may still tell what was before.
     else if (state && state.received_us > order.effectUs && !["ERROR", "SERVICE", "BOOT"].includes(mode)) {
-      end(order, "failed", `STOP ${order.name}: it stopped after ${order.effectS.toFixed(1)} s, but GOES ON since ${utc(state.received_us, false)}: mode ${mode}. Somebody or something started it anew.`);
+      end(order, "failed", `STOP ${order.name}: stopped after ${order.effectS.toFixed(1)} s, but GOES ON since ${utc(state.received_us, false)}: mode ${mode}. It was started again.`);
     }
   } else if (mode === "ERROR") {
     order.effectS = took;
     order.effectUs = state?.received_us ?? 0;
-    tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel stopped what it did (its mode is called ERROR).`);
+    tell(order, "done", `STOP ${order.name}: stopped after ${took.toFixed(1)} s. Motors off, drifting.`);
   } else if (took > EFFECT_S) {
     const said = state ? `it says mode ${mode}` : "it does not say that it stopped";
     tell(order, "failed", `STOP ${order.name}: sent, but NO EFFECT SEEN in ${EFFECT_S} s; ${said}. Press STOP again or stop it by other means.`);

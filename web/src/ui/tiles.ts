@@ -4,7 +4,7 @@ import type { System } from "../api/types.gen";
 import type { LinkStatus } from "../api/types.gen";
 import type { Reading, Vitals } from "../state/vitals";
 import { make, setAttribute, setText } from "./dom";
-import { age, bearing, knots } from "./format";
+import { age, bearing, knots, modeText } from "./format";
 import { LIVENESS } from "./list";
 
 interface Tile {
@@ -16,31 +16,40 @@ interface Tile {
 }
 
 export interface Tiles {
-  /** `past`: how old the newest value was, s, at the time in the past that is shown; undefined in the present. */
-  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null): void;
+  /**
+   * `past`: how old the newest value was, s, at the time in the past that is shown; undefined in the present.
+   * `steps`: which of the plan's maneuvers is sailed, where that is known.
+   */
+  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null, steps?: string): void;
 }
 
 type Name = "link" | "chart" | keyof Vitals;
-const TILES: readonly (readonly [Name, string])[] = [
+/** What is always in sight. */
+const FIRST: readonly (readonly [Name, string])[] = [
   ["link", "Link"],
-  ["chart", "Sea chart aboard"],
-  ["mode", "Mode"],
+  ["mode", "State"],
   ["plan", "Plan"],
   ["progress", "Progress"],
   ["speed_mps", "Speed over ground"],
-  ["course_rad", "Course over ground"],
   ["heading_rad", "Heading"],
+  ["battery", "Battery"],
+];
+/** What is shown when somebody wants more, or when it needs somebody. */
+const FURTHER: readonly (readonly [Name, string])[] = [
+  ["course_rad", "Course over ground"],
   ["port_rpm", "Motor port"],
   ["starboard_rpm", "Motor starboard"],
-  ["battery", "Battery"],
   ["voltage", "Lowest voltage"],
   ["snr", "Last tag"],
+  ["chart", "Sea chart aboard"],
 ];
+/** Where the browser keeps whether more is wanted. */
+const MORE = "lutra-instruments";
 
 /** A reading with more letters than this takes more than one line; with fewer where words beside it must be read too. */
 const LONG = 16;
 const LONG_BESIDE = 9;
-const CHART: Readonly<Record<string, string>> = { same: "as ashore", waiting: "waits", failed: "not taken", declined: "its own", other: "another", none: "none" };
+const CHART: Readonly<Record<string, string>> = { same: "up to date", waiting: "waits", failed: "not taken", declined: "its own", other: "another", none: "none" };
 
 /** Of a time in the past, the newest value older than this is an old one, s. */
 const PAST_FRESH_S = 10;
@@ -49,13 +58,26 @@ const PAST_FRESH_S = 10;
 export function createTiles(root: HTMLElement): Tiles {
   const tiles = new Map<Name, Tile>();
   const list = make("dl", { class: "tiles" });
-  for (const [name, title] of TILES) {
+  for (const [name, title] of [...FIRST, ...FURTHER]) {
+    const further = FURTHER.some(([one]) => one === name) ? { "data-further": "" } : {};
     const [value, unit, note, old] = [span("reading num"), span("unit"), span("note-line"), span("age num")];
-    const root = make("div", { class: "tile", "data-tile": name }, make("dt", {}, title, old), make("dd", {}, value, unit, note));
+    const root = make("div", { class: "tile", "data-tile": name, ...further }, make("dt", {}, title, old), make("dd", {}, value, unit, note));
     tiles.set(name, { root, value, unit, note, age: old });
     list.append(root);
   }
-  root.append(list);
+  const more = make("button", { type: "button", class: "more-tiles" });
+  const wants = (open: boolean): void => {
+    setAttribute(list, "data-more", open ? "" : null);
+    setAttribute(more, "aria-expanded", String(open));
+    setText(more, open ? "Fewer instruments" : "More instruments");
+  };
+  wants(localStorage.getItem(MORE) === "open");
+  more.addEventListener("click", () => {
+    const open = more.getAttribute("aria-expanded") !== "true";
+    localStorage.setItem(MORE, open ? "open" : "");
+    wants(open);
+  });
+  root.append(more, list);
   let recorded = false;
   const show = (name: Name, text: string, unit: string, note: string, reading: Pick<Reading, "ageS" | "old">, linked: boolean, alert = ""): void => {
     const tile = tiles.get(name);
@@ -74,26 +96,27 @@ export function createTiles(root: HTMLElement): Tiles {
   };
 
   return {
-    update(system, vitals, link, nowUs, linked, past) {
+    update(system, vitals, link, nowUs, linked, past, steps = "") {
       recorded = past !== undefined;
       const { mode, plan, progress, speed_mps, course_rad, heading_rad, port_rpm, starboard_rpm, battery, voltage, snr } = vitals;
       const silence = system ? Math.max(0, (nowUs - system.heard_us) / 1e6) : null;
       const live = system?.liveness === "live" || system?.liveness === "late";
       const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
       const waiting = link?.backlog_records ? ` · ${link.backlog_records} records wait aboard` : "";
-      const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
+      const way = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
       if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
-      else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
+      else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${way}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       const held = chart(link);
       const told = link?.chart.told_us ?? null;
       const toldS = past !== undefined || told === null ? null : link?.up && live ? (silence ?? 0) : (nowUs - told) / 1e6;
       show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
-      show("mode", mode.word, "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
-      show("plan", plan.note || "none", "", plan.word, plan, linked);
+      show("mode", modeText(mode.word), "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
+      show("plan", plan.note || "none", "", plan.word.toLowerCase(), plan, linked);
       // What was told of the last plan says nothing of one that does not run.
       const runs = /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
       const share = runs ? progress.value : null;
-      show("progress", share === null ? (runs ? "not told" : "no plan runs") : share.toFixed(0), share === null ? "" : "%", runs ? progress.note : "", progress, linked);
+      const [by, unit] = share === null ? [runs ? steps || "not reported" : "no plan runs", ""] : [share.toFixed(0), "%"];
+      show("progress", by, unit, runs ? [share === null ? "" : steps, progress.note].filter(Boolean).join(" · ") : "", progress, linked);
       show("speed_mps", bare(knots(speed_mps.value)), "kn", speed_mps.value === null ? "" : `${speed_mps.value.toFixed(2)} m/s`, speed_mps, linked);
       show("course_rad", bearing(course_rad.value), "", course_rad.value === null ? "not moving" : "", course_rad, linked);
       show("heading_rad", bearing(heading_rad.value), "", "", heading_rad, linked);
