@@ -97,8 +97,8 @@ await inBrowser(async (open) => {
   await look(page, "admin-audit");
 
   // The doors: the link is open, the others say what opens them; whoever comes without a token is counted.
-  await page.getByRole("link", { name: "Doors" }).click();
-  const doors = page.getByRole("region", { name: "Doors" });
+  await page.getByRole("link", { name: "Connections" }).click();
+  const doors = page.getByRole("region", { name: "Transports" });
   await doors.getByRole("row", { name: /Vessel link ws:\/\/127\.0\.0\.1:\d+\/link 0 0 0 0 none none/ }).waitFor();
   await doors.getByRole("row", { name: /IMCProxy closed set doors\.imcproxy\.listen/ }).waitFor();
   await page.getByText("No vessel has come in by its link").waitFor();

@@ -120,14 +120,14 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: /^Acknowledge: otter-0: 24 %/ }).click();
   await told(page, "No alarms");
 
-  // Put aside for a time, with a reason that everybody reads; the history tells it all.
+  // Shelved for a time, with a reason that everybody reads; the history tells it all.
   console.log("lost");
   await later(worst(page, /otter-0: Navigation: error/), 2);
-  await row(page, "position").getByText("Put aside …").click();
+  await row(page, "position").getByText("Shelve …").click();
   await row(page, "position").getByLabel(/^Why/).fill("antenna is being changed");
-  await row(page, "position").getByRole("button", { name: "Put aside", exact: true }).click();
-  await told(viewer, "No alarms; 1 put aside");
-  await row(viewer, "position").getByText("put aside by admin: antenna is being changed").waitFor();
+  await row(page, "position").getByRole("button", { name: "Shelve", exact: true }).click();
+  await told(viewer, "No alarms; 1 shelved");
+  await row(viewer, "position").getByText("shelved by admin: antenna is being changed").waitFor();
   await bar(page).getByText("What happened lately").click();
   await bar(page).locator(".alarm-past").getByText(/otter-0: alarm shelved by admin: antenna is being changed/).waitFor();
   await bar(page).locator(".alarm-past").getByText(/escalated/).waitFor();
@@ -137,7 +137,7 @@ await inBrowser(async (open) => {
   await page.getByText("alarm.shelve").first().waitFor();
   await page.getByText("alarm.acknowledge").first().waitFor();
   // On a page that is about something else the bar stands too.
-  await told(page, "No alarms; 1 put aside");
+  await told(page, "No alarms; 1 shelved");
   await look(page, "alarms-audit");
 
   // Without the server nobody knows of alarms: the bar says so, and it sounds until somebody sees to it.

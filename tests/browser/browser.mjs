@@ -10,9 +10,12 @@ const require = createRequire(join(root, "web/package.json"));
 const { chromium } = require("playwright-core");
 const axe = await readFile(require.resolve("axe-core/axe.min.js"), "utf8");
 
+/** A desk, a small laptop, a tablet and a phone; a page that is opened has the first. */
 const SIZES = [
   { width: 1440, height: 900 },
+  { width: 1024, height: 768 },
   { width: 820, height: 1180 },
+  { width: 390, height: 844 },
 ];
 const PALETTES = ["day", "dusk", "night"];
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
@@ -114,7 +117,7 @@ export async function logIn(page, url, name, password, next) {
   await page.getByText("Your password is changed").waitFor();
 }
 
-/** A page as it should be: no wider than its window at either size, and without a violation by axe in any palette. What is
+/** A page as it should be: no wider than its window at any of the sizes, and without a violation by axe in any palette. What is
  * no matter of colours is the same in all palettes. Texts that look alike are judged by two of them, and of targets those
  * that are small or under others; with LUTRA_LONG set axe looks at each. With LUTRA_PICTURES set pictures of it all lie in
  * target/screenshots. */

@@ -43,7 +43,7 @@ await inBrowser(async (open) => {
   // Doors and storage of a server that works.
   await page.goto(`${url}/admin/doors`);
   await page.getByRole("region", { name: "Links of vessels" }).getByRole("row", { name: /otter-2 ● up/ }).waitFor();
-  await page.getByRole("region", { name: "Connections" }).getByRole("row", { name: /link of .* otter-1/ }).waitFor();
+  await page.getByRole("region", { name: "Open connections" }).getByRole("row", { name: /link of .* otter-1/ }).waitFor();
   await look(page, "demo-doors");
   await page.goto(`${url}/admin/storage`);
   await page.getByRole("region", { name: "By vessel" }).getByRole("row", { name: /otter-1 .*iB 1 20/ }).waitFor();

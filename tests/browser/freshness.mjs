@@ -106,7 +106,7 @@ await inBrowser(async (open) => {
   const onMap = (page, old) => page.waitForFunction(([boat, old]) => (document.querySelector(".map")?.dataset.old ?? "").includes(String(boat)) === old, [BOAT, old]);
   const live = async () => {
     await fleet.locator('.system[data-liveness="live"]').getByText("otter-0").waitFor();
-    await fleet.waitForFunction(() => [...document.querySelectorAll("table.values tr")].some((row) => /Voltage/.test(row.textContent) && !row.classList.contains("stale")));
+    await values.waitForFunction(() => [...document.querySelectorAll("table.values tr")].some((row) => /Voltage/.test(row.textContent) && !row.classList.contains("stale")));
     for (const page of [values, entities, plots]) await page.locator('[data-tile="speed_mps"]:not([data-old])').waitFor();
     await plots.locator(".legend .num:not([data-old])").getByText(/m\/s/).waitFor();
     for (const [, page] of all) await onMap(page, false);
@@ -114,7 +114,7 @@ await inBrowser(async (open) => {
   const old = async () => {
     await fleet.locator('.system[data-liveness="stale"], .system[data-liveness="lost"]').getByText("otter-0").waitFor();
     await fleet.getByText(/63° .* E \(old\)/).waitFor();
-    for (const page of [fleet, values]) await page.waitForFunction(() => [...document.querySelectorAll("table.values tbody:not([aria-hidden]) tr:not([hidden])")].every((row) => row.classList.contains("stale")));
+    await values.waitForFunction(() => [...document.querySelectorAll("table.values tbody:not([aria-hidden]) tr:not([hidden])")].every((row) => row.classList.contains("stale")));
     await entities.waitForFunction(() => [...document.querySelectorAll("table.compact [data-entity]")].filter((row) => /NORMAL/.test(row.textContent)).every((row) => row.classList.contains("stale")));
     for (const page of [values, entities, plots]) await page.waitForFunction(() => !document.querySelector(".tile:not([data-old]):not([data-tile=snr])"));
     await plots.locator(".legend .num[data-old]").getByText(/\(old: /).waitFor();

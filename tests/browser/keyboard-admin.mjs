@@ -90,7 +90,7 @@ await inBrowser(async (open) => {
   await page.getByText("There are none.").waitFor();
   check((await me()).status() === 401, "the token opens nothing");
 
-  // An alarm: opened in the bar, acknowledged; another put aside with a reason; the list closed by Escape.
+  // An alarm: opened in the bar, acknowledged; another shelved with a reason; the list closed by Escape.
   const worst = (text) => bar.locator(".alarm-bar .worst").getByText(text);
   console.log("empty");
   await later(worst(/otter-0: 24 % charge left/), 3);
@@ -102,13 +102,13 @@ await inBrowser(async (open) => {
   await later(worst("No alarms"), 16);
   console.log("lost");
   await later(worst(/otter-0: Navigation: error/), 2);
-  await act("Put aside …");
+  await act("Shelve …");
   await choose(/^For how long: otter-0: Navigation/, "30 min");
   await to(/^Why: otter-0: Navigation/);
   await write("antenna is being changed");
-  await act("Put aside");
-  await worst("No alarms; 1 put aside").waitFor();
-  await bar.locator('[data-alarm="position"]').getByText(/put aside by admin: antenna is being changed/).waitFor();
+  await act("Shelve");
+  await worst("No alarms; 1 shelved").waitFor();
+  await bar.locator('[data-alarm="position"]').getByText(/shelved by admin: antenna is being changed/).waitFor();
   await act("What happened lately");
   await bar.locator(".alarm-past").getByText(/otter-0: alarm shelved by admin: antenna is being changed/).waitFor();
   await press("Escape");

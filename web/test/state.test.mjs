@@ -233,7 +233,7 @@ test("without the server the bar says since when alarms are not known, and never
   assert.equal(alarms.whenText(over), "from 2024-10-04 00:01:00Z to 00:01:39Z");
   assert.equal(alarms.whenText({ ...over, over_us: null }), "since 2024-10-04 00:01:00Z");
   const at = 86_400e6 * 20_000 + 3_600e6;
-  assert.equal(alarms.barText(undefined, 2, at), "Alarms are not known since 01:00:00Z: the server is not heard. Then: No alarms; 2 put aside");
+  assert.equal(alarms.barText(undefined, 2, at), "Alarms are not known since 01:00:00Z: the server is not heard. Then: No alarms; 2 shelved");
   assert.match(alarms.barText(top, 0, at), /^Alarms are not known since 01:00:00Z.* Then: otter-1: one motor hot$/);
   assert.equal(alarms.barText(undefined, 0, null), "Alarms are not known: the server is not heard");
 });

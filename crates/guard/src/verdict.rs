@@ -221,7 +221,12 @@ impl fmt::Display for LegCheck {
             (Some(Reason::NoData), ..) => write!(f, "not charted")?,
             (Some(Reason::TooLow), ..) => write!(f, "too low overhead")?,
             (_, Some(least_m), Some(margin_m)) if margin_m < 0.0 => {
-                write!(f, "{least_m:.1} m deep, {:.1} m too little", -margin_m)?;
+                let needed_m = least_m - margin_m;
+                if least_m < 0.0 {
+                    write!(f, "dries {:.1} m; needs {needed_m:.1} m", -least_m)?;
+                } else {
+                    write!(f, "{least_m:.1} m deep; needs {needed_m:.1} m")?;
+                }
             }
             (_, least_m, margin_m) => {
                 let (least_m, margin_m) = (least_m.unwrap_or(0.0), margin_m.unwrap_or(0.0));

@@ -50,7 +50,7 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/admin/vessel", admin, "Name a vessel.", admin::vessels::add),
         Route::form("/admin/vessel/remove", admin, "Forget a vessel.", admin::vessels::remove),
         Route::form("/admin/vessel/token", admin, "Make a link token.", admin::vessels::token),
-        Route::page("/admin/doors", admin, "Doors.", admin::doors::page),
+        Route::page("/admin/doors", admin, "Connections.", admin::doors::page),
         Route::page("/admin/storage", admin, "Storage.", admin::storage::page),
         Route::page("/admin/import", admin, "Bring logs in.", admin::import::page),
         Route::page("/admin/tokens", admin, "Tokens.", admin::access::tokens),

@@ -84,7 +84,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, att
     try {
       const given = (await orders.ask({ kind: "plan.get", plan_id: plan.plan_id })).plan;
       setText(heard, "");
-      const lines = [`Vessel: ${name()}`, `Plan: ${plan.plan_id}, ${given?.maneuvers ?? "?"} maneuvers`, `Digest: ${given?.md5 ?? plan.md5}`, leg(given?.first_deg), "What the vessel does now ends."];
+      const lines = [`Vessel: ${name()}`, `Plan: ${plan.plan_id}, ${given?.maneuvers ?? "?"} maneuvers`, `Digest: ${given?.md5 ?? plan.md5}`, leg(given?.first_deg), "The current plan or order will be cancelled."];
       confirm.ask(`Start ${plan.plan_id} on ${name()}?`, lines, `Start ${plan.plan_id}`, () => void give({ kind: "plan.start", plan_id: plan.plan_id }));
     } catch (error) {
       setText(heard, "");
@@ -143,7 +143,7 @@ export function createControl(root: HTMLElement, { address, me, may, steers, att
     const place = [lat.valueAsNumber, lon.valueAsNumber] as const;
     const mps = speed.valueAsNumber;
     mark(place);
-    const lines = [`Vessel: ${name()}`, `To ${place[0].toFixed(6)}°, ${place[1].toFixed(6)}° at ${mps.toFixed(1)} m/s, straight, and stay there`, leg(place), "What the vessel does now ends. Where a sea chart is loaded, a way over danger is refused; look out yourself."];
+    const lines = [`Vessel: ${name()}`, `To ${place[0].toFixed(6)}°, ${place[1].toFixed(6)}° at ${mps.toFixed(1)} m/s, straight, and stay there`, leg(place), "The current plan or order will be cancelled. Where a sea chart is loaded, a way over danger is refused; look out yourself."];
     confirm.ask(`Send ${name()} there?`, lines, "Go", () => {
       mark(null);
       void give({ kind: "goto", lat_deg: place[0], lon_deg: place[1], speed_mps: mps });

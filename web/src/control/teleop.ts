@@ -149,7 +149,7 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
     timer = window.setInterval(sample, SAMPLE_MS);
   };
   begin.addEventListener("click", () => {
-    confirm.ask(`Steer ${name()} by hand?`, [`Vessel: ${name()}`, "What the vessel does now ends. Its motors stand still until you hold a dead-man and steer."], "Steer by hand", open);
+    confirm.ask(`Steer ${name()} by hand?`, [`Vessel: ${name()}`, "The current plan or order will be cancelled. Its motors stand still until you hold a dead-man and steer."], "Steer by hand", open);
   });
   padUse.addEventListener("click", () => {
     const out = padUse.getAttribute("aria-pressed") !== "true";

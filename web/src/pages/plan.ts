@@ -272,7 +272,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
     const vessel = now.vessel === null ? "" : String(now.vessel);
     if (vessel && !(vessel in names)) vessels.push([vessel, hexAddress(Number(vessel))]);
     const forWhom = choiceField("For", "plan-vessel", vessel, vessels, (value) => change({ ...now, vessel: value ? Number(value) : null }));
-    const repeat = checkField("Begins anew at its end", "plan-repeat", now.repeat, (value) => change({ ...now, repeat: value }));
+    const repeat = checkField("Repeat", "plan-repeat", now.repeat, (value) => change({ ...now, repeat: value }));
     const form = choiceField("Coordinates", "minutes", minutes ? "yes" : "no", [["no", "decimal degrees"], ["yes", "degrees and minutes"]], (value) => {
       minutes = value === "yes";
       localStorage.setItem(MINUTES_KEY, value);

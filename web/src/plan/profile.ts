@@ -85,7 +85,7 @@ export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (pla
   const summary = (): string => {
     if (!points.length) return "";
     const worst = shallowest(points);
-    return `Shallowest right below the way: ${words(worst)} at ${lengthText(worst.along_m)} of ${lengthText(length_m)}. Limits: ${limits?.navigable_m} m under an operator's hand (dotted), ${limits?.autonomous_m} m by itself (dashed).`;
+    return `Least depth on track: ${words(worst)} at ${lengthText(worst.along_m)} of ${lengthText(length_m)}. Limits: ${limits?.navigable_m} m under an operator's hand (dotted), ${limits?.autonomous_m} m by itself (dashed).`;
   };
   const fillTable = (): void => {
     const each = Math.max(1, Math.ceil(points.length / ROWS));

@@ -58,7 +58,7 @@ export const DEAF_AGAIN_MS = 30_000;
 
 /** What the bar says. `deafUs`: when the server was heard last, if it is not heard any more; null for never. */
 export function barText(top: Alarm | undefined, shelved: number, deafUs?: number | null): string {
-  const known = top ? `${top.vessel_name ?? "Server"}: ${top.text}${top.state === "returned" ? `; over${top.over_us === null ? "" : ` since ${utc(top.over_us, false)}`}, not acknowledged` : ""}` : shelved ? `No alarms; ${shelved} put aside` : "No alarms";
+  const known = top ? `${top.vessel_name ?? "Server"}: ${top.text}${top.state === "returned" ? `; over${top.over_us === null ? "" : ` since ${utc(top.over_us, false)}`}, not acknowledged` : ""}` : shelved ? `No alarms; ${shelved} shelved` : "No alarms";
   if (deafUs === undefined) return known;
   if (deafUs === null) return "Alarms are not known: the server is not heard";
   return `Alarms are not known since ${utc(deafUs, false)}: the server is not heard. Then: ${known}`;
@@ -71,7 +71,7 @@ export function whenText({ since_us, over_us }: Pick<Alarm, "since_us" | "over_u
 
 /** The words for where an alarm is. */
 export function stateText(alarm: Alarm): string {
-  if (alarm.shelved) return `put aside by ${alarm.shelved.by}: ${alarm.shelved.reason}`;
+  if (alarm.shelved) return `shelved by ${alarm.shelved.by}: ${alarm.shelved.reason}`;
   if (alarm.collapsed) return "part of another alarm";
   if (alarm.priority === "caution") return alarm.state === "returned" ? "over" : "stands; needs nobody";
   if (alarm.state === "acknowledged") return alarm.acknowledged ? `acknowledged by ${alarm.acknowledged.by}` : "acknowledged";

@@ -9,7 +9,7 @@ import { createNotifier } from "./notify";
 import { createSound } from "./sound";
 
 const PATIENCE_MS = 8_000;
-/** For how long an alarm is put aside, minutes. */
+/** For how long an alarm is shelved, minutes. */
 const SHELF_MIN = [10, 30, 60, 240, 720];
 
 export interface AlarmBar {
@@ -43,7 +43,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const [urgent, calm] = [make("p", { class: "hidden", "aria-live": "assertive" }), make("p", { class: "hidden", "aria-live": "polite" })];
   const trouble = make("p", { class: "note bad", role: "alert", hidden: "" });
   const rows = make("ul", { class: "alarm-rows" });
-  const asideTitle = make("h3", { hidden: "" }, "Put aside");
+  const asideTitle = make("h3", { hidden: "" }, "Shelved");
   const aside = make("ul", { class: "alarm-rows" });
   const past = make("ol", { class: "alarm-past" });
   const pastBox = make("details", {}, make("summary", {}, "What happened lately"), past);
@@ -108,7 +108,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
     const times = alarm.count > 1 ? `, ${alarm.count} times` : "";
     const more = `${alarm.escalated ? "; more urgent because nobody acknowledged it" : ""}${alarm.chatters ? "; comes and goes, so it is held" : ""}`;
     const where = make("p", { class: "dim" }, `${stateText(alarm)} · ${whenText(alarm)}${times}${more}`);
-    const advice = make("dl", {}, make("dt", {}, "What to do"), make("dd", {}, alarm.action), make("dt", {}, "Else"), make("dd", {}, alarm.consequence), make("dt", {}, "Why"), make("dd", {}, alarm.cause));
+    const advice = make("dl", {}, make("dt", {}, "What to do"), make("dd", {}, alarm.action), make("dt", {}, "If ignored"), make("dd", {}, alarm.consequence), make("dt", {}, "Why"), make("dd", {}, alarm.cause));
     const buttons = make("div", { class: "row" });
     if (may(alarm) && alarm.wants_acknowledgement) {
       const know = make("button", { type: "button", class: "main", "aria-label": `Acknowledge: ${title}` }, "Acknowledge");
@@ -122,12 +122,12 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const shelf = (alarm: Alarm, title: string): HTMLElement => {
     const minutes = make("select", { "aria-label": `For how long: ${title}` }, ...SHELF_MIN.map((one) => make("option", { value: String(one) }, one < 60 ? `${one} min` : `${one / 60} h`)));
     const why = make("input", { type: "text", maxlength: "300", required: "", "aria-label": `Why: ${title}`, placeholder: "why" });
-    const form = make("form", { class: "row" }, minutes, why, make("button", { type: "submit" }, "Put aside"));
+    const form = make("form", { class: "row" }, minutes, why, make("button", { type: "submit" }, "Shelve"));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       void act(`${alarm.id}/shelve`, { minutes: Number(minutes.value), reason: why.value.trim() });
     });
-    return make("details", { class: "shelf" }, make("summary", {}, "Put aside …"), form);
+    return make("details", { class: "shelf" }, make("summary", {}, "Shelve …"), form);
   };
   const fill = (place: HTMLElement, all: readonly Alarm[]): void => {
     all.forEach((alarm, index) => {

@@ -155,7 +155,7 @@ function firstSteps(): HTMLElement {
     lines("[doors.tcp]", 'connect = ["10.77.0.10:7001"]'),
     make("p", {}, "Aboard:"),
     lines("[Transports.TCP.Server]", "Enabled = Always", "Port = 7001"),
-    make("p", {}, "UDP and TCP have no passwords: open them on a VPN or a network of your own only. ", make("a", { href: "/admin/doors" }, "Admin, Doors"), " tells who came in and whom the server refused."),
+    make("p", {}, "UDP and TCP have no passwords: open them on a VPN or a network of your own only. ", make("a", { href: "/admin/doors" }, "Admin, Connections"), " tells who came in and whom the server refused."),
   );
 }
 

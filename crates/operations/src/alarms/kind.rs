@@ -151,7 +151,7 @@ impl Kind {
             Self::NeverHeard => (
                 "It came in by its link before; now it is switched off, out of reach, or refused.",
                 "Where it is and what it does is not known here; what the history has of it is older.",
-                "Look at Admin, Doors, and at the vessel. Of one that is laid up revoke the link token, or forget it \
+                "Look at Admin, Connections, and at the vessel. Of one that is laid up revoke the link token, or forget it \
                  under Admin, Vessels.",
             ),
             Self::OtherSource => (

@@ -13,7 +13,7 @@ const ZONES = ["", "A1", "A2", "B", "C", "D", "unassessed"];
 
 /** A zone of confidence as charts write it. */
 export function zoneText(zone: number | null): string {
-  return zone === null ? "not told" : (ZONES[zone] ?? String(zone));
+  return zone === null ? "not reported" : (ZONES[zone] ?? String(zone));
 }
 
 /** How deep it is, in words. */
