@@ -23,30 +23,6 @@ pub struct Recorded {
     pub last_us: i64,
 }
 
-/// What was recorded of a vessel and came ashore on one day.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct RecordedDay {
-    /// IMC address of the vessel.
-    pub system: u16,
-    /// Its name: what people gave it, else what it announced, else its address.
-    pub name: String,
-    /// The day (UTC) on which it came ashore, such as `2026-11-21`.
-    pub day: String,
-    /// Time of the first message by the vessel's clock, µs since 1970 UTC; null before the day was read.
-    #[cfg_attr(test, ts(type = "number | null"))]
-    pub from_us: Option<i64>,
-    /// Time of the last, likewise.
-    #[cfg_attr(test, ts(type = "number | null"))]
-    pub to_us: Option<i64>,
-    /// Messages; null before the day was read.
-    #[cfg_attr(test, ts(type = "number | null"))]
-    pub messages: Option<u64>,
-    /// Bytes of the messages, which is the size of a log of them all.
-    #[cfg_attr(test, ts(type = "number"))]
-    pub bytes: u64,
-}
-
 /// Which part of a track.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]

@@ -35,10 +35,10 @@ pub use commands::{
 };
 pub use doors::{DoorPeer, LinkStatus, Recording, VesselChart};
 pub use events::{
-    Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery, Gap, GapKind, GapsQuery, LogBook,
-    LogBookEntry, ReceiverClock,
+    Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
+    Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,
 };
-pub use history::{At, AtQuery, Recorded, RecordedDay, TrackPoint, TrackQuery};
+pub use history::{At, AtQuery, Recorded, TrackPoint, TrackQuery};
 pub use live::{
     Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveStop, LiveStopped, Liveness, Subscription, System,
     Update,

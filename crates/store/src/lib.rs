@@ -91,8 +91,8 @@ pub use link::{Door, LinkSeq};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
-    Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader, Row, Samples,
-    Series, Source, System, Then, Track, TrackPoint,
+    Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader,
+    Row, Samples, Series, Source, System, Then, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};

@@ -2,6 +2,7 @@
 
 mod account;
 mod admin;
+mod detections;
 mod fleet;
 mod form;
 mod frame;
@@ -26,6 +27,7 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::page("/vessels/{vessel}", Need::OnVessel(Role::Viewer), "One vessel.", vessel::page),
         Route::page("/plans", Need::Somewhere(Role::Viewer), "Plans.", plans::list),
         Route::page("/plans/{id}", Need::Somewhere(Role::Viewer), "One plan, to be edited.", plans::editor),
+        Route::page("/detections", Need::Somewhere(Role::Viewer), "Tags heard.", detections::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),

@@ -19,7 +19,10 @@ const PAGE: Page = Page { skip: 0, rows: 2_000, bytes: 1 << 20 };
 
 /// The columns: name in the header, and what it tells.
 pub const DETECTION_COLUMNS: [(&str, &str); 25] = [
-    ("heard_utc", "when the receiver heard the tag, by the receiver's clock; ISO 8601, UTC, milliseconds; empty where that clock was never set"),
+    (
+        "heard_utc",
+        "when the receiver heard the tag, by the receiver's clock; ISO 8601, UTC, milliseconds; empty where that clock was never set",
+    ),
     ("tag", "protocol and number of the tag"),
     ("receiver", "serial number of the receiver"),
     ("vessel", "name of the vessel that carried the receiver"),
@@ -32,7 +35,10 @@ pub const DETECTION_COLUMNS: [(&str, &str); 25] = [
     ("frequency [kHz]", "carrier frequency"),
     ("clock", "the receiver's clock: set (at some time) or not set (since power-up)"),
     ("clock_count [s]", "what the receiver's clock counted: since 1970 UTC where it is set"),
-    ("reported_utc", "when the detection came to the vessel, by the vessel's clock; ISO 8601, UTC, microseconds"),
+    (
+        "reported_utc",
+        "when the detection came to the vessel, by the vessel's clock; ISO 8601, UTC, microseconds",
+    ),
     ("received_utc", "when it first came ashore, by the server's clock; ISO 8601, UTC, microseconds"),
     ("protocol", "protocol of the tag, as the receiver names it"),
     ("tag_id", "number of the tag"),
@@ -240,7 +246,11 @@ mod tests {
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {
-        let cells = written(&Detection { raw: Some("x".into()), ..bare() }).replace("otter, ", "").matches(',').count() + 1;
+        let cells = written(&Detection { raw: Some("x".into()), ..bare() })
+            .replace("otter, ", "")
+            .matches(',')
+            .count()
+            + 1;
         assert_eq!(cells, DETECTION_COLUMNS.len());
     }
 }

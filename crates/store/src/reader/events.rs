@@ -63,7 +63,8 @@ impl Reader {
             kinds.push((self.table(message)?.desc.id, *fields));
         }
         let mine = |key: &GroupKey| {
-            systems.is_none_or(|systems| systems.contains(&Address(key.src))) && kinds.iter().any(|(id, _)| *id == key.id)
+            systems.is_none_or(|systems| systems.contains(&Address(key.src)))
+                && kinds.iter().any(|(id, _)| *id == key.id)
         };
         let groups: Vec<GroupKey> = self.extents()?.into_keys().filter(mine).collect();
         let mut answer =
