@@ -4,12 +4,15 @@ import { createChrome } from "./ui/chrome";
 import { offerCopies } from "./ui/copy";
 
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
+const detections = document.getElementById("detections");
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
 } else if (vessel) {
   void import("./pages/vessel").then(({ startVessel }) => startVessel(vessel));
 } else if (plan) {
   void import("./pages/plan").then(({ startPlan }) => startPlan(plan));
+} else if (detections) {
+  void import("./pages/detections").then(({ startDetections }) => startDetections(detections));
 } else {
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
   offerCopies(document);

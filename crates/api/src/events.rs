@@ -55,6 +55,44 @@ pub struct DetectionsQuery {
     pub order: Option<String>,
 }
 
+/// Which detections of all vessels. Lists are separated by commas.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct FleetDetectionsQuery {
+    /// Reported from this time on, µs since 1970 UTC.
+    pub from_us: i64,
+    /// Reported before this time, µs since 1970 UTC.
+    pub to_us: i64,
+    /// IMC addresses of vessels; all that one may see when left out or empty.
+    pub vessel: Option<String>,
+    /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
+    pub tag: Option<String>,
+    /// First ashore from this time on, by the shore's clock, µs since 1970 UTC. All when left out.
+    pub came_from_us: Option<i64>,
+    /// At most so many, 1 to 10000; 1000 when left out. An answer has 8 MiB at most, so that it can hold fewer.
+    pub limit: Option<u32>,
+    /// Those to pass over, 0 to 100000; from the answer before.
+    pub skip: Option<u32>,
+    /// `oldest` or `newest` first; `oldest` when left out.
+    pub order: Option<String>,
+}
+
+/// Which detections a file has. Lists are separated by commas.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct DetectionsFileQuery {
+    /// Reported from this time on, µs since 1970 UTC; from the beginning when left out.
+    pub from_us: Option<i64>,
+    /// Reported before this time, µs since 1970 UTC; to the end when left out.
+    pub to_us: Option<i64>,
+    /// IMC addresses of vessels; all that one may export when left out or empty.
+    pub vessel: Option<String>,
+    /// Tags as protocol and number (`S256-101`) or as number alone (`101`); all when left out or empty.
+    pub tag: Option<String>,
+    /// Whether the file is packed by gzip; false when left out.
+    pub gzip: Option<bool>,
+}
+
 /// Tags that were heard, by when they were reported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -35,8 +35,8 @@ pub use commands::{
 };
 pub use doors::{DoorPeer, LinkStatus, Recording, VesselChart};
 pub use events::{
-    Detection, Detections, DetectionsQuery, Entity, EventsQuery, Gap, GapKind, GapsQuery, LogBook,
-    LogBookEntry, ReceiverClock,
+    Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
+    Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,
 };
 pub use history::{At, AtQuery, Recorded, TrackPoint, TrackQuery};
 pub use live::{

@@ -129,6 +129,11 @@ impl Detection {
         format!("{receiver}-{seconds}.{millis:03}-{protocol}-{tag_id}-{entity}-{}", reported.micros())
     }
 
+    /// The tag as people write it: `S256-101`.
+    pub fn tag(&self) -> String {
+        format!("{}-{}", self.protocol, self.tag_id)
+    }
+
     /// Whether both tell of one detection.
     pub fn is_same(&self, other: &Self) -> bool {
         self.key() == other.key()

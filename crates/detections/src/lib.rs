@@ -18,7 +18,9 @@ mod detection;
 mod fish_tag;
 mod protocol;
 mod report;
+mod tag;
 
 pub use detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock, fused};
 pub use protocol::Protocol;
 pub use report::{TOPIC, is_report};
+pub use tag::{NoTag, TagFilter};

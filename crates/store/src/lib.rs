@@ -80,7 +80,10 @@ pub use archive::{Archived, Arrival, DayKey, DayReader};
 pub use backup::{BackedUp, backup};
 pub use doctor::{Check, Health, doctor, free_bytes};
 pub use error::{Result, StoreError};
-pub use export::{Angles, CsvOptions, Exported, Selection, Shape, describe_csv, export_csv, export_lsf};
+pub use export::{
+    Angles, CsvOptions, DETECTION_COLUMNS, Exported, Selection, Shape, describe_csv, export_csv,
+    export_detections, export_lsf,
+};
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
 pub use import::{ImportProgress, Imported, LogImport, begins_as_log};
@@ -88,8 +91,8 @@ pub use link::{Door, LinkSeq};
 pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
-    Bucket, Buckets, Cell, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader, Row, Samples,
-    Series, Source, System, Then, Track, TrackPoint,
+    Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader,
+    Row, Samples, Series, Source, System, Then, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};

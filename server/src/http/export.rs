@@ -1,10 +1,10 @@
 //! Exports: streamed as they are written, in constant memory, whole or visibly cut.
 
 use super::error::ApiError;
-use super::extract::Asked;
+use super::extract::{self, Asked};
 use super::guard::Who;
 use crate::AppState;
-use api::{ExportQuery, LogQuery, Role};
+use api::{DetectionsFileQuery, ExportQuery, LogQuery, Role};
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -14,13 +14,13 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use futures_util::StreamExt as _;
 use serde_json::Value;
-use shore::history::export::Export;
+use shore::history::export::{self, Export};
 use shore::identity::Principal;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use store::{Exported, Reader, Selection, StoreError};
+use store::{DetectionsWanted, Exported, Reader, Selection, StoreError};
 use tokio::runtime::Handle;
 use tokio::sync::mpsc;
 
@@ -55,6 +55,43 @@ pub(crate) async fn lsf(
     stream(&state, who, export, ("lsf", "application/octet-stream"), store::export_lsf).await
 }
 
+/// `GET /api/v1/detections.csv`.
+pub(crate) async fn detections(
+    State(state): State<AppState>,
+    Who(who): Who,
+    Asked(query): Asked<DetectionsFileQuery>,
+) -> Result<Response, ApiError> {
+    let range = match (query.from_us, query.to_us) {
+        (None, None) => store::TimeRange::ALL,
+        (from_us, to_us) => extract::range(from_us.unwrap_or(0), to_us.unwrap_or(extract::LAST_US))?,
+    };
+    let (vessels, tags) = (export::vessels(query.vessel.as_deref())?, export::tags(query.tag.as_deref())?);
+    let named = state.shore.people.vessels();
+    let names = named.iter().map(|vessel| (vessel.address, vessel.name.clone())).collect();
+    let may = may(who, &vessels)?;
+    let gzip = query.gzip.unwrap_or(false);
+    let name = format!("detections.csv{}", if gzip { ".gz" } else { "" });
+    let write = move |data: &Path, out: &mut dyn Write| {
+        let systems = systems(&mut Reader::open(data)?, &vessels, &may)?;
+        let wanted = DetectionsWanted { systems: Some(systems), range, came_from: None, tags };
+        store::export_detections(data, &wanted, &names, out)
+    };
+    send(&state, name, gzip, "text/csv; charset=utf-8", write).await
+}
+
+/// The vessels that are asked for, or all that `may` admits.
+pub(super) fn systems(
+    reader: &mut Reader,
+    vessels: &[u16],
+    may: &dyn Fn(u16) -> bool,
+) -> store::Result<Vec<imc::Address>> {
+    if !vessels.is_empty() {
+        return Ok(vessels.iter().copied().map(imc::Address).collect());
+    }
+    let known = reader.systems()?.into_iter().map(|system| system.address);
+    Ok(known.filter(|address| may(address.0)).collect())
+}
+
 /// `GET /api/v1/export.json`: what stands in the columns of the CSV.
 pub(crate) async fn description(
     State(state): State<AppState>,
@@ -62,7 +99,7 @@ pub(crate) async fn description(
     Asked(query): Asked<ExportQuery>,
 ) -> Result<Json<Value>, ApiError> {
     let export = Export::csv(&query)?;
-    let may = may(who, &export)?;
+    let may = may(who, &export.vessels)?;
     let describe = move |reader: &mut Reader| {
         let options = export.options;
         let selection = export.selection(reader, &may)?;
@@ -72,9 +109,9 @@ pub(crate) async fn description(
 }
 
 /// Whose data the person may take out.
-fn may(who: Principal, export: &Export) -> Result<impl Fn(u16) -> bool + Send + 'static, ApiError> {
+fn may(who: Principal, vessels: &[u16]) -> Result<impl Fn(u16) -> bool + Send + 'static, ApiError> {
     let may = move |vessel: u16| who.grants.on(vessel) >= Some(Role::Researcher);
-    match export.vessels.iter().find(|vessel| !may(**vessel)) {
+    match vessels.iter().find(|vessel| !may(**vessel)) {
         None => Ok(may),
         Some(vessel) => Err(ApiError::forbidden(format!(
             "vessel: exporting data of vessel {vessel} takes the role researcher there. Ask an admin."
@@ -89,9 +126,24 @@ async fn stream(
     (ending, media): (&str, &'static str),
     write: impl FnOnce(&Path, &Selection, &mut dyn Write) -> store::Result<Exported> + Send + 'static,
 ) -> Result<Response, ApiError> {
-    let may = may(who, &export)?;
+    let may = may(who, &export.vessels)?;
     let gzip = export.gzip;
     let name = format!("{}.{ending}{}", export.file_name(), if gzip { ".gz" } else { "" });
+    let write = move |data: &Path, out: &mut dyn Write| {
+        let selection = export.selection(&mut Reader::open(data)?, &may)?;
+        write(data, &selection, out)
+    };
+    send(state, name, gzip, media, write).await
+}
+
+/// Sends what `write` writes as a file, while it writes.
+async fn send(
+    state: &AppState,
+    name: String,
+    gzip: bool,
+    media: &'static str,
+    write: impl FnOnce(&Path, &mut dyn Write) -> store::Result<Exported> + Send + 'static,
+) -> Result<Response, ApiError> {
     let Ok(place) = Arc::clone(&state.shore.history.exports).try_acquire_owned() else {
         return Err(ApiError::busy("As many exports as may are running; try again in a moment."));
     };
@@ -106,11 +158,7 @@ async fn stream(
             runtime: runtime.clone(),
             is_cut: false,
         };
-        let run = || -> store::Result<()> {
-            let selection = export.selection(&mut Reader::open(history.data())?, &may)?;
-            finish(out, gzip, |out| write(history.data(), &selection, out).map(drop))
-        };
-        if let Err(error) = run() {
+        if let Err(error) = finish(out, gzip, |out| write(history.data(), out).map(drop)) {
             tracing::info!(%error, "an export was cut or refused");
             // Ends the connection without the mark of a whole answer, so that nobody takes it for one.
             runtime.block_on(tokio::time::timeout(PATIENCE, chunks.send(Err(error)))).ok();

@@ -9,7 +9,9 @@ use api::Role;
 use axum::http::{StatusCode, header};
 use flate2::read::MultiGzDecoder;
 use imc::lsf::{LogItem, LogReader};
-use imc::messages::{EntityList, EntityListOp, LogBookEntry, LogBookEntryType, Temperature, Voltage};
+use imc::messages::{
+    EntityList, EntityListOp, LogBookEntry, LogBookEntryType, TBRFishTag, Temperature, Voltage,
+};
 use shore::clock;
 use shore::identity::testing;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
@@ -81,6 +83,70 @@ async fn a_table_holds_what_was_asked_for() {
     let columns = about["columns"].as_array().unwrap();
     let header: Vec<String> = lines[0].split(',').map(str::to_owned).collect();
     assert_eq!((columns.last().unwrap()["unit"].as_str(), header[0].as_str()), (Some("V"), "time"));
+}
+
+#[tokio::test]
+async fn detections_are_one_file_for_exactly_what_is_asked() {
+    let tag = |id: u32, place: Option<f64>| TBRFishTag {
+        serial_no: 1_024,
+        unix_timestamp: 1_795_248_000,
+        millis: 7,
+        trans_protocol: 6_u8.into(),
+        trans_id: id,
+        snr: 20,
+        lat: place,
+        lon: place.map(|_| 0.2),
+        ..TBRFishTag::default()
+    };
+    let shore = Shore::with(|data| {
+        // That of 2019 has no position.
+        let said = [(101, Some(1.1)), (102, Some(1.1)), (101, None)];
+        let said = said
+            .iter()
+            .zip(1..)
+            .map(|((id, place), at)| (2, START_US + at * 1_000_000, tag(*id, *place).into()));
+        put(data, &said.collect::<Vec<(u8, i64, imc::Message)>>());
+    })
+    .await;
+    let token = shore.token(None, Role::Researcher).await;
+    let csv = async |query: &str| {
+        let answer = shore.get(&format!("/api/v1/detections.csv?{query}"), &token).await;
+        assert_eq!(answer.status, StatusCode::OK, "{query}: {}", answer.body);
+        answer.body
+    };
+    let all = csv("").await;
+    let lines: Vec<&str> = all.lines().collect();
+    assert_eq!(lines.len(), 4, "{all}");
+    assert!(lines[0].starts_with("heard_utc,tag,receiver,vessel,latitude [deg],longitude [deg],"), "{all}");
+    assert!(lines[1].starts_with("2026-11-21T08:00:00.007Z,S256-101,1024,"), "{all}");
+    assert!(lines[1].contains(",63.02535746,11.45915590,,,20,"), "{all}");
+    assert!(lines[3].contains(",,,,,20,"), "absent is empty: {all}");
+    assert_eq!(csv("tag=S256-101").await.lines().count(), 3);
+    assert_eq!(csv("tag=s256-102,7&vessel=0x0814").await.lines().count(), 2);
+    assert_eq!(csv("tag=R64K-101").await.lines().count(), 1);
+    let (from, to) = (START_US + 2_000_000, START_US + 3_000_000);
+    let part = csv(&format!("from_us={from}&to_us={to}")).await;
+    assert!(part.lines().count() == 2 && part.contains("S256-102"), "{part}");
+    let json = shore.get(&format!("/api/v1/detections?from_us={from}&to_us={to}&tag=102"), &token).await;
+    let json: api::Detections = serde_json::from_str(&json.body).unwrap();
+    assert_eq!(json.detections.iter().map(|one| one.tag_id).collect::<Vec<_>>(), [102]);
+    for (query, named) in [("tag=fish", "tag:"), ("vessel=otter", "vessel:"), ("from_us=9&to_us=1", "to_us:")]
+    {
+        let answer = shore.get(&format!("/api/v1/detections.csv?{query}"), &token).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{query}");
+        assert!(answer.body.contains(named), "{query}: {}", answer.body);
+    }
+    let own = shore.token(Some(FIRST + 1), Role::Researcher).await;
+    assert_eq!(shore.get("/api/v1/detections.csv?vessel=2068", &own).await.status, StatusCode::FORBIDDEN);
+    assert_eq!(
+        shore.get("/api/v1/detections?from_us=0&to_us=9&vessel=2068", &own).await.status,
+        StatusCode::FORBIDDEN
+    );
+    assert_eq!(
+        shore.get("/api/v1/detections.csv", &own).await.body.lines().count(),
+        1,
+        "others' are not in it"
+    );
 }
 
 #[tokio::test]

@@ -10,7 +10,9 @@ use std::ops::RangeInclusive;
 use store::{Order, TimeRange};
 
 /// Times that JavaScript holds exactly (µs since 1970 UTC): from 1970 until 2255.
-const TIMES_US: RangeInclusive<i64> = 0..=9_007_199_254_740_991;
+const TIMES_US: RangeInclusive<i64> = 0..=LAST_US;
+/// The last of them.
+pub(crate) const LAST_US: i64 = 9_007_199_254_740_991;
 /// Most rows or events of one answer.
 const ROWS: RangeInclusive<u32> = 1..=10_000;
 /// Rows of an answer when nothing else is asked for.

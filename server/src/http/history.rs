@@ -5,8 +5,9 @@ use super::extract::{self, Asked};
 use super::guard::{OfVessel, Who};
 use crate::AppState;
 use api::{
-    At, AtQuery, Buckets, BucketsQuery, Detections, DetectionsQuery, Entity, EventsQuery, Gap, GapsQuery,
-    LogBook, Recorded, Samples, SamplesQuery, Series, SeriesQuery, System, TrackPoint, TrackQuery,
+    At, AtQuery, Buckets, BucketsQuery, Detections, DetectionsQuery, Entity, EventsQuery,
+    FleetDetectionsQuery, Gap, GapsQuery, LogBook, Recorded, Samples, SamplesQuery, Series, SeriesQuery,
+    System, TrackPoint, TrackQuery,
 };
 use axum::Json;
 use axum::extract::State;
@@ -131,6 +132,29 @@ pub(crate) async fn detections(
     let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
     let ask =
         move |reader: &mut store::Reader| history::detections(reader, vessel, range, came_from, order, page);
+    Ok(Json(state.shore.history.ask(ask).await?))
+}
+
+/// `GET /api/v1/detections`.
+pub(crate) async fn fleet_detections(
+    State(state): State<AppState>,
+    Who(who): Who,
+    Asked(query): Asked<FleetDetectionsQuery>,
+) -> Result<Json<Detections>, ApiError> {
+    let range = extract::range(query.from_us, query.to_us)?;
+    let came_from = query.came_from_us.map(|us| extract::time("came_from_us", us)).transpose()?;
+    let came_from = came_from.map(UtcTime::from_micros);
+    let (order, page) = (extract::order(query.order.as_deref())?, extract::page(query.limit, query.skip)?);
+    let (vessels, tags) = (export::vessels(query.vessel.as_deref())?, export::tags(query.tag.as_deref())?);
+    let may = move |vessel: u16| who.grants.on(vessel).is_some();
+    if let Some(vessel) = vessels.iter().find(|vessel| !may(**vessel)) {
+        return Err(ApiError::forbidden(format!("vessel: you may not see vessel {vessel}. Ask an admin.")));
+    }
+    let ask = move |reader: &mut store::Reader| {
+        let systems = Some(super::export::systems(reader, &vessels, &may)?);
+        let wanted = store::DetectionsWanted { systems, range, came_from, tags };
+        history::detections_of(reader, &wanted, order, page)
+    };
     Ok(Json(state.shore.history.ask(ask).await?))
 }
 

@@ -10,13 +10,14 @@ use crate::AppState;
 use crate::pages;
 use api::{
     Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor,
-    ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DetectionsQuery, DoorPeer,
-    Entity, EventsQuery, ExportQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk,
-    LinkStatus, LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person,
-    PlanChange, PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision,
-    PlanSummary, PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, Recording, Role, Samples, SamplesQuery,
-    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
-    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DetectionsFileQuery,
+    DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, FleetDetectionsQuery, Gap, GapsQuery,
+    Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook,
+    LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery,
+    PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk, PlansAboard,
+    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, ShelveAsk, StopQuery,
+    StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery, VesselAsk,
+    VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -89,6 +90,10 @@ pub(crate) fn table() -> Vec<Route> {
         Route::get("/api/v1/series", viewer, "Series of samples, with fields and units.", history::series)
             .query::<SeriesQuery>()
             .gives::<Vec<Series>>()
+            .packed(),
+        Route::get("/api/v1/detections", viewer, "Tags heard by all vessels.", history::fleet_detections)
+            .query::<FleetDetectionsQuery>()
+            .gives::<Detections>()
             .packed(),
         Route::get("/api/v1/doors", viewer, "Who is connected by which door.", doors::doors)
             .gives::<Vec<DoorPeer>>(),
@@ -290,6 +295,15 @@ fn transfers() -> Vec<Route> {
             export::csv,
         )
         .query::<ExportQuery>()
+        .media("text/csv")
+        .packed(),
+        Route::get(
+            "/api/v1/detections.csv",
+            researcher,
+            "CSV of detections, the oldest report first. An answer that ends without an error is whole.",
+            export::detections,
+        )
+        .query::<DetectionsFileQuery>()
         .media("text/csv")
         .packed(),
         Route::get("/api/v1/export.json", researcher, "What stands in its columns.", export::description)

@@ -2,6 +2,7 @@
 
 mod account;
 mod admin;
+mod detections;
 mod fleet;
 mod form;
 mod frame;
@@ -32,6 +33,7 @@ pub(crate) fn routes() -> Vec<Route> {
             "What is shown while the server is not reached.",
             frame::offline,
         ),
+        Route::page("/detections", Need::Somewhere(Role::Viewer), "Tags heard.", detections::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),

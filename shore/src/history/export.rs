@@ -183,8 +183,23 @@ fn messages(text: Option<&str>) -> Result<Option<Vec<String>>, Wrong> {
     names.iter().map(|name| message(name).map(str::to_owned)).collect::<Result<_, _>>().map(Some)
 }
 
-fn vessels(text: Option<&str>) -> Result<Vec<u16>, Wrong> {
+/// Vessels by their addresses; empty for all.
+///
+/// # Errors
+/// One is no address.
+pub fn vessels(text: Option<&str>) -> Result<Vec<u16>, Wrong> {
     list(text).iter().map(|text| address(text).map_err(|error| wrong("vessel", error))).collect()
+}
+
+/// Tags by protocol and number, or by number; empty for all.
+///
+/// # Errors
+/// One is no tag.
+pub fn tags(text: Option<&str>) -> Result<Vec<detections::TagFilter>, Wrong> {
+    let tag = |text: &String| {
+        text.parse().map_err(|error| wrong("tag", format_args!("`{}`: {error}", shown(text))))
+    };
+    list(text).iter().map(tag).collect()
 }
 
 fn check_entities(reader: &Reader, selection: &Selection) -> store::Result<()> {

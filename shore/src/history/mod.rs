@@ -337,6 +337,21 @@ pub fn detections(
     Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, range, order)) })
 }
 
+/// A page of the detections that are wanted, of several vessels.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn detections_of(
+    reader: &mut Reader,
+    wanted: &store::DetectionsWanted,
+    order: Order,
+    page: Page,
+) -> store::Result<api::Detections> {
+    let found = reader.detections_of(wanted, order, page)?;
+    let detections = found.items.into_iter().map(decode::detection).collect();
+    Ok(api::Detections { detections, next: found.next.map(|rest| next(rest, wanted.range, order)) })
+}
+
 /// A vessel's log book.
 ///
 /// # Errors

@@ -2,11 +2,13 @@
 
 mod cell;
 mod csv;
+mod detections;
 mod lsf;
 mod number;
 mod plan;
 mod raw;
 
 pub use csv::{Exported, export_csv};
+pub use detections::{DETECTION_COLUMNS, export_detections};
 pub use lsf::export_lsf;
 pub use plan::{Angles, CsvOptions, Selection, Shape, describe_csv};

@@ -42,6 +42,13 @@ impl IsoTime {
         Self { day: i64::MIN, date: *b"0000-00-00T" }
     }
 
+    /// As [`IsoTime::write`] with milliseconds, which is what receivers of tags tell.
+    pub(crate) fn write_ms(&mut self, out: &mut Vec<u8>, time_us: i64) {
+        self.write(out, time_us);
+        out.truncate(out.len() - "000Z".len());
+        out.push(b'Z');
+    }
+
     pub(crate) fn write(&mut self, out: &mut Vec<u8>, time_us: i64) {
         const DAY_US: i64 = 86_400_000_000;
         let (day, us) = (time_us.div_euclid(DAY_US), time_us.rem_euclid(DAY_US));

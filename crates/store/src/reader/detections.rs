@@ -5,7 +5,7 @@ use super::{Cell, Order, Page, Paged, Reader, Row};
 use crate::error::Result;
 use crate::history::GroupKey;
 use crate::range::TimeRange;
-use detections::{Detection, Origin};
+use detections::{Detection, Origin, TagFilter};
 use imc::messages::{Event, Payload as _, TBRFishTag, TBRFishTagTransProtocol};
 use imc::{Address, Text};
 use units::UtcTime;
@@ -39,9 +39,41 @@ impl Reader {
         order: Order,
         page: Page,
     ) -> Result<Paged<Detection>> {
-        let came = |one: &Detection| came_from.is_none_or(|from| one.origin.received >= Some(from));
-        self.events(&Question { system, range, order }, page, came)
+        let systems = system.map(|system| vec![system]);
+        let wanted = DetectionsWanted { systems, range, came_from, tags: Vec::new() };
+        self.detections_of(&wanted, order, page)
     }
+
+    /// A page of the detections that are wanted, by when they were reported.
+    ///
+    /// # Errors
+    /// When the history cannot be read.
+    pub fn detections_of(
+        &mut self,
+        wanted: &DetectionsWanted,
+        order: Order,
+        page: Page,
+    ) -> Result<Paged<Detection>> {
+        let DetectionsWanted { systems, range, came_from, tags } = wanted;
+        let question = Question { systems: systems.as_deref(), range: *range, order };
+        self.events(&question, page, |one: &Detection| {
+            came_from.is_none_or(|from| one.origin.received >= Some(from))
+                && (tags.is_empty() || tags.iter().any(|tag| tag.admits(one)))
+        })
+    }
+}
+
+/// Which detections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DetectionsWanted {
+    /// Vessels; all where absent, none where empty.
+    pub systems: Option<Vec<Address>>,
+    /// By when they were reported.
+    pub range: TimeRange,
+    /// Those alone that came ashore then or later.
+    pub came_from: Option<UtcTime>,
+    /// Tags; all where empty.
+    pub tags: Vec<TagFilter>,
 }
 
 impl Told for Detection {

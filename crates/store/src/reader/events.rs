@@ -47,13 +47,14 @@ impl Reader {
         order: Order,
         page: Page,
     ) -> Result<Paged<LogEntry>> {
-        self.events(&Question { system, range, order }, page, |_: &LogEntry| true)
+        let systems = system.as_ref().map(std::slice::from_ref);
+        self.events(&Question { systems, range, order }, page, |_: &LogEntry| true)
     }
 
     /// A page of what messages of some kinds tell, of all entities: by time, and within a time as [`Told`] has it.
     pub(super) fn events<T: Told>(
         &mut self,
-        &Question { system, range, order }: &Question,
+        &Question { systems, range, order }: &Question<'_>,
         page: Page,
         wanted: impl Fn(&T) -> bool,
     ) -> Result<Paged<T>> {
@@ -62,7 +63,8 @@ impl Reader {
             kinds.push((self.table(message)?.desc.id, *fields));
         }
         let mine = |key: &GroupKey| {
-            system.is_none_or(|system| system.0 == key.src) && kinds.iter().any(|(id, _)| *id == key.id)
+            systems.is_none_or(|systems| systems.contains(&Address(key.src)))
+                && kinds.iter().any(|(id, _)| *id == key.id)
         };
         let groups: Vec<GroupKey> = self.extents()?.into_keys().filter(mine).collect();
         let mut answer =
@@ -134,8 +136,9 @@ pub(super) trait Told: Sized {
 const READ_MOST: usize = 200_000;
 
 /// Whose, when, and from which end.
-pub(super) struct Question {
-    pub(super) system: Option<Address>,
+pub(super) struct Question<'q> {
+    /// All where absent.
+    pub(super) systems: Option<&'q [Address]>,
     pub(super) range: TimeRange,
     pub(super) order: Order,
 }

@@ -15,6 +15,7 @@ mod track;
 
 pub use buckets::{Bucket, Buckets};
 pub use catalogue::{EntityName, Series, System};
+pub use detections::DetectionsWanted;
 pub use events::LogEntry;
 pub use page::{Next, Order, Page, Paged};
 pub use samples::{Cell, Row, Samples};

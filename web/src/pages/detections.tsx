@@ -1,0 +1,131 @@
+// The tags that all vessels heard: filter, table, and one file of exactly what is filtered.
+
+import { computed, signal } from "@preact/signals";
+import { render } from "preact";
+import type { Detection, Detections } from "../api/types.gen";
+import { resource } from "../api/resource";
+import { completed } from "../state/newest";
+import { createChrome } from "../ui/chrome";
+import { hexAddress, position, tagName, utc } from "../ui/format";
+
+/** Rows that are shown at first, and more with each asking. */
+const PAGE = 500;
+const PRESETS: readonly (readonly [string, number | null])[] = [["Last hour", 3_600_000], ["Today", 0], ["Last 7 days", 7 * 86_400_000], ["All", null]];
+const LAST_US = 9_007_199_254_740_991;
+
+export function startDetections(root: HTMLElement): void {
+  const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
+  const may = root.dataset["researcher"] !== undefined;
+  const [from, to, tags, vessel] = [signal(""), signal(""), signal(""), signal("")];
+  const answer = resource<Detections>();
+  const rows = signal<readonly Detection[]>([]);
+  const asked = signal("");
+  const more = signal("");
+  const wrong = computed(() => (from.value && to.value && us(to.value) < us(from.value) ? "The end is before the beginning." : ""));
+  const query = computed(() => {
+    const wanted = new URLSearchParams({ from_us: String(from.value ? us(from.value) : 0), to_us: String(to.value ? us(to.value) : LAST_US) });
+    const list = tags.value.split(/[\s,]+/).filter(Boolean).join(",");
+    if (list) wanted.set("tag", list);
+    if (vessel.value) wanted.set("vessel", vessel.value);
+    return wanted.toString();
+  });
+  const show = async (): Promise<void> => {
+    if (wrong.value) return;
+    const wanted = query.value;
+    const found = await answer.ask(`/api/v1/detections?${wanted}&order=newest&limit=${PAGE}`);
+    if (!found) return;
+    [rows.value, asked.value] = [found.detections, wanted];
+    more.value = olderOf(found, wanted);
+  };
+  const older = async (): Promise<void> => {
+    const found = await answer.ask(`/api/v1/detections?${more.value}`);
+    if (!found) return;
+    rows.value = joined(rows.value, found.detections);
+    more.value = olderOf(found, asked.value);
+  };
+  const preset = (ms: number | null): void => {
+    const begin = ms === 0 ? `${new Date().toISOString().slice(0, 10)}T00:00` : new Date(Date.now() - (ms ?? 0)).toISOString().slice(0, 16);
+    [from.value, to.value] = [ms === null ? "" : begin, ""];
+    void show();
+  };
+  const called = (address: number): string => names[String(address)] ?? hexAddress(address);
+  const vessels = computed(() => [...new Set([...Object.keys(names).map(Number), ...rows.value.map((one) => one.system)])]);
+  const Page = () => (
+    <>
+      <form class="filters" aria-label="Filter" onSubmit={(event) => { event.preventDefault(); void show(); }}>
+        <label>From (UTC)<input type="datetime-local" value={from.value} onInput={(event) => (from.value = event.currentTarget.value)} /></label>
+        <label>To (UTC)<input type="datetime-local" value={to.value} aria-invalid={wrong.value !== ""} aria-describedby="to-wrong" onInput={(event) => (to.value = event.currentTarget.value)} /></label>
+        <label>Tags<input value={tags.value} placeholder="S256-101, 102" autocomplete="off" onInput={(event) => (tags.value = event.currentTarget.value)} /></label>
+        <label>Vessel<select value={vessel.value} onChange={(event) => (vessel.value = event.currentTarget.value)}><option value="">All vessels</option>{vessels.value.map((address) => <option key={address} value={String(address)}>{called(address)}</option>)}</select></label>
+        <button class="main">Show</button>
+        {PRESETS.map(([text, ms]) => <button key={text} type="button" onClick={() => preset(ms)}>{text}</button>)}
+      </form>
+      <p id="to-wrong" class="bad-text" role="alert">{wrong.value || answer.trouble.value}</p>
+      <p role="status">{answer.busy.value ? "Fetching …" : `${rows.value.length}${more.value ? " newest" : ""} detections.`}</p>
+      {may && asked.value && rows.value.length > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>Download CSV of all detections of this filter</a></p>}
+      {rows.value.length === 0 && !answer.busy.value && <p>No tag was heard in this time. Choose a longer time, or clear the tag filter.</p>}
+      {rows.value.length > 0 && <Table rows={rows.value} called={called} />}
+      {more.value && <button type="button" onClick={() => void older()}>Older detections</button>}
+    </>
+  );
+  render(<Page />, root);
+  createChrome({ messages: ["VehicleState", "TBRFishTag", "Event"], events: true, every_ms: 500 }, {
+    frame: (_, { detections }) => {
+      const fresh = detections.filter((one) => isWanted(one, asked.value));
+      if (fresh.length) rows.value = joined(rows.value, fresh);
+    },
+  });
+  void show();
+}
+
+function Table({ rows, called }: { rows: readonly Detection[]; called: (address: number) => string }) {
+  const heads = ["Heard (UTC)", "Tag", "Vessel", "Receiver", "SNR (dB)", "Sensor (count)", "Place of the vessel", "Clock"];
+  return (
+    <div class="wide" tabIndex={0} role="region" aria-label="Detections">
+      <table class="compact">
+        <thead><tr>{heads.map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
+        <tbody>
+          {rows.map((one) => (
+            <tr key={`${one.system}/${one.id}`}>
+              <td class="num">{one.heard_us === null ? `${utc(one.time_us)} (reported)` : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
+              <td>{tagName(one)}</td><td>{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
+              <td>{one.lat_deg === null || one.lon_deg === null ? "not known" : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
+              <td>{one.clock === "set" ? "set" : "not set"}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+/** A time of a date picker, which is UTC here, µs since 1970. */
+function us(text: string): number {
+  return Date.parse(`${text}Z`) * 1_000;
+}
+
+function olderOf({ next }: Detections, asked: string): string {
+  if (!next) return "";
+  const query = new URLSearchParams(asked);
+  for (const [name, value] of Object.entries({ ...next, limit: PAGE, order: "newest" })) query.set(name, String(value));
+  return query.toString();
+}
+
+/** Each once, with all that its reports tell, the newest report first. */
+function joined(before: readonly Detection[], next: readonly Detection[]): readonly Detection[] {
+  const all = new Map(before.map((one) => [`${one.system}/${one.id}`, one]));
+  for (const one of next) {
+    const key = `${one.system}/${one.id}`;
+    const known = all.get(key);
+    all.set(key, known ? completed(known, one) : one);
+  }
+  return [...all.values()].sort((one, other) => other.time_us - one.time_us);
+}
+
+/** Whether a detection that came by itself is one of those that are shown. */
+function isWanted(one: Detection, asked: string): boolean {
+  const query = new URLSearchParams(asked);
+  const [tag, vessel] = [query.get("tag"), query.get("vessel")];
+  const isTag = (name: string): boolean => name.toLowerCase() === tagName(one).toLowerCase() || name === String(one.tag_id);
+  return asked !== "" && one.time_us >= Number(query.get("from_us")) && one.time_us < Number(query.get("to_us")) && (!tag || tag.split(",").some(isTag)) && (!vessel || vessel === String(one.system));
+}
