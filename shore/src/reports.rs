@@ -91,7 +91,7 @@ impl Reports {
         let under_way = PlanUnderWay { plan_id: Some(plan_id), maneuver, ..nothing };
         let Some(plan) = plan else {
             let trouble =
-                "The vessel has not told this plan, and none kept ashore has its digest.".to_owned();
+                "The vessel has not reported this plan, and none kept ashore has its digest.".to_owned();
             return Ok(PlanUnderWay { trouble: Some(trouble), ..under_way });
         };
         // Laying out a long plan takes some milliseconds, which others need not wait for.

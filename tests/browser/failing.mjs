@@ -33,7 +33,7 @@ await inBrowser(async (open) => {
   };
   const grey = async (page, box) => {
     await page.locator('body[data-link="down"]').waitFor();
-    await page.getByText("This page failed: what you see may be old. STOP works. Load the page anew.").waitFor();
+    await page.getByText("This page failed: what you see may be old. STOP works. Reload the page.").waitFor();
     check((await page.locator(box).evaluate((node) => getComputedStyle(node).filter)) !== "none", `${box} is grey`);
   };
 

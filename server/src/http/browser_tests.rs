@@ -286,6 +286,12 @@ async fn the_place_of_the_person_is_shown_and_not_sent() {
     before_a_boat("own-place.mjs").await;
 }
 
+/// All detections: by themselves, filtered, and the file of exactly what is shown.
+#[tokio::test(flavor = "multi_thread")]
+async fn all_detections_are_shown_filtered_and_taken_away() {
+    before_a_boat("detections.mjs").await;
+}
+
 /// What nobody should believe to be names and values.
 fn hostile(entity: &imc::Text) -> EntityParameters {
     let one = |name: &str, value: &str| EntityParameter { name: name.into(), value: value.into() };

@@ -151,7 +151,7 @@ async fn the_plan_that_a_vessel_sails_is_known_when_it_told_it_and_else_that_is_
     boats.say(vec![packet(0, 1, clock::now(), sails("survey", "there"))]).await;
     let unknown: PlanUnderWay = get(&shore, "plan", &viewer).await;
     assert_eq!((unknown.plan_id.as_deref(), unknown.source), (Some("survey"), None));
-    assert!(unknown.trouble.unwrap().contains("has not told this plan") && unknown.legs.is_empty());
+    assert!(unknown.trouble.unwrap().contains("has not reported this plan") && unknown.legs.is_empty());
     let (status, asked) = post(&shore, "ask", &viewer, &json!({"about": "plan", "plan_id": "survey"})).await;
     assert_eq!((status, asked["packets"].as_u64()), (StatusCode::OK, Some(1)));
 

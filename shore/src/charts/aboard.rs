@@ -133,7 +133,7 @@ fn compared(told: Option<&Told>, ashore: Option<ChartDigest>) -> VesselChart {
     let percent = 100.0 * told.have as f64 / (told.of.max(1)) as f64;
     let holds = if told.held.is_some() { "another than ashore" } else { "none aboard" };
     let (state, text) = match (told.stage, &ashore) {
-        _ if same => ("same", "same as ashore".to_owned()),
+        _ if same => ("same", "up to date".to_owned()),
         (_, None) => {
             let text =
                 if told.held.is_some() { "there is no chart ashore" } else { "none aboard, none ashore" };
@@ -178,7 +178,7 @@ mod tests {
             (chart.state, chart.text)
         };
         let told = |state: &str, text: &str| (state.to_owned(), text.to_owned());
-        assert_eq!(state(&report, Some([6; 32])), told("same", "same as ashore"));
+        assert_eq!(state(&report, Some([6; 32])), told("same", "up to date"));
         assert_eq!(state(&report, Some([7; 32])), told("other", "another than ashore"));
         assert_eq!(state(&report, None), told("other", "there is no chart ashore"));
         let fetching = ChartReport { stage: ChartStage::Fetching, have: 43, of: 100, ..report.clone() };

@@ -139,7 +139,7 @@ export function createTeleop(root: HTMLElement, { address, key, orders, confirm,
       }
     };
     mine.onclose = (event) => {
-      if (socket === mine) close(`Ended: ${event.reason || "the server is not reached; the vessel's motors stop by themselves"}. Begin anew when the vessel is shown live again.`);
+      if (socket === mine) close(`Ended: ${event.reason || "the server is not reached; the vessel's motors stop by themselves"}. Start again when the vessel is live.`);
     };
     setAttribute(helm, "hidden", null);
     setAttribute(begin, "hidden", "");

@@ -1,9 +1,11 @@
-// The tags that all vessels heard: filter, table, and one file of exactly what is filtered.
+// The tags that all vessels heard: filter, map, times, table, and one file of exactly what is filtered.
 
 import { computed, signal } from "@preact/signals";
 import { render } from "preact";
 import type { Detection, Detections } from "../api/types.gen";
 import { resource } from "../api/resource";
+import { HeardMap } from "../components/heardmap";
+import { tagColour, Times, timesOf } from "../components/times";
 import { completed } from "../state/newest";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
@@ -21,6 +23,18 @@ export function startDetections(root: HTMLElement): void {
   const rows = signal<readonly Detection[]>([]);
   const asked = signal("");
   const more = signal("");
+  /** Tags that are left out of map, times and table, by their names. */
+  const hidden = signal<ReadonlySet<string>>(new Set());
+  /** Those of a place on the map that was chosen; undefined for all. */
+  const picked = signal<ReadonlySet<string> | undefined>(undefined);
+  const groups = computed(() => timesOf(rows.value));
+  const shown = computed(() => rows.value.filter((one) => !hidden.value.has(tagName(one))));
+  const listed = computed(() => shown.value.filter((one) => !picked.value || picked.value.has(keyOf(one))));
+  const toggle = (tag: string): void => {
+    const next = new Set(hidden.value);
+    if (!next.delete(tag)) next.add(tag);
+    hidden.value = next;
+  };
   const wrong = computed(() => (from.value && to.value && us(to.value) < us(from.value) ? "The end is before the beginning." : ""));
   const query = computed(() => {
     const wanted = new URLSearchParams({ from_us: String(from.value ? us(from.value) : 0), to_us: String(to.value ? us(to.value) : LAST_US) });
@@ -34,7 +48,7 @@ export function startDetections(root: HTMLElement): void {
     const wanted = query.value;
     const found = await answer.ask(`/api/v1/detections?${wanted}&order=newest&limit=${PAGE}`);
     if (!found) return;
-    [rows.value, asked.value] = [found.detections, wanted];
+    [rows.value, asked.value, picked.value] = [found.detections, wanted, undefined];
     more.value = olderOf(found, wanted);
   };
   const older = async (): Promise<void> => {
@@ -64,13 +78,33 @@ export function startDetections(root: HTMLElement): void {
       <p role="status">{answer.busy.value ? "Fetching …" : `${rows.value.length}${more.value ? " newest" : ""} detections.`}</p>
       {may && asked.value && rows.value.length > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>Download CSV of all detections of this filter</a></p>}
       {rows.value.length === 0 && !answer.busy.value && <p>No tag was heard in this time. Choose a longer time, or clear the tag filter.</p>}
-      {rows.value.length > 0 && <Table rows={rows.value} called={called} />}
+      {rows.value.length > 0 && (
+        <>
+          <div class="heard">
+            <HeardMap detections={shown.value} whole={asked.value} pick={(group) => (picked.value = new Set(group.map(keyOf)))} />
+            <section aria-label="Tags">
+              <ul class="legend-tags">
+                {groups.value.map(({ tag, id, all }) => (
+                  <li key={tag}><label class="inline"><input type="checkbox" checked={!hidden.value.has(tag)} onChange={() => toggle(tag)} /><span data-tag={tagColour(id)}>{tag}</span> <span class="dim num">{all.length}</span></label></li>
+                ))}
+              </ul>
+              <Times groups={groups.value.filter(({ tag }) => !hidden.value.has(tag))} />
+            </section>
+          </div>
+          {picked.value && <p class="row">{listed.value.length} detections at the place on the map. <button type="button" onClick={() => (picked.value = undefined)}>Show all</button></p>}
+          <Table rows={listed.value} called={called} />
+        </>
+      )}
       {more.value && <button type="button" onClick={() => void older()}>Older detections</button>}
     </>
   );
+  let begun = false;
   render(<Page />, root);
   createChrome({ messages: ["VehicleState", "TBRFishTag", "Event"], events: true, every_ms: 500 }, {
-    frame: (_, { detections }) => {
+    frame: (_, { detections, snapshot, events_missed }) => {
+      // What came ashore while nothing came by itself is asked for.
+      if ((snapshot || events_missed) && begun) void show();
+      begun = true;
       const fresh = detections.filter((one) => isWanted(one, asked.value));
       if (fresh.length) rows.value = joined(rows.value, fresh);
     },
@@ -86,9 +120,9 @@ function Table({ rows, called }: { rows: readonly Detection[]; called: (address:
         <thead><tr>{heads.map((head) => <th key={head} scope="col">{head}</th>)}</tr></thead>
         <tbody>
           {rows.map((one) => (
-            <tr key={`${one.system}/${one.id}`}>
+            <tr key={keyOf(one)}>
               <td class="num">{one.heard_us === null ? `${utc(one.time_us)} (reported)` : new Date(one.heard_us / 1_000).toISOString().replace("T", " ")}</td>
-              <td>{tagName(one)}</td><td>{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
+              <td data-tag={tagColour(one.tag_id)}>{tagName(one)}</td><td>{called(one.system)}</td><td>{one.serial_no}</td><td>{one.snr_db}</td><td>{one.data ?? ""}</td>
               <td>{one.lat_deg === null || one.lon_deg === null ? "not known" : position({ lat_deg: one.lat_deg, lon_deg: one.lon_deg })}</td>
               <td>{one.clock === "set" ? "set" : "not set"}</td>
             </tr>
@@ -97,6 +131,11 @@ function Table({ rows, called }: { rows: readonly Detection[]; called: (address:
       </table>
     </div>
   );
+}
+
+/** What tells detections apart. */
+function keyOf({ system, id }: Detection): string {
+  return `${system}/${id}`;
 }
 
 /** A time of a date picker, which is UTC here, µs since 1970. */
@@ -113,9 +152,9 @@ function olderOf({ next }: Detections, asked: string): string {
 
 /** Each once, with all that its reports tell, the newest report first. */
 function joined(before: readonly Detection[], next: readonly Detection[]): readonly Detection[] {
-  const all = new Map(before.map((one) => [`${one.system}/${one.id}`, one]));
+  const all = new Map(before.map((one) => [keyOf(one), one]));
   for (const one of next) {
-    const key = `${one.system}/${one.id}`;
+    const key = keyOf(one);
     const known = all.get(key);
     all.set(key, known ? completed(known, one) : one);
   }

@@ -60,7 +60,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     if (heard === undefined && !failed) return;
     setAttribute(document.body, "data-link", heard && !failed ? "up" : "down");
     if (!link) return;
-    if (failed) setText(link, "This page failed: what you see may be old. STOP works. Load the page anew.");
+    if (failed) setText(link, "This page failed: what you see may be old. STOP works. Reload the page.");
     else if (heard) setText(link, state.eventsMissed ? `Live · ${state.eventsMissed} events only in the history` : "Live");
     else setText(link, "No link to the server: what you see is old. Trying again …");
   };

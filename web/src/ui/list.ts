@@ -147,7 +147,7 @@ function firstSteps(): HTMLElement {
     make("p", {}, "An admin names it and makes its link token under ", make("a", { href: "/admin/vessels" }, "Admin, Vessels"), ". The token goes into a file aboard, and its place into the vessel's configuration:"),
     lines("[Transports.Lutra]", "Enabled = Always", `URL = ${url}`, "Token File = lutra.token"),
     make("h3", {}, "A vessel with DUNE in the same network, by UDP"),
-    make("p", {}, "In the server's configuration, and the server started anew:"),
+    make("p", {}, "In the server's configuration, then restart the server:"),
     lines("[doors.udp]", 'listen = "0.0.0.0:6001"'),
     make("p", {}, "Aboard, [Transports.Announce] and [Transports.UDP] are enabled: both find each other by their announcements."),
     make("h3", {}, "A vessel with DUNE behind a VPN, by TCP"),

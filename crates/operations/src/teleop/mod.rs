@@ -170,7 +170,7 @@ impl Why {
             Self::ServerClock => {
                 "If it was set back, the vessel refuses the sticks for up to a minute: wait, then go on."
             }
-            Self::Invalid => "Load the page anew.",
+            Self::Invalid => "Reload the page.",
             Self::RoundTrip => "Wait until it is shorter, or send the vessel by a plan.",
             Self::Hidden | Self::Unfocused => {
                 "Keep this window in front, and its keys in focus, while you steer."
