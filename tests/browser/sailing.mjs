@@ -19,7 +19,7 @@ await inBrowser(async (open) => {
   await page.getByRole("link", { name: "Fleet" }).click();
   const list = page.getByRole("list", { name: "Systems" });
   await list.getByRole("button", { name: /brand-new/ }).getByText("not heard since the server started").waitFor();
-  await list.getByRole("button", { name: /otter-1/ }).getByText(/square executing/).waitFor();
+  await list.getByRole("button", { name: /otter-1/ }).getByText(/Executing plan square/).waitFor();
   await list.getByRole("button", { name: /brand-new/ }).getByText("state of its parts unknown").waitFor();
   const names = () => list.locator(".name").allInnerTexts();
   check((await names())[0].startsWith("brand-new"), "by name");

@@ -22,7 +22,7 @@ impl fmt::Display for Guide<'_> {
         let mut item = |place: String, words: &str| write!(f, "\n  {place}\n          {words}");
         item(
             format!("{url}/"),
-            "the map, where the Otters move; the latest values of the one chosen, as CSV too",
+            "the map, where the Otters move, and a card for each; below it any message as CSV",
         )?;
         let own = "one vessel: instruments, plots, tables; Control takes it and sends it elsewhere";
         item(vessel(first), own)?;
