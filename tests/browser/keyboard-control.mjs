@@ -54,13 +54,15 @@ await inBrowser(async (open) => {
   // Asked and declined, asked and granted, taken over with a reason.
   await who(two, "admin has control.");
   await nils.act("Ask for control");
-  await one.getByText("nils asks for control").first().waitFor();
+  // The panel tells it a moment after the bar, and moves what is below it: nobody is in its fields then.
+  await one.locator(".control-box").getByText("nils asks for control").waitFor();
   await admin.act("Decline");
   await two.getByRole("button", { name: "Ask for control", exact: true }).waitFor();
   // The question that was answered is gone before the next: what it took of the page moves what is below it.
-  await one.getByText("nils asks for control").waitFor({ state: "detached" });
+  await one.getByText("nils asks for control").first().waitFor({ state: "detached" });
   await nils.act("Ask for control");
-  await one.getByText("nils asks for control").first().waitFor();
+  // The panel tells it a moment after the bar, and moves what is below it: nobody is in its fields then.
+  await one.locator(".control-box").getByText("nils asks for control").waitFor();
   await admin.act("Grant to nils");
   await who(two, "You have control of this vessel.");
   await who(one, "nils has control.");
