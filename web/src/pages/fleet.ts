@@ -1,19 +1,19 @@
-// The first page: map, list of systems, latest values.
+// The first page: the map, and the vessels beside it.
 
 import { getJson } from "../api/http";
 import type { System, TrackPoint } from "../api/types.gen";
+import { createPlansUnderWay } from "../api/underway";
 import { createMap } from "../map/map";
 import { told } from "../state/alarms";
-import { asSeen, EMPTY, placeIsOld, serverNowUs } from "../state/fleet";
+import { runs } from "../state/doing";
+import { asSeen, EMPTY, placeCameUs, placeIsOld, serverNowUs } from "../state/fleet";
 import { type Listed, unheard } from "../state/order";
 import { Track } from "../state/track";
 import { entities, partsInWords, vitals, worst } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
-import { make, setAttribute } from "../ui/dom";
-import { fillExport } from "../ui/export";
+import { make } from "../ui/dom";
 import { isShore, systemName } from "../ui/format";
 import { createList } from "../ui/list";
-import { createValues } from "../ui/values";
 
 /** Tables are drawn anew so often, ms; the map at each frame. */
 const TABLES_MS = 250;
@@ -22,11 +22,10 @@ const PAST_US = 3_600_000_000;
 
 export function startFleet(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
-  const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of systems tells the same." });
+  const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of vessels tells the same." });
   const all = make("button", { type: "button", class: "show-all" }, "Show all");
-  const listBox = make("section", { class: "panel list", "aria-label": "Systems" });
-  const valueBox = make("section", { class: "panel latest", "aria-labelledby": "values-title" });
-  root.append(make("div", { class: "map-box" }, mapBox, all), listBox, valueBox);
+  const listBox = make("section", { class: "panel list", "aria-label": "Vessels" });
+  root.append(make("div", { class: "map-box" }, mapBox, all), listBox);
 
   let state = EMPTY;
   let linked = true;
@@ -44,7 +43,7 @@ export function startFleet(root: HTMLElement): void {
   };
   const map = createMap(mapBox, select);
   const list = createList(listBox, select);
-  const values = createValues(valueBox);
+  const underWay = createPlansUnderWay();
   all.addEventListener("click", () => map.showAll());
 
   const systems = (): System[] =>
@@ -68,8 +67,18 @@ export function startFleet(root: HTMLElement): void {
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
     const [known, label] = [state.values.get(system.address) ?? new Map(), labels(system)];
-    const parts = entities(known, label, nowUs);
-    return { system, placeIsOld: placeIsOld(state.values.get(system.address), nowUs), vitals: vitals(known, label, nowUs), worst: worst(parts), parts: partsInWords(parts), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
+    const [parts, read, came] = [entities(known, label, nowUs), vitals(known, label, nowUs), placeCameUs(known)];
+    return {
+      system,
+      ours: isOurs(system),
+      placeIsOld: placeIsOld(state.values.get(system.address), nowUs),
+      placeS: came === null ? null : Math.max(0, (nowUs - came) / 1e6),
+      vitals: read,
+      worst: worst(parts),
+      parts: partsInWords(parts),
+      alarm: told(chrome.alarms()).find((one) => one.vessel === system.address),
+      legs: underWay.legs(system.address, runs(read.plan) ? read.plan.note : ""),
+    };
   };
 
   const drawMap = (): void => {
@@ -84,10 +93,8 @@ export function startFleet(root: HTMLElement): void {
     if (!byPerson && (!before || (isGone(before) && !isOurs(before)))) selected = firstOf(known)?.address ?? selected;
     list.update(known.map((system) => listed(system, nowUs)), selected, nowUs, linked);
     const chosen = known.find((system) => system.address === selected);
-    setAttribute(valueBox, "hidden", chosen ? null : "");
     // A stranger that is gone does not come to where the STOP of a vessel of these people is looked for.
     chrome.stop?.target(chosen && (isOurs(chosen) || met.has(chosen.address)) ? { address: chosen.address, name: systemName(chosen) } : undefined);
-    if (chosen) values.update(systemName(chosen), [...(state.values.get(chosen.address)?.values() ?? [])], labels(chosen), nowUs);
   };
 
   const follow = (system: System): void => {
@@ -135,6 +142,4 @@ export function startFleet(root: HTMLElement): void {
     chrome.draw("tables", drawTables);
     chrome.draw("map", drawMap);
   }, TABLES_MS);
-  const form = document.querySelector<HTMLFormElement>("form#export");
-  if (form) void fillExport(form);
 }

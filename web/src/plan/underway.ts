@@ -1,7 +1,7 @@
 // The plan that the vessel of a page sails: drawn where it is known ashore, whoever started it, and else said.
 
 import { getJson, postJson } from "../api/http";
-import type { PlanUnderWay, VesselAsk, VesselAsked } from "../api/types.gen";
+import type { PlanUnderWay, RouteLeg, VesselAsk, VesselAsked } from "../api/types.gen";
 import type { FleetMap } from "../map/map";
 import { createRoute } from "../map/route";
 import type { Vitals } from "../state/vitals";
@@ -16,6 +16,8 @@ const ASKS = 3;
 export interface UnderWay {
   /** `present`: whether the page shows the present; what is sailed then is not drawn over the past. */
   update(vitals: Pick<Vitals, "plan" | "progress">, present: boolean): void;
+  /** The maneuvers of what is sailed, where they are known. */
+  legs(): readonly RouteLeg[] | undefined;
 }
 
 export function createUnderWay(root: HTMLElement, map: FleetMap, address: number): UnderWay {
@@ -48,6 +50,7 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
   };
 
   return {
+    legs: () => known?.legs,
     update({ plan, progress }, present) {
       const runs = /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
       const now = runs ? `${plan.note}\n${/^INIT/i.test(plan.word)}` : "";

@@ -11,6 +11,7 @@ import { windowKey } from "../state/window";
 import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
+import { createMenu } from "./menu";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
 import { asCalled, hexAddress, systemName } from "./format";
@@ -44,12 +45,12 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
     stop: (stop: LiveStop): void => live.stop(stop),
     giveUp: (key: string): void => live.giveUp(key),
   };
-  const stop = buttons && orders ? createStop(buttons, orders, line) : undefined;
+  const names = givenNames();
+  const stop = buttons && orders ? createStop(buttons, orders, line, names) : undefined;
   const asked = document.getElementById("requests");
   const requests = asked ? createRequests(asked, asked.dataset["me"] ?? "") : undefined;
   const alarmBox = document.getElementById("alarms");
   const bar = alarmBox ? createAlarms(alarmBox) : undefined;
-  const names = givenNames();
   let alarms = NO_ALARMS;
   let state = EMPTY;
   let heard: boolean | undefined;
@@ -65,6 +66,7 @@ export function createChrome(subscription: Subscription, handlers: ChromeHandler
     else setText(link, "No link to the server: what you see is old. Trying again …");
   };
   palette();
+  createMenu();
   keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();

@@ -1,10 +1,12 @@
-// STOP: always there, never asked back, and true about how far it got.
+// STOP: always there, for one vessel never asked back, and true about how far it got.
 
 import type { LiveFrame, LiveStopped, Ordered, System, Update } from "../api/types.gen";
 import { createStopping, type StopLine, type Stopping } from "../control/stopping";
 import { meaning } from "../state/vitals";
+import { allToStop } from "../state/stopall";
 import { make, setAttribute, setText } from "./dom";
 import { isShore, systemName, utc } from "./format";
+import { createStopAll } from "./stopall";
 
 /** A vessel that has not told of the effect by then is said not to have stopped, s. */
 const EFFECT_S = 8;
@@ -42,13 +44,18 @@ export interface Stop {
   vessels(systems: readonly System[]): void;
 }
 
-/** `root` holds the buttons, `orders` what became of each stop, which goes by `line` and by a request. */
-export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLine): Stop {
+/**
+ * `root` holds the buttons, `orders` what became of each stop, which goes by `line` and by a request. `given`: the names that
+ * people gave, by address.
+ */
+export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLine, given: Readonly<Record<string, string>>): Stop {
   const listed = root.dataset["stops"] ?? "";
   const may = (address: number): boolean => listed === "all" || listed.split(",").includes(String(address));
   const open: Order[] = [];
   let aim: { address: number; name: string } | undefined;
   let others = "";
+  /** Orders that are shown: at least all of one STOP ALL. */
+  let shown = SHOWN;
 
   const order = (address: number, name: string): void => {
     // Whoever presses again while nothing was answered wants the same, sooner.
@@ -102,7 +109,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
   /** Takes away the oldest orders beyond those that are shown. */
   const tidy = (): void => {
     const done = [...orders.children].filter((row) => !open.some((one) => one.root === row && one.asking));
-    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - SHOWN))) row.remove();
+    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - shown))) row.remove();
   };
 
   const button = (address: number, name: string): HTMLButtonElement => {
@@ -123,7 +130,11 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       order(aim.address, aim.name);
     });
   }
-  root.append(...(form ? [menu] : [main, menu]));
+  const all = createStopAll((targets) => {
+    shown = Math.max(SHOWN, targets.length);
+    for (const { address, name } of targets) order(address, name);
+  });
+  root.append(...(form ? [menu, all.root] : [main, menu, all.root]));
   document.addEventListener("keydown", (event) => {
     // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
     if (!(event.ctrlKey && event.key === ".") || event.repeat) return;
@@ -162,6 +173,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
         list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
         others = here;
       }
+      all.update(allToStop(vessels, given).map((system) => ({ address: system.address, name: systemName(system) })));
     },
   };
 }
@@ -218,7 +230,7 @@ function follow(order: Order, frame: LiveFrame): void {
   } else if (mode === "ERROR") {
     order.effectS = took;
     order.effectUs = state?.received_us ?? 0;
-    tell(order, "done", `STOP ${order.name}: effect seen after ${took.toFixed(1)} s: the vessel stopped what it did (its mode is called ERROR).`);
+    tell(order, "done", `STOP ${order.name}: Stopped. Motors off, drifting. The vessel said so after ${took.toFixed(1)} s (mode ERROR).`);
   } else if (took > EFFECT_S) {
     const said = state ? `it says mode ${mode}` : "it does not say that it stopped";
     tell(order, "failed", `STOP ${order.name}: sent, but NO EFFECT SEEN in ${EFFECT_S} s; ${said}. Press STOP again or stop it by other means.`);
