@@ -10,7 +10,7 @@ export interface CardProps {
 
 export function VesselCard({ card, selected, select }: CardProps) {
   return (
-    <li class="vessel" data-series={card.series}>
+    <li class="vessel-card" data-series={card.series}>
       <button type="button" class="system" aria-pressed={selected} data-liveness={card.liveness} onClick={() => select(card.address)}>
         <span class="name">{card.title}</span>
         <span class="state">{card.link}</span>

@@ -151,6 +151,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       if (vessel && !may(vessel.address)) vessel = undefined;
       if (aim?.address === vessel?.address && aim?.name === vessel?.name) return;
       aim = vessel;
+      setAttribute(root, "data-aim", aim ? "" : null);
       for (const halt of form ? form.querySelectorAll(".halt") : []) if (aim) setText(halt, `STOP ${aim.name}`);
       if (!form) main.replaceChildren(...(aim ? [button(aim.address, aim.name)] : []));
       root.title = aim ? "Ends what the vessel does and stops its motors. Ctrl and . do the same." : "";

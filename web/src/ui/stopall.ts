@@ -30,7 +30,7 @@ export function createStopAll(stop: (targets: readonly Target[]) => void): StopA
   const draw = (): void => {
     const about = asked?.targets ?? targets;
     setAttribute(root, "hidden", about.length > 1 ? null : "");
-    setText(text, asked ? `CONFIRM: STOP ${about.length}` : "STOP ALL");
+    setText(text, asked ? `CONFIRM STOP ${about.length}` : "STOP ALL");
     setAttribute(button, "data-asked", asked ? "" : null);
     setAttribute(question, "hidden", asked ? null : "");
   };
