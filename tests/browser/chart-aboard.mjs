@@ -9,7 +9,8 @@ await inBrowser(async (open) => {
   await logIn(page, url, name, password);
   await page.goto(`${url}/vessels/${vessel}`);
   const tile = page.locator('[data-tile="chart"]');
-  await tile.getByText("as ashore").waitFor();
+  await page.getByRole("button", { name: "More instruments" }).click();
+  await tile.getByText("up to date").waitFor();
   check(/2 charts, the newest XX\dLUTRA/.test(await tile.innerText()), await tile.innerText());
   check((await tile.getAttribute("data-old")) === null, "told over a link that stands");
   await page.locator(".chart-credit").getByText("safety depth 8 m, the vessel's own").waitFor();

@@ -150,7 +150,7 @@ await inBrowser(async (open) => {
   // From the page of one vessel the others are stopped too, and what became of that is seen there.
   await two.getByText("Others …", { exact: true }).click();
   await two.getByRole("button", { name: "STOP otter-2", exact: true }).click();
-  await two.getByText(/^STOP otter-2: effect seen after/).waitFor();
+  await two.getByText(/^STOP otter-2: Stopped\. Motors off, drifting/).waitFor();
   // On a tablet that stays in sight, with the alarms, and nothing that gets the focus is beneath it.
   await two.setViewportSize({ width: 820, height: 1180 });
   await two.evaluate(() => scrollTo(0, document.body.scrollHeight));
@@ -158,7 +158,7 @@ await inBrowser(async (open) => {
     const box = node.getBoundingClientRect();
     return node.contains(document.elementFromPoint(box.left + 2, box.top + box.height / 2));
   });
-  check(await inSight(two.getByText(/^STOP otter-2: effect seen after/)), "what became of the stop is in sight");
+  check(await inSight(two.getByText(/^STOP otter-2: Stopped\. Motors off, drifting/)), "what became of the stop is in sight");
   check(await inSight(two.locator(".alarm-bar .worst")), "the alarm bar is in sight");
   check(await two.evaluate(() => scrollY > 200), "the page is scrolled");
   await two.getByLabel("Latitude, °").focus();

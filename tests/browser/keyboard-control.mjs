@@ -42,7 +42,7 @@ await inBrowser(async (open) => {
     await hands.follow(/:\d+\/$/);
     await hands.to("Open otter-1");
     await hands.follow(/\/vessels\/\d+/);
-    await page.locator('[data-tile="mode"]').getByText("MANEUVER").waitFor();
+    await page.locator('[data-tile="mode"]').getByText("Executing plan").waitFor();
     await hands.to("Plots");
     await hands.press("ArrowLeft");
     await page.getByRole("tabpanel", { name: "Control" }).waitFor();

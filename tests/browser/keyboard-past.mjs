@@ -13,7 +13,7 @@ await inBrowser(async (open) => {
   await logIn(url, "admin", password);
   await to("Open otter-1");
   await follow(/\/vessels\/\d+/);
-  await page.locator('[data-tile="mode"]').getByText("MANEUVER").waitFor();
+  await page.locator('[data-tile="mode"]').getByText("Executing plan").waitFor();
 
   // Replay: begun, stepped, played and paused, faster, by the slider and the space bar; back to the present.
   const clockMs = async () => Date.parse((await page.locator(".replaybar .clock").textContent()).replace(" ", "T"));

@@ -84,5 +84,5 @@ await inBrowser(async (open) => {
   await press("Enter");
   await page.getByRole("region", { name: "EstimatedState, °", exact: true }).waitFor();
   await press("Control+.");
-  await page.getByText(new RegExp(`STOP ${otter}: (effect seen|it stopped) after \\d`)).waitFor();
+  await page.getByText(new RegExp(`STOP ${otter}: (Stopped\\. Motors off, drifting|it stopped after \\d)`)).waitFor();
 });

@@ -236,7 +236,7 @@ await inBrowser(async (open) => {
     async over() {
       await helmNote(page).waitFor();
       // The vessel does not wait for hands that nobody has there: it says so to whoever took over.
-      await other.locator('.tile[data-tile="mode"]').getByText("SERVICE").waitFor();
+      await other.locator('.tile[data-tile="mode"]').getByText("Idle, ready").waitFor();
       // Who lost control does not steer.
       await page.getByRole("button", { name: "Steer by hand …", exact: true, disabled: true }).waitFor();
       await keyUp();

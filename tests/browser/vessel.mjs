@@ -15,10 +15,14 @@ await inBrowser(async (open) => {
 
   // Instruments have value, unit and age, and none is old on a vessel that speaks.
   const tile = (name) => page.locator(`[data-tile="${name}"]`);
-  await tile("mode").getByText("MANEUVER").waitFor();
+  await tile("mode").getByText("Executing plan").waitFor();
   await tile("plan").getByText("square").waitFor();
   await tile("link").getByText(/by link/).waitFor();
-  await tile("chart").getByText("as ashore").waitFor();
+  await tile("progress").getByText(/^\d of 4$/).waitFor();
+  await page.getByText("In control: nobody", { exact: true }).waitFor();
+  // Further instruments are behind More.
+  await page.getByRole("button", { name: "More instruments" }).click();
+  await tile("chart").getByText("up to date").waitFor();
   for (const name of ["link", "mode", "plan", "speed_mps", "heading_rad", "port_rpm", "starboard_rpm", "battery", "voltage"]) {
     await page.waitForFunction((name) => !document.querySelector(`[data-tile="${name}"]`).hasAttribute("data-old"), name);
     check(/\d/.test(await tile(name).locator(".age").innerText()), `${name} has an age`);
@@ -119,7 +123,7 @@ await inBrowser(async (open) => {
 
   // STOP: one press, no question, and what became of it.
   await page.getByRole("button", { name: "STOP otter-1" }).click();
-  await page.getByText(/STOP otter-1: (effect seen|it stopped) after \d/).waitFor();
+  await page.getByText(/STOP otter-1: (Stopped\. Motors off, drifting|it stopped after \d)/).waitFor();
   // The demonstration gives an idle Otter its plan again, and the page does not go on saying that it stopped.
   await page.getByText(/STOP otter-1: it stopped .* GOES ON since/).waitFor({ timeout: 60_000 });
   await look(page, "vessel-stopped");

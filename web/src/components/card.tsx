@@ -15,8 +15,8 @@ export function VesselCard({ card, selected, select }: CardProps) {
         <span class="name">{card.title}</span>
         <span class="state">{card.link}</span>
         <span class="doing">
-          <Text class="mode" told={card.doing} />
-          <Text class="plan" told={card.plan} />
+          <Text class="mode" told={card.doing} />{" "}
+          <Text class="plan" told={card.plan} />{" "}
           <Text class="progress num" told={card.progress} />
         </span>
         <span class="facts">
