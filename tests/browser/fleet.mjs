@@ -36,6 +36,7 @@ await inBrowser(async (open) => {
   // What is old is struck and hatched, and nothing else is.
   const silent = systems.getByRole("button", { name: "otter-2" });
   for (const [of, old] of [[silent, true], [card, false]]) {
+    if (old) await of.locator(".place[data-old]").waitFor();
     const looks = await of.locator(".place").evaluate((node) => [getComputedStyle(node).textDecorationLine, getComputedStyle(node).backgroundImage]);
     check(looks[0].includes("line-through") === old && looks[1].includes("gradient") === old, `${looks}`);
   }

@@ -1,6 +1,6 @@
 // A vessel's card: who it is, what it does, how it is, and how old all of that is.
 
-import type { Card, Told } from "../state/card";
+import { type Card, NOT_REPORTED, type Told } from "../state/card";
 
 export interface CardProps {
   readonly card: Card;
@@ -25,8 +25,8 @@ export function VesselCard({ card, selected, select }: CardProps) {
           <Fact label="Battery" told={card.battery} warn={card.battery.low} />
           <Fact label="Position age" told={card.placeAge} />
         </span>
-        <span class="worst" data-quiet={card.worst.quiet ? "" : undefined}>{card.worst.text}</span>
         <Text class="place num" told={card.place} />
+        <span class="worst" data-quiet={card.worst.quiet ? "" : undefined}>{card.worst.text}</span>
         <span class="heard num">{card.heard}</span>
       </button>
       <a class="more" href={`/vessels/${card.address}`} aria-label={`Open ${card.name}`}>Open</a>
@@ -42,7 +42,7 @@ function Fact({ label, told, warn = false }: { readonly label: string; readonly 
   return (
     <span class="fact">
       <span class="what">{label} </span>
-      <span class="num" data-old={told.old ? "" : undefined} data-warn={warn ? "" : undefined}>{told.text}</span>
+      <span class="num" data-old={told.old ? "" : undefined} data-warn={warn ? "" : undefined} data-none={told.text === NOT_REPORTED ? "" : undefined}>{told.text}</span>
     </span>
   );
 }

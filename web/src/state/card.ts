@@ -15,6 +15,9 @@ const SERIES = 4;
 /** A battery below this is told, %. */
 const LOW = 20;
 
+/** What stands where a vessel has said nothing. */
+export const NOT_REPORTED = "not reported";
+
 /** Text and shape, as colour alone tells nobody in night colours. */
 export const LIVENESS: Readonly<Record<Liveness, string>> = {
   live: "● live",
@@ -55,8 +58,9 @@ export interface Card {
 export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs }: Listed, nowUs: number, linked: boolean): Card {
   const { mode, plan, progress, battery } = vitals;
   const { fix } = system;
-  const of = (reading: Reading, text: string): Told => told(reading.ageS === null ? "not reported" : text, reading.ageS !== null && (reading.old || !linked));
-  const here = (text: string | undefined): Told => told(text ?? "—", fix !== null && (placeIsOld || !linked));
+  const of = (reading: Reading, text: string): Told => told(reading.ageS === null ? NOT_REPORTED : text, reading.ageS !== null && (reading.old || !linked));
+  const old = placeIsOld || system.liveness === "stale" || system.liveness === "lost";
+  const here = (text: string | undefined): Told => told(text ?? "—", fix !== null && (old || !linked));
   const said = alarm ? `${SHAPES[alarm.priority as Priority] ?? ""} ${alarm.priority}: ${alarm.text}` : "";
   const heardS = Math.max(0, (nowUs - system.heard_us) / 1e6);
   const never = !system.heard_us;
@@ -74,7 +78,7 @@ export function cardOf({ system, placeIsOld, placeS, vitals, parts, alarm, legs 
     speed: here(fix ? knots(fix.speed_mps) : undefined),
     heading: here(fix ? bearing(fix.heading_rad) : undefined),
     battery: { ...of(battery, battery.value === null ? "—" : `${battery.value.toFixed(0)} %`), low: battery.value !== null && battery.value < LOW },
-    place: told(fix ? `${position(fix)}${placeIsOld ? " (old)" : ""}` : "no position", fix !== null && (placeIsOld || !linked)),
+    place: here(fix ? `${position(fix)}${old ? " (old)" : ""}` : "no position"),
     placeAge: here(fix && placeS !== null ? age(placeS) : undefined),
     worst: { text: tame(said || `${parts.bad ? "▲ " : ""}${parts.text}`, MOST), quiet: !said && !parts.bad },
   };
