@@ -31,7 +31,7 @@ await inBrowser(async (open) => {
           const places = new Map();
           const look = () => {
             for (const card of document.querySelectorAll(".systems .system")) {
-              const [name, place] = [card.querySelector(".name").textContent, card.querySelector(".num").textContent];
+              const [name, place] = [card.querySelector(".name").textContent, card.querySelector(".place").textContent];
               const before = places.get(name);
               if (!/\d/.test(place) || before?.place === place) continue;
               const moved = before ? before.moved + 1 : 0;

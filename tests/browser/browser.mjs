@@ -17,6 +17,8 @@ const SIZES = [
   { width: 820, height: 1180 },
   { width: 390, height: 844 },
 ];
+/** Widths at which nothing may stick out, beside those that pictures are made of. */
+const FITS = [...SIZES, { width: 1024, height: 768 }, { width: 390, height: 844 }];
 const PALETTES = ["day", "dusk", "night"];
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
 /** Those of axe's rules that look at colours, and the one that looks at how large targets are: nine tenths of axe's time. */
@@ -132,7 +134,7 @@ export async function look(page, name) {
     if (process.env.LUTRA_PICTURES) for (const size of SIZES) await picture(page, size, `${name}-${palette}-${size.width}`);
   }
   // Palettes do not change widths. The size in which flows go on comes last.
-  for (const size of [...SIZES].reverse()) {
+  for (const size of [...FITS].reverse()) {
     await resize(page, size);
     await fits(page, `${name} at ${size.width} px`);
   }

@@ -1,6 +1,5 @@
 // The first page on a moving fleet: node fleet.mjs URL ONE-TIME-PASSWORD. Prints "stop the server" when it wants that.
 
-import { readFile } from "node:fs/promises";
 import { check, inBrowser, logIn, look, sameSamples, table } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
@@ -18,26 +17,50 @@ await inBrowser(async (open) => {
   }
   // The third said its word once and is silent since.
   await systems.getByRole("button", { name: "otter-2" }).getByText(/stale|lost/).waitFor();
-  const place = systems.getByRole("button", { name: "otter-0" }).locator(".num").first();
+  const place = systems.getByRole("button", { name: "otter-0" }).locator(".place");
   const before = await place.innerText();
   check(/^63° \d\d\.\d{3}′ N 010° \d\d\.\d{3}′ E$/.test(before), before);
   await page.waitForFunction(([node, before]) => node.textContent !== before, [await place.elementHandle(), before]);
 
-  // Its latest values are on its page; text from a vessel stays text.
-  await systems.getByRole("link", { name: "Open otter-1" }).press("Enter");
+  // A card tells what the vessel does, how fast it goes, where to and how old that is; it has the colour of the map.
+  const card = systems.getByRole("button", { name: "otter-0" });
+  for (const [what, told] of [["Speed", /^2\.9 kn$/], ["Heading", /^\d{3}° T$/], ["Battery", /^not reported$/], ["Position age", /^\d\.\d s$/]]) {
+    const fact = card.locator(".fact", { hasText: what }).locator(".num");
+    check(told.test(await fact.innerText()), `${what}: ${await fact.innerText()}`);
+  }
+  await card.getByText("State not reported").waitFor();
+  await card.getByText(/^heard \d\.\d s ago/).waitFor();
+  const edge = await page.locator(".vessel-card", { hasText: "otter-1" }).evaluate((node) => [getComputedStyle(node).borderLeftColor, getComputedStyle(node).getPropertyValue(`--series-${(2069 % 4) + 1}`)]);
+  const [red, green, blue] = edge[1].match(/[0-9a-f]{2}/gi).map((part) => Number.parseInt(part, 16));
+  check(edge[0] === `rgb(${red}, ${green}, ${blue})`, `${edge}`);
+  // What is old is struck and hatched, and nothing else is.
+  const silent = systems.getByRole("button", { name: "otter-2" });
+  for (const [of, old] of [[silent, true], [card, false]]) {
+    if (old) await of.locator(".place[data-old]").waitFor();
+    const looks = await of.locator(".place").evaluate((node) => [getComputedStyle(node).textDecorationLine, getComputedStyle(node).backgroundImage]);
+    check(looks[0].includes("line-through") === old && looks[1].includes("gradient") === old, `${looks}`);
+  }
+  check((await page.locator("table, #export").count()) === 0, "no table and no form on the landing page");
+
+  // Choosing a system by keys puts its STOP into the bar; its values are on its page. Text from a vessel stays text.
+  await systems.getByRole("button", { name: "otter-1" }).press("Enter");
+  check((await systems.getByRole("button", { name: "otter-1" }).getAttribute("aria-pressed")) === "true", "chosen");
+  await page.locator("#stop .aim").getByText("STOP otter-1", { exact: true }).waitFor();
+  await page.getByRole("link", { name: "Open otter-1" }).click();
   await page.getByRole("tab", { name: "Values" }).click();
-  const values = page.getByRole("tabpanel", { name: "Values" }).getByRole("table");
+  const panel = page.getByRole("tabpanel", { name: "Values" });
+  const values = panel.getByRole("table");
   await values.getByRole("row", { name: /Voltage <b>Battery<\/b> value/ }).waitFor();
   await values.getByRole("row", { name: /onerror=alert/ }).waitFor();
   check((await values.getByRole("row", { name: /EstimatedState Navigation psi/ }).innerText()).includes("°"), "angles are in degrees");
   check((await values.getByRole("row", { name: /Voltage.*Spare/ }).innerText()).includes("no number"), "NaN is no number");
-  await page.getByLabel("Filter").fill("voltage");
+  await panel.getByLabel("Filter").fill("voltage");
   await values.getByRole("row", { name: /EstimatedState/ }).first().waitFor({ state: "detached" });
-  await page.getByLabel("Filter").fill("");
   await page.goto(`${url}/vessels/2070?tab=Values`);
-  await page.getByRole("tabpanel", { name: "Values" }).locator("tr.stale").first().waitFor();
+  await panel.locator("tr.stale").first().waitFor();
   await page.goto(url);
-  await systems.getByRole("button", { name: "otter-2" }).click();
+  await page.getByText("Live", { exact: true }).waitFor();
+  await systems.getByRole("button", { name: "otter-0" }).waitFor();
 
   // The map is drawn: pixels differ where a vessel is, and a click on it chooses it.
   await page.getByRole("button", { name: "Show all" }).click();
@@ -51,21 +74,13 @@ await inBrowser(async (open) => {
   });
   check(colours > 20, `the map shows ${colours} colours`);
 
-  // CSV of the chosen message and time.
-  await page.locator("#messages option").first().waitFor({ state: "attached" });
-  const form = page.locator("#export");
-  await form.getByLabel("Vessel").selectOption("otter-0");
-  await form.getByLabel("Angles").selectOption("radians");
-  const from = await form.getByLabel("From").inputValue();
-  const to = new Date().toISOString();
-  await form.getByLabel("To", { exact: false }).fill(to);
+  // The history of a message as CSV holds each sample once.
+  const [from, to] = [new Date(Date.now() - 3_600_000).toISOString(), new Date().toISOString()];
   const series = (await (await page.request.get(`${url}/api/v1/series?system=2068`)).json()).find((one) => one.message === "EstimatedState");
   const ask = async (fields, range) => (await page.request.get(`${url}/api/v1/vessels/2068/samples?message=EstimatedState&entity=${series.entity}&fields=${fields}&limit=10000&${range}`)).json();
   // The file is asked for once all of its time is on the disk: once something later is.
   while (!(await ask("psi", `from_us=${Date.parse(to) * 1e3}&to_us=${Date.parse(to) * 1e3 + 60e6}`)).rows.length) await page.waitForTimeout(100);
-  const download = page.waitForEvent("download");
-  await page.getByRole("button", { name: "CSV" }).click();
-  const csv = await readFile(await (await download).path(), "utf8");
+  const csv = await (await page.request.get(`${url}/api/v1/export.csv?message=EstimatedState&vessel=2068&angles=rad&from=${from}&to=${to}`)).text();
   const { head, rows } = table(csv);
   check(rows.length > 390 && head.slice(0, 3).join() === "time,unix_s,system", `the CSV is whole: ${rows.length} rows`);
   const range = `from_us=${Date.parse(from) * 1e3}&to_us=${Date.parse(to) * 1e3}`;

@@ -31,10 +31,12 @@ function watch(boat) {
     const found = [];
     const late = (age, limit = CONTRACT) => Math.max(age, silent) > limit + MORE;
     for (const card of document.querySelectorAll(".system")) {
-      const [place, , heard] = card.querySelectorAll(".num");
+      const [place, heard] = [card.querySelector(".place"), card.querySelector(".heard")];
       const age = seconds(/heard (.*) ago/.exec(heard?.textContent ?? "")?.[1]);
       if (late(age, 5) && /live|late/.test(card.dataset.liveness)) found.push(`card ${card.dataset.liveness} at ${age} s`);
-      if (late(age) && !place.hasAttribute("data-old")) found.push(`place at ${age} s`);
+      for (const told of [place, ...card.querySelectorAll(".mode, .fact .num")]) {
+        if (late(age) && !/^(not reported|—)$/.test(told.textContent) && !told.hasAttribute("data-old")) found.push(`${told.className} ${told.textContent} at ${age} s`);
+      }
     }
     for (const tile of document.querySelectorAll(".tile:not([data-old]):not([data-tile=snr])")) {
       const age = seconds(tile.querySelector(".age").textContent);
@@ -106,6 +108,7 @@ await inBrowser(async (open) => {
   const onMap = (page, old) => page.waitForFunction(([boat, old]) => (document.querySelector(".map")?.dataset.old ?? "").includes(String(boat)) === old, [BOAT, old]);
   const live = async () => {
     await fleet.locator('.system[data-liveness="live"]').getByText("otter-0").waitFor();
+    await fleet.waitForFunction(() => [...document.querySelectorAll(".system .fact .num, .system .mode")].every((told) => !told.hasAttribute("data-old")));
     await values.waitForFunction(() => [...document.querySelectorAll("table.values tr")].some((row) => /Voltage/.test(row.textContent) && !row.classList.contains("stale")));
     for (const page of [values, entities, plots]) await page.locator('[data-tile="speed_mps"]:not([data-old])').waitFor();
     await plots.locator(".legend .num:not([data-old])").getByText(/m\/s/).waitFor();
@@ -114,6 +117,7 @@ await inBrowser(async (open) => {
   const old = async () => {
     await fleet.locator('.system[data-liveness="stale"], .system[data-liveness="lost"]').getByText("otter-0").waitFor();
     await fleet.getByText(/63° .* E \(old\)/).waitFor();
+    await fleet.waitForFunction(() => [...document.querySelectorAll(".system .fact .num, .system .mode, .system .place")].every((told) => told.hasAttribute("data-old")));
     await values.waitForFunction(() => [...document.querySelectorAll("table.values tbody:not([aria-hidden]) tr:not([hidden])")].every((row) => row.classList.contains("stale")));
     await entities.waitForFunction(() => [...document.querySelectorAll("table.compact [data-entity]")].filter((row) => /NORMAL/.test(row.textContent)).every((row) => row.classList.contains("stale")));
     for (const page of [values, entities, plots]) await page.waitForFunction(() => !document.querySelector(".tile:not([data-old]):not([data-tile=snr])"));

@@ -78,6 +78,8 @@ await inBrowser(async (open) => {
     await holds(fleet, `round ${round}, fleet`);
     // Each system in turn is the one whose values are shown, and whose STOP stands in the bar.
     const cards = fleet.locator(".systems button.system");
+    const fold = fleet.locator(".fold");
+    if (await fold.count() && (await fold.getAttribute("aria-expanded")) === "false") await fold.click();
     for (let at = 0; at < (await cards.count()); at++) {
       await cards.nth(at).click();
       await holds(fleet, `round ${round}, system ${at} of the fleet`, [390]);

@@ -17,9 +17,9 @@ await inBrowser(async (open) => {
   await page.getByLabel("Address").first().fill("0x2A00");
   await page.getByRole("button", { name: /Add/ }).first().click();
   await page.getByRole("link", { name: "Fleet" }).click();
-  const list = page.getByRole("list", { name: "Systems" });
+  const list = page.getByRole("list", { name: "Vessels" });
   await list.getByRole("button", { name: /brand-new/ }).getByText("not heard since the server started").waitFor();
-  await list.getByRole("button", { name: /otter-1/ }).getByText(/Executing plan square/).waitFor();
+  await list.getByRole("button", { name: /otter-1/ }).getByText(/Executing plan square \d of 4/).waitFor();
   await list.getByRole("button", { name: /brand-new/ }).getByText("state of its parts unknown").waitFor();
   const names = () => list.locator(".name").allInnerTexts();
   check((await names())[0].startsWith("brand-new"), "by name");

@@ -47,6 +47,7 @@ await inBrowser(async (open) => {
   await main(ours).getByText("STOP northern", { exact: true }).waitFor();
   // Also where the stranger is heard again.
   console.log("speak");
+  await ours.getByRole("button", { name: /^1 system not registered here/ }).click();
   await ours.locator('.system[data-liveness="live"]').waitFor();
   check((await main(ours).innerText()) === "STOP northern", "it keeps its place");
 });

@@ -14,7 +14,7 @@ await inBrowser(async (open) => {
   await logIn(page, url, "admin", password, "nine grey otters");
   // Nothing is heard: the first page tells how a vessel comes in.
   await page.goto(url);
-  const first = page.getByRole("region", { name: "Systems" });
+  const first = page.getByRole("region", { name: "Vessels" });
   await first.getByText("No system has been heard yet.").waitFor();
   for (const line of [`URL = ${url.replace("http", "ws")}/link`, 'listen = "0.0.0.0:6001"', 'connect = ["10.77.0.10:7001"]', "[Transports.TCP.Server]"]) await first.getByText(line).waitFor();
   await look(page, "first-steps");

@@ -7,13 +7,14 @@ use bytes::Bytes;
 use detections::{Detection, Effort, Origin, Pose, Protocol, ReceiverClock};
 use hub::{Incoming, Lane, LinkSeq};
 use imc::messages::{
-    Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
+    Abort, Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
     EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Message, Payload as _,
     QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
 };
 use shore::clock::{self, Clock, ClockHand};
+use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use units::{LatLon, UtcTime};
@@ -178,6 +179,59 @@ async fn a_page_that_fails_says_so_and_is_grey() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_stop_gets_through_as_soon_as_anything_does() {
     before_a_boat("stop-hole.mjs").await;
+}
+
+/// One line above, nothing cut off, and the map in the first screen at 390 px and at 1024x768.
+#[tokio::test(flavor = "multi_thread")]
+async fn small_screens_cut_nothing_off() {
+    before_a_boat("narrow.mjs").await;
+}
+
+/// STOP of all vessels asks once, goes to each of them, and tells what became of each.
+#[tokio::test(flavor = "multi_thread")]
+async fn stop_all_goes_to_each_vessel_after_two_steps() {
+    if !testkit::browser::is_there() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let serving = serve(quiet(folder.path())).await.unwrap();
+    let boats = Boats::join(&serving.state.shore.router).await;
+    let stopped = Arc::new(AtomicBool::new(false));
+    tokio::spawn(two_sail(boats.clone(), Arc::clone(&stopped)));
+    let aborted = Arc::new(Mutex::new(BTreeSet::new()));
+    let told = Arc::clone(&aborted);
+    tokio::spawn(async move {
+        loop {
+            for packet in boats.heard_together(Abort::ID).await {
+                let vessel = imc::PacketView::new(&packet).unwrap().header().dst.0;
+                told.lock().unwrap().insert(vessel);
+                // The first one does what it is told, the second goes on.
+                stopped.fetch_or(vessel == super::testing::FIRST, Ordering::Relaxed);
+            }
+        }
+    });
+    let address = format!("http://{}", serving.address);
+    let password = serving.first_admin().unwrap().1.to_owned();
+    let script = move || testkit::browser::run("stop-all.mjs", &[&address, &password], |_| {});
+    tokio::task::spawn_blocking(script).await.unwrap();
+    let [first, second] = [super::testing::FIRST, super::testing::FIRST + 1];
+    assert_eq!(*aborted.lock().unwrap(), BTreeSet::from([first, second]), "each vessel that is heard");
+}
+
+/// Two boats that say what they do, ten times a second, for as long as the test lasts.
+async fn two_sail(boats: Boats, stopped: Arc<AtomicBool>) {
+    let mut interval = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        interval.tick().await;
+        let now = clock::now();
+        for number in [0, 1] {
+            let stands = number == 0 && stopped.load(Ordering::Relaxed);
+            let op_mode = if stands { VehicleStateOpMode::Error } else { VehicleStateOpMode::Maneuver };
+            let mut said = boat(number, now);
+            said.push(packet(number, 255, now, VehicleState { op_mode, ..VehicleState::default() }));
+            boats.say(said).await;
+        }
+    }
 }
 
 /// Runs a script before a boat that does what the script says.

@@ -16,7 +16,7 @@ import { Fill, Stroke, Text } from "ol/style";
 import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position, systemName } from "../ui/format";
 import { type ChartOnMap, createChart } from "./chart/chart";
-import { setAttribute } from "../ui/dom";
+import { make, setAttribute } from "../ui/dom";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { createOwnPlace } from "./ownplace";
@@ -34,6 +34,13 @@ const FASTEST_MPS = 3;
 const WHEEL_MS = 400;
 /** A circle larger than this says nothing any more, m. */
 const FARTHEST_M = 50_000;
+/** Nothing on the map lies over a vessel: not its route, not the tags that it hears. */
+const TOP = 20;
+/** What lies under buttons and words at the edges is not in view, px: above, right, below, left. */
+const EDGES = [120, 70, 90, 70];
+const EDGES_NARROW = [112, 44, 96, 62];
+/** A map that is narrower has less room between the edges, px. */
+const NARROW = 560;
 /** The newest points of a track that are drawn apart from the rest, at most. */
 const TAIL_POINTS = 200;
 /** Tracks are kept as a picture, this much larger than the map, which is what is shown while the map is led. */
@@ -84,7 +91,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
   let palette = readPalette(first);
   const drawn = new Map<number, Drawn>();
   // Tracks are long and grow a little at a time: what is not their newest part is drawn anew seldom.
-  const [moving, tracks] = [new VectorSource(), new VectorSource()];
+  const [moving, tails, tracks] = [new VectorSource(), new VectorSource(), new VectorSource()];
   let graticule = graticuleLayer(palette.ink, palette.halo, palette.grid);
   const wheel = wheelOn(root);
   const map = new OlMap({
@@ -93,9 +100,10 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     layers: [
       graticule,
       new VectorImageLayer({ source: tracks, zIndex: 1, imageRatio: TRACK_RATIO }),
-      new VectorLayer({ source: moving, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true }),
+      new VectorLayer({ source: tails, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true }),
+      new VectorLayer({ source: moving, zIndex: TOP, updateWhileAnimating: true, updateWhileInteracting: true }),
     ],
-    controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up" } }).extend([
+    controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up", autoHide: false, label: northArrow() } }).extend([
       new ScaleLine({ units: "metric", minWidth: 80 }),
       new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
       new MousePosition({
@@ -145,7 +153,8 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     for (const feature of [made.track, made.tail, made.coming, made.course, made.ring, made.vessel]) feature.set("address", address, true);
     colour(address, made);
     tracks.addFeatures([made.coming, made.track]);
-    moving.addFeatures([made.ring, made.tail, made.course, made.vessel]);
+    tails.addFeatures([made.ring, made.tail]);
+    moving.addFeatures([made.course, made.vessel]);
     drawn.set(address, made);
     return made;
   };
@@ -199,7 +208,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
   const showAll = (): void => {
     const places = last.systems.flatMap((system) => (system.fix ? [fromLonLat([system.fix.lon_deg, system.fix.lat_deg])] : []));
     for (const { track, tail, coming } of drawn.values()) for (const part of [track, tail, coming]) places.push(...(part.getGeometry()?.getCoordinates() ?? []));
-    if (places.length) map.getView().fit(boundingExtent(places), { padding: [80, 80, 80, 80], maxZoom: 16, duration: 0 });
+    if (places.length) map.getView().fit(boundingExtent(places), { padding: root.clientWidth < NARROW ? EDGES_NARROW : EDGES, maxZoom: 16, duration: 0 });
   };
 
   const repaint = (): void => {
@@ -273,6 +282,11 @@ function wheelOn(root: HTMLElement): { isOwn(): boolean; dispose(): void } {
   };
   window.addEventListener("wheel", turned, { capture: true, passive: true });
   return { isOwn: () => own, dispose: () => window.removeEventListener("wheel", turned, { capture: true }) };
+}
+
+/** What the button shows that turns the map north up: it points north however the map is turned. */
+function northArrow(): HTMLElement {
+  return make("span", { class: "ol-compass arrow", "aria-hidden": "true" }, "▲\nN");
 }
 
 function graticuleLayer(ink: string, halo: string, grid: string): Graticule {

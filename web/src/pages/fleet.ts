@@ -1,16 +1,17 @@
-// The first page: the map, and beside it how each vessel does.
+// The first page: the map, and the vessels beside it.
 
 import { getJson } from "../api/http";
 import type { System, TrackPoint } from "../api/types.gen";
+import { createPlansUnderWay } from "../api/underway";
 import { createMap } from "../map/map";
 import { told } from "../state/alarms";
-import { asSeen, EMPTY, placeIsOld, serverNowUs } from "../state/fleet";
+import { runs } from "../state/doing";
+import { asSeen, EMPTY, placeCameUs, placeIsOld, serverNowUs } from "../state/fleet";
 import { type Listed, unheard } from "../state/order";
 import { Track } from "../state/track";
 import { entities, GLANCE, partsInWords, vitals, worst } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
 import { make } from "../ui/dom";
-import { fillExport } from "../ui/export";
 import { isShore, systemName } from "../ui/format";
 import { createList } from "../ui/list";
 
@@ -23,9 +24,9 @@ const PAST_US = 3_600_000_000;
 
 export function startFleet(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
-  const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of systems tells the same." });
+  const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of vessels tells the same." });
   const all = make("button", { type: "button", class: "show-all" }, "Show all");
-  const listBox = make("section", { class: "panel list", "aria-label": "Systems" });
+  const listBox = make("section", { class: "panel list", "aria-label": "Vessels" });
   root.append(make("div", { class: "map-box" }, mapBox, all), listBox);
 
   let state = EMPTY;
@@ -44,6 +45,7 @@ export function startFleet(root: HTMLElement): void {
   };
   const map = createMap(mapBox, select);
   const list = createList(listBox, select);
+  const underWay = createPlansUnderWay();
   all.addEventListener("click", () => map.showAll());
 
   const systems = (): System[] =>
@@ -67,8 +69,18 @@ export function startFleet(root: HTMLElement): void {
     new Map(Object.entries(system.entities).map(([number, label]) => [Number(number), label ?? ""]));
   const listed = (system: System, nowUs: number): Listed => {
     const [known, label] = [state.values.get(system.address) ?? new Map(), labels(system)];
-    const parts = entities(known, label, nowUs);
-    return { system, placeIsOld: placeIsOld(state.values.get(system.address), nowUs), vitals: vitals(known, label, nowUs), worst: worst(parts), parts: partsInWords(parts), alarm: told(chrome.alarms()).find((one) => one.vessel === system.address) };
+    const [parts, read, came] = [entities(known, label, nowUs), vitals(known, label, nowUs), placeCameUs(known)];
+    return {
+      system,
+      ours: isOurs(system),
+      placeIsOld: placeIsOld(state.values.get(system.address), nowUs),
+      placeS: came === null ? null : Math.max(0, (nowUs - came) / 1e6),
+      vitals: read,
+      worst: worst(parts),
+      parts: partsInWords(parts),
+      alarm: told(chrome.alarms()).find((one) => one.vessel === system.address),
+      legs: underWay.legs(system.address, runs(read.plan) ? read.plan.note : ""),
+    };
   };
 
   const drawMap = (): void => {
@@ -132,6 +144,4 @@ export function startFleet(root: HTMLElement): void {
     chrome.draw("tables", drawTables);
     chrome.draw("map", drawMap);
   }, TABLES_MS);
-  const form = document.querySelector<HTMLFormElement>("form#export");
-  if (form) void fillExport(form);
 }

@@ -16,12 +16,13 @@ import { createBeside } from "../replay/beside";
 import { advanced, fromAddress, type Playback, STEP_US, toAddress, toggled, within, zoomedAbout } from "../replay/clock";
 import { labelsThen, nameThen, systemThen, valuesThen } from "../replay/then";
 import { Behind } from "../state/behind";
-import { NO_CONTROL, withControl } from "../state/control";
+import { controlLine, NO_CONTROL, partOf, withControl } from "../state/control";
 import { asSeen, EMPTY, serverNowUs } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
 import { guardOf } from "../state/teleop";
 import type { Stretch } from "../state/newest";
 import { placeAt, Track } from "../state/track";
+import { windowKey } from "../state/window";
 import { entities, type Labels, type Values, vitals } from "../state/vitals";
 import { createChrome } from "../ui/chrome";
 import { make, setAttribute, setText } from "../ui/dom";
@@ -45,6 +46,8 @@ const SPAN_US = 900_000_000;
 const PRESENT_US = 5_000_000;
 /** While it plays, the address is brought up to date so often, ms; and no step of it is longer. */
 const ADDRESS_MS = 1_000;
+/** Tabs that are about a stretch of time. */
+const TIMED = ["Plots", "Log book", "Tags"];
 /** What is plotted when nobody has chosen. */
 const FIRST: readonly (readonly [string, string])[] = [["Rpm", "value"], ["EstimatedState", "u"], ["FuelLevel", "value"]];
 
@@ -64,7 +67,9 @@ export function startVessel(root: HTMLElement): void {
   const tagsCut = make("p", { class: "tags-cut", role: "status" });
   const mapFrame = make("div", { class: "map-box" }, mapBox, all, here, tagsCut);
   const nothing = make("p", { class: "empty", hidden: "" }, "Nothing is recorded of this vessel yet. A log of it is brought in under Admin, Import; then it is watched here as it was.");
-  tileBox.append(replayBox);
+  const who = make("p", { class: "in-control", role: "status" });
+  const head = make("div", { class: "vessel-head" }, root.querySelector("h1") ?? make("h1", {}, given ?? hexAddress(address)), who, replayBox);
+  tileBox.append(head);
   const besideBox = make("section", { class: "beside", "aria-label": "Vessels" });
   root.append(tileBox, mapFrame, make("div", { class: "work" }, timeBox, nothing, side));
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
@@ -112,7 +117,7 @@ export function startVessel(root: HTMLElement): void {
 
   const map = createMap(mapBox, () => undefined, address, beside.colours);
   all.addEventListener("click", () => map.showAll());
-  const tiles = createTiles(tileBox);
+  const tiles = createTiles(tileBox, head);
   createMeasure(map, mapFrame);
   /** The time of which map, plots and tables tell; null for the present. */
   const atUs = (): number | null => (play?.playing ? play.atUs : (hoverUs ?? play?.atUs ?? null));
@@ -304,8 +309,11 @@ export function startVessel(root: HTMLElement): void {
   });
   const underWay = createUnderWay(mapFrame, map, address);
   let tab = "";
+  /** The time bar is there where time is chosen. */
+  const drawTimeBar = (): void => setAttribute(timeBox, "hidden", play || TIMED.includes(tab) ? null : "");
   const tabs = createTabs(side, "Of this vessel", Object.entries(panels), (name) => {
     tab = name;
+    drawTimeBar();
     if (state.serverUs) {
       draw();
       remember();
@@ -446,8 +454,10 @@ export function startVessel(root: HTMLElement): void {
     const newest = Math.max(...[...known.values()].map((one) => one.time_us));
     const past = us === null ? undefined : known.size ? (asOf - newest) / 1e6 : null;
     const readings = vitals(known, called, asOf);
+    tiles.update(system, readings, link, asOf, us === null ? linked : true, past, us === null ? underWay.legs() : undefined);
+    setText(who, controlLine(control.lease, partOf(control.lease, root.dataset["me"] ?? "", windowKey()), linked));
+    drawTimeBar();
     underWay.update(readings, us === null);
-    tiles.update(system, readings, link, asOf, us === null ? linked : true, past, us === null ? underWay.steps() : "");
     // Where it is not known that the vessel rests, it may be under way.
     parameters.update(control, system, now, us !== null || readings.mode.old || readings.mode.word !== "SERVICE", play === null && tabs.shows("Parameters"));
     panels.Parameters.inert = play !== null;

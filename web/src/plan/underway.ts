@@ -1,7 +1,7 @@
 // The plan that the vessel of a page sails: drawn where it is known ashore, whoever started it, and else said.
 
 import { getJson, postJson } from "../api/http";
-import type { PlanUnderWay, VesselAsk, VesselAsked } from "../api/types.gen";
+import type { PlanUnderWay, RouteLeg, VesselAsk, VesselAsked } from "../api/types.gen";
 import type { FleetMap } from "../map/map";
 import { createRoute } from "../map/route";
 import type { Vitals } from "../state/vitals";
@@ -16,8 +16,8 @@ const ASKS = 3;
 export interface UnderWay {
   /** `present`: whether the page shows the present; what is sailed then is not drawn over the past. */
   update(vitals: Pick<Vitals, "plan" | "progress">, present: boolean): void;
-  /** Which of its maneuvers is sailed, like `2 of 4`; empty where that is not known. */
-  steps(): string;
+  /** The maneuvers of what is sailed, where they are known. */
+  legs(): readonly RouteLeg[] | undefined;
 }
 
 export function createUnderWay(root: HTMLElement, map: FleetMap, address: number): UnderWay {
@@ -29,7 +29,6 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
   /** What the vessel says it sails; a start of the same plan is another one. */
   let sails = "";
   let drawn = "";
-  let steps = "";
   let [asks, timer]: [number, number | undefined] = [0, undefined];
 
   const look = async (wanted: string, plan: string): Promise<void> => {
@@ -51,7 +50,7 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
   };
 
   return {
-    steps: () => steps,
+    legs: () => known?.legs,
     update({ plan, progress }, present) {
       const runs = /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
       const now = runs ? `${plan.note}\n${/^INIT/i.test(plan.word)}` : "";
@@ -69,7 +68,6 @@ export function createUnderWay(root: HTMLElement, map: FleetMap, address: number
       route.draw(shown?.source ? shown : null, maneuver);
       const at = shown?.legs.findIndex((leg) => leg.id === maneuver) ?? -1;
       const where = shown?.legs.length ? (at >= 0 ? `maneuver ${at + 1} of ${shown.legs.length}, ${maneuver}` : `${shown.legs.length} maneuvers`) : "";
-      steps = at >= 0 && shown ? `${at + 1} of ${shown.legs.length}` : "";
       const from = shown?.source === "shore" ? " (as kept ashore: the vessel's digest is the same)" : "";
       const sailed = plan.old ? "When last heard it sailed" : "Sails";
       const text = !shown ? "" : shown.trouble ? `${sailed} ${plan.note}. ${shown.trouble}` : `${sailed} ${plan.note}: ${where}${from}`;

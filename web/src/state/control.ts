@@ -54,6 +54,14 @@ export function whoHas(lease: Lease | undefined, part: Part): string {
   return `${holder.name} has control.${told}`;
 }
 
+/** Who has control, in a few words. */
+export function controlLine(lease: Lease | undefined, part: Part, linked: boolean): string {
+  if (!linked) return "In control: not known";
+  if (part === "here") return "In control: you";
+  if (part === "elsewhere") return "In control: you, in another window";
+  return `In control: ${lease?.holder?.name ?? "nobody"}`;
+}
+
 /** Distance (m) and bearing (rad) on a sphere, for what a person reads before they confirm. */
 export function legTo(from: { lat_deg: number; lon_deg: number }, to: readonly [number, number]): { distance_m: number; bearing_rad: number } {
   const rad = Math.PI / 180;

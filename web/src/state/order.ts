@@ -1,6 +1,6 @@
 // In which order systems are listed: pure.
 
-import type { Alarm, Liveness, System } from "../api/types.gen";
+import type { Alarm, Liveness, RouteLeg, System } from "../api/types.gen";
 import { systemName } from "../ui/format";
 import { PRIORITIES } from "./alarms";
 import type { EntityReading, Vitals } from "./vitals";
@@ -23,6 +23,8 @@ export interface Listed {
   readonly system: System;
   /** Whether its place is not told any more. */
   readonly placeIsOld: boolean;
+  /** How long ago its place came, s; null where none was heard here. */
+  readonly placeS: number | null;
   readonly vitals: Vitals;
   /** The part of it in the worst state; undefined where no part has said. */
   readonly worst: EntityReading | undefined;
@@ -30,6 +32,10 @@ export interface Listed {
   readonly parts: { readonly text: string; readonly bad: boolean };
   /** The most urgent alarm that is told of it; undefined for none. */
   readonly alarm: Alarm | undefined;
+  /** The maneuvers of the plan that it sails; undefined where they are not known. */
+  readonly legs: readonly RouteLeg[] | undefined;
+  /** Whether people gave it its name. */
+  readonly ours: boolean;
 }
 
 /** A vessel that has a name and that nobody has heard since the server started. */

@@ -11,6 +11,7 @@ import { windowKey } from "../state/window";
 import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
+import { createMenu } from "./menu";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
 import { asCalled, hexAddress, systemName } from "./format";
@@ -44,12 +45,12 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     stop: (stop: LiveStop): void => live.stop(stop),
     giveUp: (key: string): void => live.giveUp(key),
   };
-  const stop = buttons && orders ? createStop(buttons, orders, line) : undefined;
+  const names = givenNames();
+  const stop = buttons && orders ? createStop(buttons, orders, line, names) : undefined;
   const asked = document.getElementById("requests");
   const requests = asked ? createRequests(asked, asked.dataset["me"] ?? "") : undefined;
   const alarmBox = document.getElementById("alarms");
   const bar = alarmBox ? createAlarms(alarmBox) : undefined;
-  const names = givenNames();
   let alarms = NO_ALARMS;
   let state = EMPTY;
   let heard: boolean | undefined;
@@ -65,7 +66,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
     else setText(link, "No link to the server: what you see is old. Trying again …");
   };
   palette();
-  menu();
+  createMenu();
   keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();
@@ -137,21 +138,6 @@ function keepInSight(): void {
   const watch = new ResizeObserver(tell);
   watch.observe(top);
   for (const part of top.children) watch.observe(part);
-}
-
-/** Where the window is narrow, pages, palette and account are behind a button. */
-function menu(): void {
-  const [button, bar] = [document.getElementById("menu"), document.querySelector("header.bar")];
-  const set = (open: boolean): void => {
-    setAttribute(button as Element, "aria-expanded", String(open));
-    bar?.toggleAttribute("data-open", open);
-  };
-  button?.addEventListener("click", () => set(button.getAttribute("aria-expanded") !== "true"));
-  bar?.addEventListener("keydown", (event) => {
-    if (!(event instanceof KeyboardEvent) || event.key !== "Escape" || button?.getAttribute("aria-expanded") !== "true") return;
-    set(false);
-    button.focus();
-  });
 }
 
 /** Changes the palette without leaving the page: nobody looks away from a boat for its colours. */

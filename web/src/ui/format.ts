@@ -23,20 +23,6 @@ export function distance(m: number): string {
   return `${m < 100 ? m.toFixed(1) : m < 10_000 ? m.toFixed(0) : `${(m / 1_000).toFixed(2)} k`}${m < 10_000 ? " " : ""}m (${(m / 1_852).toFixed(m < 18_520 ? 3 : 1)} nmi)`;
 }
 
-const MODES: Readonly<Record<string, string>> = {
-  SERVICE: "Ready",
-  CALIBRATION: "Calibrating",
-  ERROR: "Error",
-  MANEUVER: "Executing plan",
-  EXTERNAL: "External control",
-  BOOT: "Starting",
-};
-
-/** How a vessel operates (VehicleState.op_mode), as people say it. */
-export function modeText(word: string): string {
-  return MODES[word] ?? word;
-}
-
 /** A tag, by its protocol and number. */
 export function tagName(one: { protocol: number | null; protocol_name: string | null; tag_id: number }): string {
   return `${one.protocol_name ?? one.protocol ?? "?"}-${one.tag_id}`;

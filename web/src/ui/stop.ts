@@ -1,10 +1,12 @@
-// STOP: always there, never asked back, and true about how far it got.
+// STOP: always there, for one vessel never asked back, and true about how far it got.
 
 import type { LiveFrame, LiveStopped, Ordered, System, Update } from "../api/types.gen";
 import { createStopping, type StopLine, type Stopping } from "../control/stopping";
 import { meaning } from "../state/vitals";
+import { allToStop } from "../state/stopall";
 import { make, setAttribute, setText } from "./dom";
 import { isShore, systemName, utc } from "./format";
+import { createStopAll } from "./stopall";
 
 /** A vessel that has not told of the effect by then is said not to have stopped, s. */
 const EFFECT_S = 8;
@@ -14,8 +16,6 @@ const WATCHED_S = 120;
 const WAITS_US = 600_000_000;
 /** Orders that are shown, and of a stop of all vessels one of each; older ones go, but for those without an answer. */
 const SHOWN = 5;
-/** Whoever begins to stop all vessels says so a second time within this, ms. */
-const SURE_MS = 5_000;
 
 interface Order {
   readonly address: number;
@@ -44,15 +44,18 @@ export interface Stop {
   vessels(systems: readonly System[]): void;
 }
 
-/** `root` holds the buttons, `orders` what became of each stop, which goes by `line` and by a request. */
-export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLine): Stop {
+/**
+ * `root` holds the buttons, `orders` what became of each stop, which goes by `line` and by a request. `given`: the names that
+ * people gave, by address.
+ */
+export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLine, given: Readonly<Record<string, string>>): Stop {
   const listed = root.dataset["stops"] ?? "";
   const may = (address: number): boolean => listed === "all" || listed.split(",").includes(String(address));
   const open: Order[] = [];
   let aim: { address: number; name: string } | undefined;
   let others = "";
-  /** All that the person may stop. */
-  let everybody: readonly System[] = [];
+  /** Orders that are shown: at least all of one STOP ALL. */
+  let shown = SHOWN;
 
   const order = (address: number, name: string): void => {
     // Whoever presses again while nothing was answered wants the same, sooner.
@@ -106,7 +109,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
   /** Takes away the oldest orders beyond those that are shown. */
   const tidy = (): void => {
     const done = [...orders.children].filter((row) => !open.some((one) => one.root === row && one.asking));
-    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - Math.max(SHOWN, everybody.length)))) row.remove();
+    for (const row of done.reverse().slice(0, Math.max(0, orders.children.length - shown))) row.remove();
   };
 
   const button = (address: number, name: string): HTMLButtonElement => {
@@ -114,29 +117,10 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
     made.addEventListener("click", () => order(address, name));
     return made;
   };
-  /** Two steps: one that begins, and one in the same place that names whom it stops. */
-  const all = make("button", { type: "button", class: "halt all" });
-  let sure: number | undefined;
-  const unsure = (): void => {
-    window.clearTimeout(sure);
-    sure = undefined;
-    setText(all, `STOP ALL (${everybody.length}) …`);
-  };
-  all.addEventListener("click", () => {
-    if (sure === undefined) {
-      setText(all, `Press again: STOP ${everybody.map(systemName).join(", ")}`);
-      sure = window.setTimeout(unsure, SURE_MS);
-      return;
-    }
-    unsure();
-    menu.open = false;
-    for (const one of everybody) order(one.address, systemName(one));
-  });
   const form = root.querySelector("form");
   const main = make("span", { class: "aim" });
   const list = make("div", { class: "others" });
-  const word = make("span", {}, "STOP\u00a0");
-  const summary = make("summary", { class: "halt" }, word, "…");
+  const summary = make("summary", { class: "halt" }, "STOP …");
   const menu = make("details", { hidden: "" }, summary, list);
   if (form) {
     form.addEventListener("submit", (event) => {
@@ -146,7 +130,11 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       order(aim.address, aim.name);
     });
   }
-  root.append(...(form ? [menu] : [main, menu]));
+  const all = createStopAll((targets) => {
+    shown = Math.max(SHOWN, targets.length);
+    for (const { address, name } of targets) order(address, name);
+  });
+  root.append(...(form ? [menu, all.root] : [main, menu, all.root]));
   document.addEventListener("keydown", (event) => {
     // A chord, so that no slip of a finger stops a boat and no text field loses a letter.
     if (!(event.ctrlKey && event.key === ".") || event.repeat) return;
@@ -163,6 +151,7 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       if (vessel && !may(vessel.address)) vessel = undefined;
       if (aim?.address === vessel?.address && aim?.name === vessel?.name) return;
       aim = vessel;
+      setAttribute(root, "data-aim", aim ? "" : null);
       for (const halt of form ? form.querySelectorAll(".halt") : []) if (aim) setText(halt, `STOP ${aim.name}`);
       if (!form) main.replaceChildren(...(aim ? [button(aim.address, aim.name)] : []));
       root.title = aim ? "Ends what the vessel does and stops its motors. Ctrl and . do the same." : "";
@@ -181,14 +170,11 @@ export function createStop(root: HTMLElement, orders: HTMLElement, line: StopLin
       if (here !== others) {
         const rest = vessels.filter((system) => system.address !== aim?.address);
         setAttribute(menu, "hidden", rest.length ? null : "");
-        setText(word, aim ? "Others\u00a0" : "STOP\u00a0");
-        setAttribute(word, "class", aim ? "wide-only" : null);
-        everybody = vessels;
-        // What is said to be stopped is what was read.
-        unsure();
-        list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))), ...(vessels.length > 1 ? [all] : []));
+        setText(summary, aim ? "Others …" : "STOP …");
+        list.replaceChildren(...rest.map((system) => button(system.address, systemName(system))));
         others = here;
       }
+      all.update(allToStop(vessels, given).map((system) => ({ address: system.address, name: systemName(system) })));
     },
   };
 }

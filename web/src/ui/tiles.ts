@@ -1,11 +1,13 @@
 // Instruments: value, unit and age; hatched and struck when over the contract.
 
 import type { System } from "../api/types.gen";
-import type { LinkStatus } from "../api/types.gen";
+import type { LinkStatus, RouteLeg } from "../api/types.gen";
+import { doing, progressText, runs } from "../state/doing";
 import type { Reading, Vitals } from "../state/vitals";
 import { make, setAttribute, setText } from "./dom";
-import { age, bearing, knots, modeText } from "./format";
-import { LIVENESS } from "./list";
+import { age, bearing, knots } from "./format";
+import { createDial } from "./dial";
+import { LIVENESS } from "../state/card";
 
 interface Tile {
   readonly root: HTMLElement;
@@ -16,35 +18,32 @@ interface Tile {
 }
 
 export interface Tiles {
-  /**
-   * `past`: how old the newest value was, s, at the time in the past that is shown; undefined in the present.
-   * `steps`: which of the plan's maneuvers is sailed, where that is known.
-   */
-  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null, steps?: string): void;
+  /** `past`: how old the newest value was, s, at the time in the past that is shown; undefined in the present. */
+  update(system: System | undefined, vitals: Vitals, link: LinkStatus | undefined, nowUs: number, linked: boolean, past?: number | null, legs?: readonly RouteLeg[]): void;
 }
 
 type Name = "link" | "chart" | keyof Vitals;
-/** What is always in sight. */
+/** What is read at each look. */
 const FIRST: readonly (readonly [Name, string])[] = [
-  ["link", "Link"],
   ["mode", "State"],
   ["plan", "Plan"],
   ["progress", "Progress"],
   ["speed_mps", "Speed over ground"],
   ["heading_rad", "Heading"],
   ["battery", "Battery"],
+  ["link", "Link"],
 ];
-/** What is shown when somebody wants more, or when it needs somebody. */
+/** What is there for who wants more. */
 const FURTHER: readonly (readonly [Name, string])[] = [
+  ["chart", "Sea chart aboard"],
   ["course_rad", "Course over ground"],
   ["port_rpm", "Motor port"],
   ["starboard_rpm", "Motor starboard"],
   ["voltage", "Lowest voltage"],
   ["snr", "Last tag"],
-  ["chart", "Sea chart aboard"],
 ];
-/** Where the browser keeps whether more is wanted. */
-const MORE = "lutra-instruments";
+/** Where the browser keeps whether somebody wants more. */
+const KEPT = "lutra-instruments";
 
 /** A reading with more letters than this takes more than one line; with fewer where words beside it must be read too. */
 const LONG = 16;
@@ -54,30 +53,24 @@ const CHART: Readonly<Record<string, string>> = { same: "up to date", waiting: "
 /** Of a time in the past, the newest value older than this is an old one, s. */
 const PAST_FRESH_S = 10;
 
-/** Shows instruments in `root`. */
-export function createTiles(root: HTMLElement): Tiles {
+/** Shows instruments in `root`, with the button for more of them in `head`. */
+export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
   const tiles = new Map<Name, Tile>();
-  const list = make("dl", { class: "tiles" });
-  for (const [name, title] of [...FIRST, ...FURTHER]) {
-    const further = FURTHER.some(([one]) => one === name) ? { "data-further": "" } : {};
+  const add = (list: HTMLElement, [name, title]: readonly [Name, string]): void => {
     const [value, unit, note, old] = [span("reading num"), span("unit"), span("note-line"), span("age num")];
-    const root = make("div", { class: "tile", "data-tile": name, ...further }, make("dt", {}, title, old), make("dd", {}, value, unit, note));
+    const main = make("dd", {}, value, unit);
+    if (name === "heading_rad") main.append(dial.root);
+    const root = make("div", { class: "tile", "data-tile": name }, make("dt", {}, title), main, make("dd", { class: "under" }, note, old));
     tiles.set(name, { root, value, unit, note, age: old });
     list.append(root);
-  }
-  const more = make("button", { type: "button", class: "more-tiles" });
-  const wants = (open: boolean): void => {
-    setAttribute(list, "data-more", open ? "" : null);
-    setAttribute(more, "aria-expanded", String(open));
-    setText(more, open ? "Fewer instruments" : "More instruments");
   };
-  wants(localStorage.getItem(MORE) === "open");
-  more.addEventListener("click", () => {
-    const open = more.getAttribute("aria-expanded") !== "true";
-    localStorage.setItem(MORE, open ? "open" : "");
-    wants(open);
-  });
-  root.append(more, list);
+  const dial = createDial();
+  const list = make("dl", { class: "tiles" });
+  for (const one of FIRST) add(list, one);
+  const further = make("dl", { class: "tiles further", id: "further" });
+  for (const one of FURTHER) add(further, one);
+  head.append(more(further));
+  root.append(list, further);
   let recorded = false;
   const show = (name: Name, text: string, unit: string, note: string, reading: Pick<Reading, "ageS" | "old">, linked: boolean, alert = ""): void => {
     const tile = tiles.get(name);
@@ -88,7 +81,7 @@ export function createTiles(root: HTMLElement): Tiles {
     setAttribute(tile.value, "data-long", told.length > (name === "plan" && note ? LONG_BESIDE : LONG) ? "" : null);
     setAttribute(tile.value, "title", told.length > LONG ? told : null);
     setText(tile.unit, reading.ageS === null ? "" : unit);
-    setText(tile.note, reading.ageS === null ? (recorded ? "nothing recorded" : "never heard") : note);
+    setText(tile.note, reading.ageS === null ? (recorded ? "nothing recorded" : "not reported") : note);
     setAttribute(tile.note, "title", note || null);
     setText(tile.age, reading.ageS === null ? "" : `${reading.old || !linked ? "old: " : ""}${age(reading.ageS)}`);
     setAttribute(tile.root, "data-old", reading.old || !linked ? "" : null);
@@ -96,30 +89,28 @@ export function createTiles(root: HTMLElement): Tiles {
   };
 
   return {
-    update(system, vitals, link, nowUs, linked, past, steps = "") {
+    update(system, vitals, link, nowUs, linked, past, legs) {
       recorded = past !== undefined;
       const { mode, plan, progress, speed_mps, course_rad, heading_rad, port_rpm, starboard_rpm, battery, voltage, snr } = vitals;
       const silence = system ? Math.max(0, (nowUs - system.heard_us) / 1e6) : null;
       const live = system?.liveness === "live" || system?.liveness === "late";
       const trip = link?.up && link.round_trip_s !== null ? ` · ${Math.round(link.round_trip_s * 1_000)} ms` : "";
       const waiting = link?.backlog_records ? ` · ${link.backlog_records} records wait aboard` : "";
-      const way = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
+      const by = system?.doors.length ? `by ${system.doors.join(", ")}` : "";
       if (past !== undefined) show("link", "recorded", "", "", { ageS: past, old: (past ?? Infinity) > PAST_FRESH_S }, true);
-      else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${way}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
+      else show("link", system ? (linked ? LIVENESS[system.liveness] : "? not known") : "", "", `${by}${trip}${waiting}`, { ageS: silence, old: !live }, linked);
       const held = chart(link);
       const told = link?.chart.told_us ?? null;
       const toldS = past !== undefined || told === null ? null : link?.up && live ? (silence ?? 0) : (nowUs - told) / 1e6;
       show("chart", held.word, "", held.note, { ageS: toldS, old: !link?.up || !live }, linked, held.alert);
-      show("mode", modeText(mode.word), "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
+      show("mode", doing(mode, plan), "", mode.note, mode, linked, mode.word === "ERROR" ? "bad" : "");
       show("plan", plan.note || "none", "", plan.word.toLowerCase(), plan, linked);
       // What was told of the last plan says nothing of one that does not run.
-      const runs = /^(EXECUTING|INITIALIZING)$/i.test(plan.word);
-      const share = runs ? progress.value : null;
-      const [by, unit] = share === null ? [runs ? steps || "not reported" : "no plan runs", ""] : [share.toFixed(0), "%"];
-      show("progress", by, unit, runs ? [share === null ? "" : steps, progress.note].filter(Boolean).join(" · ") : "", progress, linked);
+      show("progress", progressText(plan, progress, legs) || "no plan runs", "", runs(plan) ? progress.note : "", progress, linked);
       show("speed_mps", bare(knots(speed_mps.value)), "kn", speed_mps.value === null ? "" : `${speed_mps.value.toFixed(2)} m/s`, speed_mps, linked);
       show("course_rad", bearing(course_rad.value), "", course_rad.value === null ? "not moving" : "", course_rad, linked);
       show("heading_rad", bearing(heading_rad.value), "", "", heading_rad, linked);
+      dial.turn(heading_rad.value);
       show("port_rpm", whole(port_rpm.value), "rpm", "", port_rpm, linked);
       show("starboard_rpm", whole(starboard_rpm.value), "rpm", "", starboard_rpm, linked);
       show("battery", battery.value === null ? "—" : battery.value.toFixed(0), "%", "", battery, linked, battery.value !== null && battery.value < 20 ? "warn" : "");
@@ -127,6 +118,23 @@ export function createTiles(root: HTMLElement): Tiles {
       show("snr", snr.value === null ? "—" : snr.value.toFixed(0), "dB", snr.note, snr, linked);
     },
   };
+}
+
+/** Shows and hides what is further, but for what needs somebody; the browser keeps which. */
+function more(further: HTMLElement): HTMLButtonElement {
+  const button = make("button", { type: "button", class: "more-instruments", "aria-controls": "further" }, "More");
+  const show = (whether: boolean): void => {
+    setAttribute(button, "aria-expanded", String(whether));
+    setAttribute(further, "data-more", whether ? "" : null);
+  };
+  button.setAttribute("aria-label", "More instruments");
+  button.addEventListener("click", () => {
+    const whether = button.getAttribute("aria-expanded") !== "true";
+    localStorage.setItem(KEPT, whether ? "all" : "first");
+    show(whether);
+  });
+  show(localStorage.getItem(KEPT) === "all");
+  return button;
 }
 
 /** The chart that the vessel holds: a word, all of it, and whether somebody has to look. */
