@@ -43,7 +43,7 @@ await inBrowser(async (open) => {
   await draw("harbour", [lat_deg - 0.009, lon_deg - 0.02], [lat_deg + 0.009, lon_deg + 0.02]);
   check(await shows(page, 0xc9b97a), "land in the colour of the day");
   check(await shows(page, 0xd4eaee), "deep water in the colour of the day");
-  await page.locator(".chart-credit").getByText(/XX5LUTRA ed\. 1\.0.*depths in m below chart datum · safety depth 5 m/).waitFor();
+  await page.locator(".chart-credit").getByText(/depths in m below chart datum · safety depth 5 m/).waitFor();
   await page.evaluate(() => (document.documentElement.dataset.palette = "night"));
   check(await shows(page, 0x14100c), "land in the colour of the night");
   await page.evaluate(() => (document.documentElement.dataset.palette = "day"));
@@ -96,7 +96,7 @@ await inBrowser(async (open) => {
   // Too near is overscale; the switches are remembered; the base cannot be switched off.
   await map.focus();
   for (let n = 0; n < 3; n++) await page.getByTitle("Zoom in").click();
-  await page.getByText(/^Overscale: the chart is 1 : \d/).waitFor();
+  await page.getByText(/^Overscale × \d+: chart 1 : \d/).waitFor();
   await page.getByRole("button", { name: "Chart", exact: true }).click();
   check(await page.getByLabel(/Depths, land and dangers/).isDisabled(), "the base stays");
   const safety = page.getByLabel(/Safety depth of the shades/);

@@ -36,7 +36,7 @@ await inBrowser(async (open) => {
   const tabs = ["Plots", "Values", "Entities", "Log book", "Tags", "Link loss", "Parameters", "Control"];
   for (const tab of tabs) {
     await go(`/vessels/${BOAT}?tab=${encodeURIComponent(tab)}`);
-    await page.locator('[data-tile="mode"]').getByText("Executing plan").waitFor();
+    await page.locator('[data-tile="mode"]').getByText("Executing maneuver").waitFor();
     if (tab === "Plots") {
       await page.getByRole("button", { name: "Add a field" }).click();
       await look(page, "vessel with the list of fields");

@@ -74,12 +74,14 @@ await inBrowser(async (open) => {
     console.log(`round ${round}`);
     await fleet.bringToFront();
     await fleet.setViewportSize({ width: 1440, height: 900 });
+    // Those without a name are folded while there are others.
+    const fold = fleet.locator(".fold");
+    await fold.waitFor();
+    if ((await fold.getAttribute("aria-expanded")) === "false") await fold.click();
     await fleet.getByText(`round-${round} · USV`).waitFor();
     await holds(fleet, `round ${round}, fleet`);
     // Each system in turn is the one whose values are shown, and whose STOP stands in the bar.
     const cards = fleet.locator(".systems button.system");
-    const fold = fleet.locator(".fold");
-    if (await fold.count() && (await fold.getAttribute("aria-expanded")) === "false") await fold.click();
     for (let at = 0; at < (await cards.count()); at++) {
       await cards.nth(at).click();
       await holds(fleet, `round ${round}, system ${at} of the fleet`, [390]);

@@ -48,7 +48,7 @@ await inBrowser(async (open) => {
   // The second step stops each of them, by keys too, and tells what became of each.
   await page.waitForTimeout(500);
   await page.keyboard.press("Enter");
-  await page.getByText(/^STOP northern: Stopped\. Motors off, drifting\./).waitFor();
+  await page.getByText(/^STOP northern: stopped after \d+\.\d s\. Motors off, drifting\.$/).waitFor();
   await page.getByText(/^STOP unheard: NOT SENT YET\. No way leads to the vessel\./).waitFor();
   await page.getByText(/^STOP southern: sent, but NO EFFECT SEEN in 8 s/).waitFor();
   check(new Set(asked.map((one) => /\d+(?=\/abort)/.exec(one)[0])).size === 3, `a request for each: ${asked}`);
@@ -57,5 +57,5 @@ await inBrowser(async (open) => {
   // STOP of one vessel is one press, as ever.
   await page.getByRole("button", { name: "Put away: STOP northern" }).click();
   await page.locator("#stop .aim button").click();
-  await page.getByText(/^STOP northern: Stopped\. Motors off, drifting\./).waitFor();
+  await page.getByText(/^STOP northern: stopped after \d+\.\d s\. Motors off, drifting\.$/).waitFor();
 });

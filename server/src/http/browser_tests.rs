@@ -14,8 +14,8 @@ use imc::messages::{
 use shore::clock::{self, Clock, ClockHand};
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use units::{LatLon, UtcTime};
 

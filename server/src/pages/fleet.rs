@@ -23,8 +23,5 @@ pub(super) async fn page(
     frame: Frame,
 ) -> Result<Response, PageError> {
     let names = names_for(&state, &who);
-    Ok(html(&FleetPage {
-        frame,
-        names: serde_json::to_string(&names).unwrap_or_default(),
-    }))
+    Ok(html(&FleetPage { frame, names: serde_json::to_string(&names).unwrap_or_default() }))
 }

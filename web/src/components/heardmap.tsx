@@ -19,7 +19,7 @@ export function HeardMap({ detections, whole, pick }: Needs) {
   picks.current = pick;
   useEffect(() => {
     if (!box.current) return undefined;
-    const made = createMap(box.current, () => undefined);
+    const made = createMap(box.current);
     made.overlays.onTags((group) => picks.current(group));
     map.current = made;
     return () => made.dispose();

@@ -19,7 +19,12 @@ import { type ChartOnMap, createChart } from "./chart/chart";
 import { make, setAttribute } from "../ui/dom";
 import { type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
+import { type Clicks, createClicks } from "./clicks";
+import { createFollow } from "./follow";
+import { CHART, over } from "./layers";
 import { createOwnPlace } from "./ownplace";
+import { createRings } from "./rings";
+import { createTools, type MapTools } from "./tools";
 import { placeAt, pointsUntil } from "../state/track";
 import { aheadStyle, courseStyle, ringStyle, trackStyle, type VesselStyle, vesselStyle } from "./symbols";
 
@@ -34,11 +39,9 @@ const FASTEST_MPS = 3;
 const WHEEL_MS = 400;
 /** A circle larger than this says nothing any more, m. */
 const FARTHEST_M = 50_000;
-/** Nothing on the map lies over a vessel: not its route, not the tags that it hears. */
-const TOP = 20;
 /** What lies under buttons and words at the edges is not in view, px: above, right, below, left. */
-const EDGES = [120, 70, 90, 70];
-const EDGES_NARROW = [112, 44, 96, 62];
+const EDGES = [70, 70, 60, 70];
+const EDGES_NARROW = [50, 66, 70, 62];
 /** A map that is narrower has less room between the edges, px. */
 const NARROW = 560;
 /** The newest points of a track that are drawn apart from the rest, at most. */
@@ -68,6 +71,8 @@ interface Drawn {
 
 export interface FleetMap {
   readonly overlays: Overlays;
+  readonly tools: MapTools;
+  readonly clicks: Clicks;
   readonly chart: Pick<ChartOnMap, "onChart">;
   /** For what a page draws by itself. */
   readonly ol: OlMap;
@@ -83,11 +88,19 @@ export interface FleetMap {
   dispose(): void;
 }
 
-/**
- * Draws into `root`, for `vessel` where it is one vessel's map; `select` is called with the address of one that is
- * clicked. `first`: those with the first colours.
- */
-export function createMap(root: HTMLElement, select: (address: number) => void, vessel?: number, first: readonly number[] = []): FleetMap {
+export interface MapNeeds {
+  /** Called with the address of a vessel that is clicked. */
+  readonly select?: (address: number) => void;
+  /** Where it is one vessel's map. */
+  readonly vessel?: number;
+  /** Those with the first colours. */
+  readonly first?: readonly number[];
+  /** What brings all into view, where that is not vessels and their tracks. */
+  readonly showAll?: () => void;
+}
+
+/** Draws into `root`. */
+export function createMap(root: HTMLElement, { select, vessel, first = [], showAll: shows }: MapNeeds = {}): FleetMap {
   let palette = readPalette(first);
   const drawn = new Map<number, Drawn>();
   // Tracks are long and grow a little at a time: what is not their newest part is drawn anew seldom.
@@ -99,9 +112,9 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     interactions: defaultInteractions({ mouseWheelZoom: false }).extend([new MouseWheelZoom({ condition: wheel.isOwn })]),
     layers: [
       graticule,
-      new VectorImageLayer({ source: tracks, zIndex: 1, imageRatio: TRACK_RATIO }),
-      new VectorLayer({ source: tails, zIndex: 2, updateWhileAnimating: true, updateWhileInteracting: true }),
-      new VectorLayer({ source: moving, zIndex: TOP, updateWhileAnimating: true, updateWhileInteracting: true }),
+      new VectorImageLayer({ source: tracks, zIndex: over("track"), imageRatio: TRACK_RATIO }),
+      new VectorLayer({ source: tails, zIndex: over("tail"), updateWhileAnimating: true, updateWhileInteracting: true }),
+      new VectorLayer({ source: moving, zIndex: over("vessel"), updateWhileAnimating: true, updateWhileInteracting: true }),
     ],
     controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up", autoHide: false, label: northArrow() } }).extend([
       new ScaleLine({ units: "metric", minWidth: 80 }),
@@ -114,14 +127,17 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     ]),
     view: new View({ center: NOWHERE, zoom: 12, maxZoom: 22, minZoom: 2 }),
   });
-  map.on("singleclick", (event) => {
-    const hit = map.forEachFeatureAtPixel(event.pixel, (feature) => feature.get("address") as number | undefined, { hitTolerance: 8 });
-    if (hit !== undefined) select(hit);
-  });
-  const overlays = createOverlays(map, () => palette);
-  // A click means something else while a place is picked or a tool of the plan editor is in hand.
-  const busy = (): boolean => root.hasAttribute("data-picking") || (root.dataset["tool"] ?? "") !== "";
-  const chart = createChart(map, root.parentElement ?? root, busy, (place) => overlays.cursor(place), vessel);
+  const box = root.parentElement ?? root;
+  const [tools, clicks] = [createTools(box), createClicks(map)];
+  if (select) {
+    clicks.claim("vessel", ({ pixel }) => {
+      const hit = map.forEachFeatureAtPixel(pixel, (feature) => feature.get("address") as number | undefined, { hitTolerance: 8 });
+      if (hit !== undefined) select(hit);
+      return hit !== undefined;
+    });
+  }
+  const overlays = createOverlays(map, clicks, () => palette);
+  const chart = createChart(map, box, { tools, clicks }, (place) => overlays.cursor(place), vessel);
   chart.onChart(({ bounds }) => {
     // Nobody has led the map anywhere yet: the chart is a better place than none.
     if (!bounds || String(map.getView().getCenter()) !== String(NOWHERE)) return;
@@ -129,6 +145,9 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     map.getView().fit(boundingExtent(corners), { padding: [20, 20, 20, 20], duration: 0 });
   });
   const repainted: (() => void)[] = [];
+  tools.button("all", "Show all").addEventListener("click", () => (shows ?? showAll)());
+  const follow = createFollow(map, tools);
+  const rings = createRings(map, tools, () => palette);
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
   const projected = new WeakMap<readonly TrackPoint[], number[][]>();
@@ -169,6 +188,9 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     last = { systems, selected, nowUs };
     setAttribute(root, "data-old", systems.filter(({ fix, liveness }) => fix && (liveness === "stale" || liveness === "lost")).map(({ address }) => address).join(" ") || null);
     for (const system of systems) if (system.fix) place(features(system.address), system, system.fix, system.address === selected, nowUs);
+    const chosen = systems.find(({ address }) => address === selected)?.fix ?? undefined;
+    follow.update(chosen);
+    rings.update(chosen);
     if (!seen && systems.some((system) => system.fix)) {
       seen = true;
       showAll();
@@ -180,7 +202,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     const system = last.systems.find(({ address }) => address === last.selected);
     return system?.fix ? { name: systemName(system), lat_deg: system.fix.lat_deg, lon_deg: system.fix.lon_deg } : undefined;
   };
-  createOwnPlace({ ol: map, palette: () => palette, onRepaint: (then) => void repainted.push(then) }, root.parentElement ?? root, compared);
+  createOwnPlace({ ol: map, tools, palette: () => palette, onRepaint: (then) => void repainted.push(then) }, compared);
 
   /** Draws a vessel where it is; what has not changed is left alone, so that the map rests while nothing moves. */
   const place = (one: Drawn, system: System, fix: Fix, selected: boolean, nowUs: number): void => {
@@ -222,6 +244,7 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
     }
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
+    rings.repaint();
     chart.repaint();
     for (const then of repainted) then();
   };
@@ -232,6 +255,8 @@ export function createMap(root: HTMLElement, select: (address: number) => void, 
 
   return {
     overlays,
+    tools,
+    clicks,
     chart,
     ol: map,
     palette: () => palette,
@@ -297,7 +322,7 @@ function graticuleLayer(ink: string, halo: string, grid: string): Graticule {
   return new Graticule({
     strokeStyle: new Stroke({ color: grid, width: 1 }),
     showLabels: true,
-    zIndex: -5,
+    zIndex: CHART.graticule,
     wrapX: false,
     targetSize: 140,
     intervals: [10, 5, 2, 1, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 12 / 3600, 6 / 3600, 3 / 3600, 1.2 / 3600, 0.6 / 3600],

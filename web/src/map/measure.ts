@@ -8,18 +8,18 @@ import { fromLonLat, toLonLat } from "ol/proj";
 import { Circle, Fill, Stroke, Style } from "ol/style";
 import { MultiPoint } from "ol/geom";
 import { legTo } from "../state/control";
-import { make, setAttribute, setText } from "../ui/dom";
+import { setAttribute, setText } from "../ui/dom";
 import { bearing, distance } from "../ui/format";
+import { over } from "./layers";
 import type { FleetMap } from "./map";
 
 type Place = readonly [number, number];
 
-/** A button in `box` that begins and ends measuring, and what was measured. */
-export function createMeasure(map: FleetMap, box: HTMLElement): void {
+/** A tool that begins and ends measuring, and what was measured. */
+export function createMeasure(map: FleetMap): void {
   const target = map.ol.getTargetElement();
-  const button = make("button", { type: "button", class: "measure", "aria-pressed": "false" }, "Measure");
-  const told = make("p", { class: "measured num", role: "status" });
-  box.append(button, told);
+  const button = map.tools.button("measure", "Measure", "Distance and bearing between places");
+  const told = map.tools.line("measured");
   const line = new Feature(new LineString([]));
   const style = (): Style[] => {
     const { ink, halo } = map.palette();
@@ -27,7 +27,7 @@ export function createMeasure(map: FleetMap, box: HTMLElement): void {
       new Style({ geometry: (feature) => new MultiPoint((feature.getGeometry() as LineString).getCoordinates()), image: new Circle({ radius, fill: new Fill({ color: colour }) }) });
     return [new Style({ stroke: new Stroke({ color: halo, width: 6 }) }), new Style({ stroke: new Stroke({ color: ink, width: 2.5, lineDash: [10, 6] }) }), dots(6, halo), dots(4, ink)];
   };
-  const layer = new VectorLayer({ source: new VectorSource({ features: [line] }), style, zIndex: 5 });
+  const layer = new VectorLayer({ source: new VectorSource({ features: [line] }), style, zIndex: over("measure") });
   map.ol.addLayer(layer);
   map.onRepaint(() => layer.changed());
 
@@ -37,6 +37,7 @@ export function createMeasure(map: FleetMap, box: HTMLElement): void {
     line.getGeometry()?.setCoordinates(places.map(([lat, lon]) => fromLonLat([lon, lat])));
     setText(told, on ? text(places) : "");
   };
+  setAttribute(button, "aria-pressed", "false");
   const measure = (begin: boolean): void => {
     on = begin;
     places = [];
@@ -54,7 +55,10 @@ export function createMeasure(map: FleetMap, box: HTMLElement): void {
     measure(!on);
     if (on) target?.focus();
   });
-  map.ol.on("singleclick", (event) => add(event.coordinate as number[]));
+  map.clicks.claim("measure", (event) => {
+    add(event.coordinate as number[]);
+    return on;
+  });
   target?.addEventListener("keydown", (event) => {
     if (!on) return;
     if (event.key === "Enter") add(map.ol.getView().getCenter());

@@ -8,6 +8,8 @@ import Cluster from "ol/source/Cluster";
 import VectorSource from "ol/source/Vector";
 import { fromLonLat, toLonLat } from "ol/proj";
 import type { Detection, TrackPoint } from "../api/types.gen";
+import type { Clicks } from "./clicks";
+import { over } from "./layers";
 import type { Palette } from "./palette";
 import { cursorStyle, tagsStyle } from "./symbols";
 
@@ -31,12 +33,12 @@ export interface Overlays {
   repaint(): void;
 }
 
-export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
+export function createOverlays(map: OlMap, clicks: Clicks, palette: () => Palette): Overlays {
   const marker = new Feature(new Point([]));
   const tags = new VectorSource();
   const cluster = new Cluster({ distance: TOGETHER_PX, source: tags });
   const tagLayer = new VectorLayer({
-    zIndex: 3,
+    zIndex: over("tags"),
     source: cluster,
     style: (feature) => {
       const group = heard(feature);
@@ -44,22 +46,28 @@ export function createOverlays(map: OlMap, palette: () => Palette): Overlays {
       return tagsStyle(group.length, tags.size === 1 ? group[0]?.tag_id : undefined, palette());
     },
   });
-  const cursorLayer = new VectorLayer({ zIndex: 3, source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
+  const cursorLayer = new VectorLayer({ zIndex: over("cursor"), source: new VectorSource({ features: [marker] }), style: () => cursorStyle(palette()) });
   map.addLayer(tagLayer);
   map.addLayer(cursorLayer);
   let picked: ((place: readonly [number, number]) => void) | null = null;
   let followed: () => readonly TrackPoint[] = () => [];
   let groupTold: (group: readonly Detection[]) => void = () => undefined;
   let trackTold: (point: TrackPoint) => void = () => undefined;
-  map.on("singleclick", (event) => {
-    const [lon, lat] = toLonLat(event.coordinate);
-    if (picked && lon !== undefined && lat !== undefined) return picked([lat, lon]);
-    // Whoever measures clicks places, not what lies there.
-    if (map.getTargetElement()?.hasAttribute("data-measuring")) return;
-    const group = map.forEachFeatureAtPixel(event.pixel, heard, { hitTolerance: 6, layerFilter: (layer) => layer === tagLayer });
-    if (group?.length) return groupTold(group);
-    const near = nearest(followed(), map, event.pixel as number[]);
+  clicks.claim("pick", ({ coordinate }) => {
+    const [lon, lat] = toLonLat(coordinate);
+    if (!picked || lon === undefined || lat === undefined) return false;
+    picked([lat, lon]);
+    return true;
+  });
+  clicks.claim("tags", ({ pixel }) => {
+    const group = map.forEachFeatureAtPixel(pixel, heard, { hitTolerance: 6, layerFilter: (layer) => layer === tagLayer });
+    if (group?.length) groupTold(group);
+    return (group?.length ?? 0) > 0;
+  });
+  clicks.claim("track", ({ pixel }) => {
+    const near = nearest(followed(), map, pixel as number[]);
     if (near) trackTold(near);
+    return near !== undefined;
   });
 
   return {

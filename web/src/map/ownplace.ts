@@ -7,7 +7,8 @@ import VectorLayer from "ol/layer/Vector";
 import VectorSource from "ol/source/Vector";
 import { fromLonLat } from "ol/proj";
 import { Circle as Dot, Fill, Stroke, Style } from "ol/style";
-import { make, setAttribute, setText } from "../ui/dom";
+import { setAttribute, setText } from "../ui/dom";
+import { over } from "./layers";
 import type { FleetMap } from "./map";
 import { ownPlaceText, type OwnPlace } from "../state/ownplace";
 
@@ -16,13 +17,13 @@ const WANTED = "lutra-own-place";
 /** The text is brought up to date so often, ms. */
 const AGAIN_MS = 1_000;
 
-/** A button in `box` that shows and hides the place, and what is known of it; `vessel` gives the one it is compared with. */
-export function createOwnPlace(map: Pick<FleetMap, "ol" | "palette" | "onRepaint">, box: HTMLElement, vessel: () => { name: string; lat_deg: number; lon_deg: number } | undefined): void {
-  const button = make("button", { type: "button", class: "own-place", "aria-pressed": "false", title: "Shown on this page only; it is not sent to the server" }, "My position");
-  const told = make("p", { class: "own-told num", role: "status" });
-  box.append(button, told);
+/** A tool that shows and hides the place, and what is known of it; `vessel` gives the one it is compared with. */
+export function createOwnPlace(map: Pick<FleetMap, "ol" | "palette" | "onRepaint" | "tools">, vessel: () => { name: string; lat_deg: number; lon_deg: number } | undefined): void {
+  const button = map.tools.button("person", "My position", "Shown on this page only; it is not sent to the server");
+  const told = map.tools.line("own-told");
+  setAttribute(button, "aria-pressed", "false");
   const [dot, around] = [new Feature(new Point([])), new Feature(new Circle([0, 0], 0))];
-  const layer = new VectorLayer({ source: new VectorSource({ features: [around, dot] }), zIndex: 4, style: () => [] });
+  const layer = new VectorLayer({ source: new VectorSource({ features: [around, dot] }), zIndex: over("own"), style: () => [] });
   const paint = (): void => {
     const { ink, halo } = map.palette();
     // A filled ring within a ring: no vessel and no tag looks like it.

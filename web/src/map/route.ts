@@ -7,6 +7,7 @@ import VectorSource from "ol/source/Vector";
 import { fromLonLat } from "ol/proj";
 import { Circle, Fill, Stroke, Style, Text } from "ol/style";
 import type { PlanPlace, PlanUnderWay } from "../api/types.gen";
+import { over } from "./layers";
 import type { FleetMap } from "./map";
 
 /** Of longer routes the names would hide the route. */
@@ -19,7 +20,7 @@ export interface Route {
 
 export function createRoute(map: FleetMap): Route {
   const source = new VectorSource();
-  const layer = new VectorLayer({ source, zIndex: 1, style: (feature) => styleOf(feature as Feature) });
+  const layer = new VectorLayer({ source, zIndex: over("route"), style: (feature) => styleOf(feature as Feature) });
   map.ol.addLayer(layer);
   map.onRepaint(() => layer.changed());
   const styleOf = (feature: Feature): Style[] => {

@@ -25,9 +25,8 @@ const PAST_US = 3_600_000_000;
 export function startFleet(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
   const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; the list of vessels tells the same." });
-  const all = make("button", { type: "button", class: "show-all" }, "Show all");
   const listBox = make("section", { class: "panel list", "aria-label": "Vessels" });
-  root.append(make("div", { class: "map-box" }, mapBox, all), listBox);
+  root.append(make("div", { class: "map-box" }, mapBox), listBox);
 
   let state = EMPTY;
   let linked = true;
@@ -43,10 +42,9 @@ export function startFleet(root: HTMLElement): void {
     drawMap();
     drawTables();
   };
-  const map = createMap(mapBox, select);
+  const map = createMap(mapBox, { select });
   const list = createList(listBox, select);
   const underWay = createPlansUnderWay();
-  all.addEventListener("click", () => map.showAll());
 
   const systems = (): System[] =>
     [

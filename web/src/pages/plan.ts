@@ -51,7 +51,6 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   let judgedWith: string | null | undefined;
 
   const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten; without one they move the map. Delete takes it away, Escape lets go. The list of maneuvers does the same." });
-  const all = make("button", { type: "button", class: "show-all" }, "Show all");
   const tools = make("div", { class: "tools", role: "toolbar", "aria-label": "Tools" });
   const head = make("section", { class: "plan-head", "aria-label": "Plan" });
   const status = make("p", { class: "keeping", role: "status" });
@@ -63,13 +62,14 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
   const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
   const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
-  root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, mapBox, all)), side);
+  root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, mapBox)), side);
 
   const plan = (): PlanDocument => dragged ?? history.plan;
   const defaultSpeed = (): PlanSpeed => history.plan.maneuvers.at(-1)?.speed ?? { value: 1.5, unit: "mps" };
 
-  const map = createMap(mapBox, () => undefined);
+  const map = createMap(mapBox, { showAll: () => canvas.fit() });
   const canvas = createCanvas(map, {
+    draws: () => tool !== undefined,
     clicked(place) {
       if (!writable || !tool) {
         selected = undefined;
@@ -99,7 +99,6 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
       return vertex;
     },
   });
-  all.addEventListener("click", () => canvas.fit());
   const verdict = createVerdict(map);
   const profile = createProfile(depths, BESIDE_M, (place) => map.overlays.cursor(place));
   map.onRepaint(() => profile.repaint());

@@ -58,14 +58,13 @@ export function startVessel(root: HTMLElement): void {
   const query = new URLSearchParams(location.search);
 
   const mapBox = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map. Arrow keys move it, plus and minus zoom; instruments and tables tell the same." });
-  const all = make("button", { type: "button", class: "show-all" }, "Show all");
   const here = make("p", { class: "here num", role: "status" });
   const replayBox = make("section", { class: "replay", "aria-label": "Present or past" });
   const tileBox = make("section", { class: "instruments", "aria-label": "Instruments" });
   const timeBox = make("section", { class: "timebar", "aria-label": "Time" });
   const side = make("div", { class: "side" });
   const tagsCut = make("p", { class: "tags-cut", role: "status" });
-  const mapFrame = make("div", { class: "map-box" }, mapBox, all, here, tagsCut);
+  const mapFrame = make("div", { class: "map-box" }, mapBox, here, tagsCut);
   const nothing = make("p", { class: "empty", hidden: "" }, "Nothing is recorded of this vessel yet. A log of it is brought in under Admin, Import; then it is watched here as it was.");
   const who = make("p", { class: "in-control", role: "status" });
   const head = make("div", { class: "vessel-head" }, root.querySelector("h1") ?? make("h1", {}, given ?? hexAddress(address)), who, replayBox);
@@ -115,10 +114,9 @@ export function startVessel(root: HTMLElement): void {
   const nowUs = (): number => (state.serverUs ? serverNowUs(state, performance.now()) : Date.now() * 1_000);
   const entity = (number: number): string => labels.get(number) ?? lastLabels.get(number) ?? (number === 255 ? "" : String(number));
 
-  const map = createMap(mapBox, () => undefined, address, beside.colours);
-  all.addEventListener("click", () => map.showAll());
+  const map = createMap(mapBox, { vessel: address, first: beside.colours });
   const tiles = createTiles(tileBox, head);
-  createMeasure(map, mapFrame);
+  createMeasure(map);
   /** The time of which map, plots and tables tell; null for the present. */
   const atUs = (): number | null => (play?.playing ? play.atUs : (hoverUs ?? play?.atUs ?? null));
   const asker = createAsker(address, () => draw());

@@ -11,6 +11,7 @@ import { boundingExtent } from "ol/extent";
 import { fromLonLat, toLonLat } from "ol/proj";
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
 import type { PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import { over } from "../map/layers";
 import type { FleetMap } from "../map/map";
 import { middle, type Vertex, vertices, wayOf } from "../state/plan";
 
@@ -20,6 +21,8 @@ const NEAR_PX = 14;
 const MOST_HANDLES = 150;
 
 export interface CanvasHandlers {
+  /** Whether a tool is in hand, so that a click draws. */
+  draws(): boolean;
   /** Somebody clicked beside everything. */
   clicked(place: PlanPlace): void;
   select(vertex: Vertex): void;
@@ -46,7 +49,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   let drawn: PlanDocument | undefined;
   let selected: Vertex | undefined;
   // What is told of legs lies between the lines and what one takes hold of.
-  const layers = [lines, source].map((of, at) => new VectorLayer({ source: of, style: (feature) => styleOf(feature as Feature), updateWhileInteracting: true, zIndex: 5 + 2 * at }));
+  const layers = ([[lines, "planLines"], [source, "planPlaces"]] as const).map(([of, at]) => new VectorLayer({ source: of, style: (feature) => styleOf(feature as Feature), updateWhileInteracting: true, zIndex: over(at) }));
   for (const layer of layers) map.ol.addLayer(layer);
   map.onRepaint(() => layers.forEach((layer) => layer.changed()));
 
@@ -124,9 +127,11 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       },
     }),
   );
+  // At once: one who draws does not wait whether a second click comes.
   map.ol.on("click", (event) => {
     if (!at(event)) handlers.clicked(placeOf(event));
   });
+  map.clicks.claim("edit", (event) => handlers.draws() || at(event) !== undefined);
   map.ol.on("pointermove", (event) => {
     if (!event.dragging) (map.ol.getTargetElement() ?? document.body).dataset["over"] = at(event) ? "vertex" : "";
   });

@@ -8,6 +8,7 @@ import VectorSource from "ol/source/Vector";
 import { fromLonLat } from "ol/proj";
 import { Circle, Fill, Stroke, Style, Text } from "ol/style";
 import type { Guard, GuardReason, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import { over } from "../map/layers";
 import type { FleetMap } from "../map/map";
 import { nearestStretch } from "../state/chart";
 import { wayOf } from "../state/plan";
@@ -34,7 +35,7 @@ export interface VerdictOnMap {
 export function createVerdict(map: FleetMap): VerdictOnMap {
   // Legs lie beneath the places that one takes hold of, marks above.
   const [legs, marks] = [new VectorSource(), new VectorSource()];
-  const layers = ([[legs, 6], [marks, 8]] as const).map(([source, zIndex]) => new VectorLayer({ source, style: (feature) => styles(feature as Feature), updateWhileInteracting: true, zIndex }));
+  const layers = ([[legs, over("planLegs")], [marks, over("planMarks")]] as const).map(([source, zIndex]) => new VectorLayer({ source, style: (feature) => styles(feature as Feature), updateWhileInteracting: true, zIndex }));
   for (const layer of layers) map.ol.addLayer(layer);
   map.onRepaint(() => layers.forEach((layer) => layer.changed()));
 

@@ -27,7 +27,8 @@ export interface Bar {
 
 export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
   const badge = make("strong", { class: "badge" });
-  const clock = make("span", { class: "clock num" });
+  const [day, time] = [make("span", { class: "day" }), make("span")];
+  const clock = make("span", { class: "clock num" }, day, time);
   const note = make("span", { class: "dim", role: "status" });
   const button = (text: string, label: string, act: () => void): HTMLButtonElement => {
     const made = make("button", { type: "button", "aria-label": label, title: label }, text);
@@ -66,7 +67,9 @@ export function createBar(root: HTMLElement, handlers: BarHandlers): Bar {
       const shown = playback?.playing ? playback.atUs : (hoverUs ?? playback?.atUs ?? nowUs);
       setAttribute(root, "data-time", playback ? "replay" : hoverUs !== null ? "cursor" : fresh ? "live" : "now");
       setText(badge, playback ? "REPLAY" : hoverUs !== null ? "AS OF" : fresh ? "LIVE" : "NOW");
-      setText(clock, fine(shown, playback !== null && playback.speed < 1));
+      const [date = "", ofDay = ""] = fine(shown, playback !== null && playback.speed < 1).split(" ");
+      setText(day, `${date} `);
+      setText(time, ofDay);
       setText(note, trouble);
       setAttribute(past, "hidden", playback ? null : "");
       setAttribute(live, "hidden", playback ? null : "");

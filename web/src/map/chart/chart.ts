@@ -8,6 +8,9 @@ import { createReader } from "../../params/reading";
 import { type DepthLimits, drawnLimits, guarded, isOverscale, keptSwitches, MOST_SAFETY_M, ownLimits, shownScale, type Switch, SWITCHES } from "../../state/chart";
 import { GUARD_ENTITY } from "../../state/teleop";
 import { make, setAttribute, setText } from "../../ui/dom";
+import type { Clicks } from "../clicks";
+import { over } from "../layers";
+import type { MapTools } from "../tools";
 import { chartAt, depthWords } from "./api";
 import { createLayers } from "./layers";
 import { createQuery } from "./query";
@@ -23,6 +26,8 @@ const OWN_AGAIN_MS = 5_000;
 const LOST_MS = 3_000;
 /** Objects this near to a click are told, px. */
 const NEAR_PX = 14;
+/** Charts that are listed by name. */
+const MOST_CELLS = 12;
 /** Farther than this nobody meant, m. */
 const FARTHEST_M = 2_000;
 const KEY = "lutra.chart.without";
@@ -36,8 +41,8 @@ export interface ChartOnMap {
   dispose(): void;
 }
 
-/** Draws the chart onto `map` and its words over `box`, for `vessel` where the map is one vessel's. `busy` tells that a click on the map means something else now. */
-export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, mark: (place: { lat_deg: number; lon_deg: number } | null) => void, vessel?: number): ChartOnMap {
+/** Draws the chart onto `map` and its words over `box`, for `vessel` where the map is one vessel's. `mark` shows the place that is told of. */
+export function createChart(map: OlMap, box: HTMLElement, { tools, clicks }: { readonly tools: MapTools; readonly clicks: Clicks }, mark: (place: { lat_deg: number; lon_deg: number } | null) => void, vessel?: number): ChartOnMap {
   const left = keptSwitches(localStorage.getItem(KEY));
   let restyled = (): void => undefined;
   const styles = createStyles(() => restyled());
@@ -54,8 +59,8 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
   const learnt: ((chart: ChartSet) => void)[] = [];
 
   // What is told.
-  const depth = make("p", { class: "chart-depth num", hidden: "" });
-  const note = make("p", { class: "chart-note", role: "status", hidden: "" });
+  const [depth, note] = [tools.line("chart-depth"), tools.line("chart-note")];
+  depth.removeAttribute("role");
   const credit = make("p", { class: "chart-credit", hidden: "" });
   const query = createQuery(() => {
     mark(null);
@@ -64,9 +69,12 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
 
   // What may be left out.
   const options = make("div", { class: "chart-options", id: "chart-options", hidden: "" });
-  const open = make("button", { type: "button", "aria-expanded": "false", "aria-controls": "chart-options" }, "Chart");
-  const here = make("button", { type: "button", title: "At the middle of the map; a click on the map tells of its place" }, "What is here");
-  const tools = make("div", { class: "chart-tools", hidden: "" }, make("div", { class: "row" }, here, open), options);
+  const open = tools.button("chart", "Chart", "What is shown of it, its safety depth, its cells");
+  const here = tools.button("query", "What is here", "At the middle of the map; a click on the map tells of its place");
+  setAttribute(open, "aria-expanded", "false");
+  setAttribute(open, "aria-controls", "chart-options");
+  for (const tool of [open, here]) tool.hidden = true;
+  tools.panel(options);
   open.addEventListener("click", () => {
     options.hidden = !options.hidden;
     open.setAttribute("aria-expanded", String(!options.hidden));
@@ -86,8 +94,9 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     localStorage.setItem(safetyKey, safety.value);
     drawSafety(chart);
   });
+  const cells = make("ul", { class: "chart-cells" });
   const legend = make("ul", { class: "chart-legend", "aria-label": "Shades" });
-  options.append(make("fieldset", {}, make("legend", {}, "Shown"), make("label", { class: "inline" }, always, "Depths, land and dangers (always)"), ...switches), make("label", {}, vessel === undefined ? "Safety depth of the shades, m" : "Safety depth of this vessel's shades, m", safety), legend);
+  options.append(make("fieldset", {}, make("legend", {}, "Shown"), make("label", { class: "inline" }, always, "Depths, land and dangers (always)"), ...switches), make("label", {}, vessel === undefined ? "Safety depth of the shades, m" : "Safety depth of this vessel's shades, m", safety), legend, make("h3", {}, "Charts"), cells);
   const drawSafety = (of: ChartSet): void => {
     const { autonomous_m: safe } = limits(of);
     safety.min = String(guarded(of, own).autonomous_m);
@@ -102,7 +111,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     localStorage.setItem(KEY, [...left].join());
     styles.without(left);
   };
-  box.append(depth, note, tools, credit, query.root);
+  box.append(credit, query.root);
 
   const drawLegend = (): void => {
     if (!chart) return;
@@ -147,7 +156,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     const scale = layers.scaleAt(center);
     const [, lat = 0] = toLonLat(center);
     const shown = shownScale(map.getView().getResolution() ?? 1, lat);
-    const says = scale === undefined ? (waiting === undefined ? "No chart here" : "The chart does not come from the server; trying again …") : isOverscale(scale, shown) ? `Overscale: the chart is 1 : ${scale.toLocaleString("en")}, shown ${(scale / shown).toFixed(0)} times as large` : "";
+    const says = scale === undefined ? (waiting === undefined ? "No chart here" : "The chart does not come from the server; trying again …") : isOverscale(scale, shown) ? `Overscale × ${(scale / shown).toFixed(0)}: chart 1 : ${scale.toLocaleString("en")}` : "";
     show(note, says);
   };
   const moved = (): void => {
@@ -173,7 +182,7 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
       if (first) {
         layers.show(next);
         box.toggleAttribute("data-chart", next.set !== null);
-        setAttribute(tools, "hidden", next.set === null ? "" : null);
+        for (const tool of [open, here]) tool.hidden = next.set === null;
         drawSafety(next);
         hatch();
         moved();
@@ -198,12 +207,11 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
     }, patience);
   };
   const drawCredit = (of: ChartSet): void => {
-    const cells = of.cells.length > 3 ? `${of.cells.length} charts` : of.cells.map((cell) => `${cell.name} ed. ${cell.edition}.${cell.update}`).join(", ");
     const torn = of.cells.filter(({ whole }) => whole === false).map(({ name }) => name);
     const warned = [...(of.not_for_navigation ? ["NOT FOR NAVIGATION"] : []), ...(torn.length ? [`GAPS OR OVERLAPS IN ${torn.join(", ")}`] : [])];
-    credit.replaceChildren(...warned.flatMap((words) => [make("strong", {}, words), " · "]), `${cells} · depths in m below chart datum · safety depth ${limits(of).autonomous_m} m${own && limits(of).autonomous_m === own.autonomous_m && own.autonomous_m > of.autonomous_m ? ", the vessel's own" : ""}`);
+    credit.replaceChildren(...warned.flatMap((words) => [make("strong", {}, words), " · "]), `depths in m below chart datum · safety depth ${limits(of).autonomous_m} m${own && limits(of).autonomous_m === own.autonomous_m && own.autonomous_m > of.autonomous_m ? ", the vessel's own" : ""}`);
     credit.hidden = of.set === null;
-    credit.title = of.cells.map((cell) => `${cell.name}: edition ${cell.edition}, update ${cell.update}, issued ${cell.issued}, 1 : ${cell.scale}. ${cell.comment}`).join("\n");
+    cells.replaceChildren(...of.cells.slice(0, MOST_CELLS).map((cell) => make("li", {}, `${cell.name} ed. ${cell.edition}.${cell.update}, issued ${cell.issued}, 1 : ${cell.scale.toLocaleString("en")}. ${cell.comment}`)), ...(of.cells.length > MOST_CELLS ? [make("li", {}, `and ${of.cells.length - MOST_CELLS} more`)] : []));
   };
 
   // The depth under the pointer: one question at a time, always for where the pointer is by then.
@@ -255,8 +263,11 @@ export function createChart(map: OlMap, box: HTMLElement, busy: () => boolean, m
       if (!signal.aborted) query.fail(reason(error));
     }
   };
-  map.on("singleclick", (event) => {
-    if (!busy() && !map.hasFeatureAtPixel(event.pixel, { hitTolerance: 8, layerFilter: (layer) => (layer.getZIndex() ?? 0) >= 0 })) void ask(event.coordinate, false);
+  clicks.claim("place", (event) => {
+    // What lies there but wants no click is no place of the chart either.
+    if (map.hasFeatureAtPixel(event.pixel, { hitTolerance: 8, layerFilter: (layer) => (layer.getZIndex() ?? 0) >= 0 && layer.getZIndex() !== over("rings") })) return false;
+    void ask(event.coordinate, false);
+    return true;
   });
 
   // What the vessel has told anybody does; it is asked only where it has told nobody. One that has no such guard, is not

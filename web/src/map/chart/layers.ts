@@ -11,6 +11,7 @@ import { linearRingsContainsXY } from "ol/geom/flat/contains";
 import { transformExtent } from "ol/proj";
 import { getTile } from "../../api/http";
 import type { ChartSet } from "../../api/types.gen";
+import { CHART } from "../layers";
 import type { ChartStyles } from "./style";
 
 /** Finer tiles are not asked for; those of this zoom are drawn larger. A tile is some 600 m wide then. */
@@ -30,10 +31,10 @@ export interface ChartLayers {
 /** `arrived` is called with each tile that is there, `failed` with each that the server did not give. */
 export function createLayers(map: OlMap, styles: ChartStyles, arrived: () => void, failed: () => void): ChartLayers {
   const common = { declutter: false, renderBuffer: 48, updateWhileAnimating: false, updateWhileInteracting: false, visible: false } as const;
-  const base = new VectorTileLayer<VectorTileSource, RenderFeature>({ ...common, zIndex: -20, renderMode: "hybrid", style: (feature, resolution) => styles.base(feature, resolution) });
+  const base = new VectorTileLayer<VectorTileSource, RenderFeature>({ ...common, zIndex: CHART.base, renderMode: "hybrid", style: (feature, resolution) => styles.base(feature, resolution) });
   const points = new VectorTileLayer<VectorTileSource, RenderFeature>({
     ...common,
-    zIndex: -10,
+    zIndex: CHART.symbols,
     declutter: "chart",
     renderMode: "vector",
     renderOrder: (one, other) => styles.order(one, other),
