@@ -4,7 +4,7 @@ import { createChrome } from "./ui/chrome";
 import { offerCopies } from "./ui/copy";
 
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
-const detections = document.getElementById("detections");
+const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
 } else if (vessel) {
@@ -13,6 +13,8 @@ if (fleet) {
   void import("./pages/plan").then(({ startPlan }) => startPlan(plan));
 } else if (detections) {
   void import("./pages/detections").then(({ startDetections }) => startDetections(detections));
+} else if (data) {
+  void import("./pages/data").then(({ startData }) => startData(data));
 } else {
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
   offerCopies(document);

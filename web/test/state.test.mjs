@@ -238,16 +238,18 @@ test("without the server the bar says since when alarms are not known, and never
   assert.equal(alarms.barText(undefined, 0, null), "Alarms are not known: the server is not heard");
 });
 
-test("what a vessel will do without the link is told in its own words, with the time", () => {
-  const day = 86_400e6 * 20_000;
-  const at = (hours, minutes) => day + (hours * 60 + minutes) * 60e6;
-  assert.equal(loss.due("in contact; without: hold at 12:05:00 UTC", at(12, 0)), at(12, 5));
-  assert.equal(loss.due("no console is heard; hold: next try at 12:01:00 UTC; next: return at 12:10:00 UTC", at(12, 0)), at(12, 10));
-  assert.equal(loss.due("in contact; without: hold at 00:03:00 UTC", at(23, 59)), at(24, 3), "past midnight");
-  assert.equal(loss.due("in contact; without: carry on", at(12, 0)), null);
-  const state = { system: 1, abbrev: "EntityState", entity: 7, received_us: at(12, 0), fields: [{ name: "state", value: 1, unit: "", meaning: "NORMAL" }, { name: "description", value: "in contact; without: hold at 12:05:00 UTC", unit: "", meaning: null }] };
-  const told = loss.linkLoss(new Map([["EntityState/7/", state]]), new Map([[7, "Lost Communications"]]));
-  assert.deepEqual([told.entity, told.dueUs, told.lost], ["Lost Communications", at(12, 5), false]);
+test("what a vessel will do without the link is told in its own words, with the time that it gives as a number", () => {
+  const now = 86_400e6 * 20_000;
+  const words = "in contact; without: hold at 12:05:00 UTC";
+  const state = { system: 1, abbrev: "EntityState", entity: 7, received_us: now + 2e6, time_us: now, fields: [{ name: "state", value: 1, unit: "", meaning: "NORMAL" }, { name: "description", value: words, unit: "", meaning: null }] };
+  const event = (entity, time_us, data, topic = "EntityStateValues") => ({ system: 1, abbrev: "Event", entity, received_us: time_us + 2e6, time_us, fields: [{ name: "topic", value: topic }, { name: "data", value: data }] });
+  const labels = new Map([[7, "Lost Communications"]]);
+  const of = (...updates) => loss.linkLoss(new Map(updates.map((one, at) => [String(at), one])), labels);
+  const told = of(state, event(7, now, "lost=0;due_s=300"), event(8, now + 1, "due_s=1"), event(7, now + 1, "due_s=2", "Other"));
+  assert.deepEqual([told.entity, told.words, told.dueUs, told.lost], ["Lost Communications", words, now + 300e6, false], "by the vessel's clock, from its own entity and topic");
+  assert.equal(of(state).dueUs, null, "no time is read out of a sentence");
+  assert.equal(of(state, event(7, now, "lost=0")).dueUs, null, "it carries on");
+  assert.equal(of(state, event(7, now + 5e6, "lost=1;due_s=10"), event(7, now, "lost=0;due_s=300")).dueUs, now + 15e6, "the newest counts");
   assert.equal(loss.linkLoss(new Map(), new Map()).entity, null, "unknown is said to be");
 });
 

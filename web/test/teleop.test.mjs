@@ -99,14 +99,20 @@ test("the round trip tells what it covers, that it is slow and what it limits", 
 
 test("the guard is what the vessel's grounding supervisor says at present", () => {
   const labels = new Map([[9, "Grounding Supervisor"]]);
-  const says = (description, received_us = 1_000_000) => new Map([["a", { abbrev: "EntityState", entity: 9, received_us, time_us: received_us, period_s: 1, fields: [{ name: "state", value: 1, meaning: "NORMAL" }, { name: "description", value: description }] }]]);
+  const says = (data, received_us = 1_000_000, description = "land 12 m ahead") => {
+    const of = (abbrev, fields) => ({ abbrev, entity: 9, received_us, time_us: received_us, period_s: 1, fields });
+    const state = of("EntityState", [{ name: "state", value: 1, meaning: "NORMAL" }, { name: "description", value: description }]);
+    const event = of("Event", [{ name: "topic", value: "EntityStateValues" }, { name: "data", value: data }]);
+    return new Map([["a", state], ...(data ? [["b", event]] : [])]);
+  };
   const now = 1_500_000;
   assert.equal(guardOf(new Map(), labels, now), undefined);
-  assert.equal(guardOf(says("off: no chart is configured"), labels, now), undefined);
-  const blocks = guardOf(says("land 12 m ahead; thrust towards danger is blocked; by chart x"), labels, now);
-  assert.deepEqual([blocks.blocks, blocks.lifted], [true, false]);
-  assert.equal(guardOf(says("an operator may steer unguarded for 52 s; by chart x"), labels, now).lifted, true);
-  assert.equal(guardOf(says("by chart x"), labels, 3_600_000_000), undefined, "what is old guards nobody");
+  assert.equal(guardOf(says("on=0;blocks=0"), labels, now), undefined, "without a chart it guards nobody");
+  assert.equal(guardOf(says("", 1_000_000, "thrust towards danger is blocked"), labels, now), undefined, "sentences are for people");
+  const blocks = guardOf(says("on=1;blocks=1"), labels, now);
+  assert.deepEqual([blocks.blocks, blocks.lifted, blocks.text], [true, false, "land 12 m ahead"]);
+  assert.equal(guardOf(says("on=1;blocks=0;unguarded_s=52"), labels, now).lifted, true);
+  assert.equal(guardOf(says("on=1;blocks=0"), labels, 3_600_000_000), undefined, "what is old guards nobody");
 });
 
 test("a gamepad lives by what it says, not by the moment that a browser stamps it with", () => {

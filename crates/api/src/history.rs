@@ -23,6 +23,43 @@ pub struct Recorded {
     pub last_us: i64,
 }
 
+/// What came ashore from a vessel on one day: live, late or by an import.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct RecordedDay {
+    /// IMC address of the source.
+    pub system: u16,
+    /// Its name, as it announced itself last; its address where it never did.
+    pub name: String,
+    /// Midnight of the UTC day on which it came, µs since 1970.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub day_us: i64,
+    /// First time by the source's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub first_us: i64,
+    /// Last time by the source's clock, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub last_us: i64,
+    /// How many packets.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub packets: u64,
+    /// Bytes of these packets.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub bytes: u64,
+}
+
+/// How large an export will be.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ExportSize {
+    /// Rows; of a long table about so many.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub rows: u64,
+    /// About so many bytes, not packed.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub bytes: u64,
+}
+
 /// Which part of a track.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]

@@ -38,7 +38,7 @@ pub use events::{
     Detection, Detections, DetectionsFileQuery, DetectionsQuery, Entity, EventsQuery, FleetDetectionsQuery,
     Gap, GapKind, GapsQuery, LogBook, LogBookEntry, ReceiverClock,
 };
-pub use history::{At, AtQuery, Recorded, TrackPoint, TrackQuery};
+pub use history::{At, AtQuery, ExportSize, Recorded, RecordedDay, TrackPoint, TrackQuery};
 pub use live::{
     Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveSample, LiveSeries, LiveStop, LiveStopped, Liveness,
     Subscription, System, Update,

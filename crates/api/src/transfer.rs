@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 /// What to export as CSV, and how it is written. Lists are separated by commas.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 pub struct ExportQuery {
     /// Messages by abbreviation, like `EstimatedState,Voltage`; `*` for all; `_raw` alone for those that the
@@ -32,6 +32,8 @@ pub struct ExportQuery {
     pub guard: Option<bool>,
     /// Whether each row also tells when its message first came ashore; false when left out.
     pub received: Option<bool>,
+    /// Of each series only the first row in each span of so many seconds, 0.001 to 86400; every row when left out.
+    pub every_s: Option<f64>,
     /// Whether the file is packed by gzip; false when left out.
     pub gzip: Option<bool>,
 }

@@ -6,7 +6,7 @@ use units::{LatLon, UtcTime};
 
 /// Receiver clocks below this were never set (s; September 2001): they count from power-up, or from a day when none of
 /// these receivers existed, as Thelma Biotel's do from 2000-01-01.
-const SET_AFTER_S: u32 = 1_000_000_000;
+pub const SET_AFTER_S: u32 = 1_000_000_000;
 
 /// A tag that a receiver heard.
 #[derive(Debug, Clone, PartialEq)]

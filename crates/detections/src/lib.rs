@@ -20,7 +20,7 @@ mod protocol;
 mod report;
 mod tag;
 
-pub use detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock, fused};
+pub use detection::{ClockState, Detection, Effort, Noise, Origin, Pose, ReceiverClock, SET_AFTER_S, fused};
 pub use protocol::Protocol;
 pub use report::{TOPIC, is_report};
 pub use tag::{NoTag, TagFilter};

@@ -2,11 +2,16 @@
 
 use crate::bus::Bus;
 use crate::entity::{Entity, Labels};
-use imc::messages::{EntityMonitoringState, EntityState, EntityStateState};
+use imc::messages::{EntityMonitoringState, EntityState, EntityStateState, Event};
+use imc::tuples;
 use std::time::Duration;
 use units::MonoTime;
 
 const PERIOD: Duration = Duration::from_secs(1);
+/// What programs read of a part is said again this much later, for those that began to listen.
+const AGAIN: Duration = Duration::from_secs(10);
+/// The topic of the Event by which a part says in names and values what its entity state says in words.
+const TOPIC: &str = "EntityStateValues";
 
 /// How a part is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -49,6 +54,16 @@ pub(crate) struct States {
     next: MonoTime,
     last_error: (String, f64),
     reported: Option<(Vec<Entity>, Vec<Entity>)>,
+    values: Vec<Values>,
+}
+
+/// What a part says for programs.
+#[derive(Debug)]
+struct Values {
+    entity: Entity,
+    list: String,
+    /// What was sent last, and when to say it again.
+    sent: Option<(String, MonoTime)>,
 }
 
 impl States {
@@ -59,6 +74,7 @@ impl States {
             next: now,
             last_error: (String::new(), -1.0),
             reported: None,
+            values: Vec::new(),
         }
     }
 
@@ -79,6 +95,16 @@ impl States {
                 self.last_error = (what, bus.seconds());
             }
             send(bus, entity, condition, &self.all[usize::from(entity.number())].1);
+        }
+    }
+
+    /// The same as a part's words in names and values, as an Event of [`TOPIC`] from it: programs need not read sentences. A
+    /// change goes out with the next states, and all again each ten seconds.
+    pub(crate) fn values(&mut self, entity: Entity, pairs: &[(&str, String)]) {
+        let list = tuples::build(pairs.iter().map(|(name, value)| (name, value)));
+        match self.values.iter_mut().find(|values| values.entity == entity) {
+            Some(values) => values.list = list,
+            None => self.values.push(Values { entity, list, sent: None }),
         }
     }
 
@@ -111,6 +137,9 @@ impl States {
                 let (condition, text) = &self.all[usize::from(entity.number())];
                 send(bus, entity, *condition, text);
             }
+            for values in &mut self.values {
+                values.tell(bus);
+            }
         }
         let picture = Some((bad, booting));
         if due || self.reported != picture {
@@ -136,6 +165,17 @@ impl States {
             last_error_time: self.last_error.1,
         };
         bus.send(Entity::Monitor, &message);
+    }
+}
+
+impl Values {
+    /// Sends what changed, or was not said for a while.
+    fn tell(&mut self, bus: &mut Bus) {
+        let known = self.sent.as_ref().is_some_and(|(list, again)| *list == self.list && bus.mono() < *again);
+        if !known {
+            self.sent = Some((self.list.clone(), bus.mono() + AGAIN));
+            bus.send(self.entity, &Event { topic: TOPIC.into(), data: self.list.as_str().into() });
+        }
     }
 }
 

@@ -389,6 +389,12 @@ impl Supervise {
             (Condition::Normal, "no console was ever heard; acts once one was".to_owned())
         };
         context.states.set(context.bus, Entity::LostComms, condition, text);
+        let lost = self.lost_comms.is_lost() || self.lost_comms.is_silent(context.bus.mono());
+        let mut values = vec![("lost", i32::from(lost).to_string())];
+        if let Some(at) = self.lost_comms.outlook().and_then(|outlook| outlook.at) {
+            values.push(("due_s", format!("{:.0}", at.since(context.bus.mono()).as_secs_f64())));
+        }
+        context.states.values(Entity::LostComms, &values);
         let (condition, text) = match (&self.failure, self.standing(context.bus, Source::Failure)) {
             (Some(failure), Some(standing)) => (Condition::Fault, format!("{failure}; {standing}")),
             _ => match self.restart_text(context.bus) {

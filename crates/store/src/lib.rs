@@ -82,7 +82,7 @@ pub use doctor::{Check, Health, doctor, free_bytes};
 pub use error::{Result, StoreError};
 pub use export::{
     Angles, CsvOptions, DETECTION_COLUMNS, Exported, Selection, Shape, describe_csv, export_csv,
-    export_detections, export_lsf,
+    export_detections, export_lsf, measure_csv,
 };
 pub use gaps::{Gap, GapKind, Numbers};
 pub use history::{Column, ColumnKind, Extent, GroupKey, MonthKey, Table};
@@ -92,7 +92,7 @@ pub use packet::{Accepted, Committed, Outcome, Repairs};
 pub use range::TimeRange;
 pub use reader::{
     Bucket, Buckets, Cell, DetectionsWanted, EntityName, Last, LogEntry, Next, Order, Page, Paged, Reader,
-    Row, Samples, Series, Source, System, Then, Track, TrackPoint,
+    RecordedDay, Row, Samples, Series, Source, System, Then, Track, TrackPoint,
 };
 pub use reindex::{Reindexed, reindex};
 pub use retention::{Removal, Retention, plan_retention};

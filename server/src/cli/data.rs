@@ -10,6 +10,7 @@ use imc::Address;
 use shore::clock;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal as _, Write};
+use std::num::NonZeroI64;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use store::{Angles, CsvOptions, Exported, Reader, Retention, Selection, Shape, Store, TimeRange};
@@ -59,9 +60,17 @@ pub(super) struct ExportArguments {
     /// Also when each message first came ashore.
     #[arg(long)]
     received: bool,
+    /// Of each series only the first row in each span of so many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    every_s: Option<f64>,
     /// The file to write; - or nothing for the standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "no number of seconds".to_owned())?;
+    if (0.001..=86_400.0).contains(&seconds) { Ok(seconds) } else { Err("0.001 to 86400 seconds".to_owned()) }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -228,6 +237,7 @@ fn write(
         angles: if arguments.degrees { Angles::Degrees } else { Angles::Radians },
         labels: arguments.labels,
         received: arguments.received,
+        every_us: arguments.every_s.and_then(|seconds| NonZeroI64::new((seconds * 1e6).round() as i64)),
         ..CsvOptions::default()
     };
     Ok(match arguments.format {

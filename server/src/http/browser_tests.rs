@@ -450,6 +450,17 @@ fn long_past(data: &Path) {
 /// CSV holds what the page shows, value by value, and more of it where the page shows a part.
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_taken_away_is_what_is_shown() {
+    over_a_long_past("taken.mjs").await;
+}
+
+/// Files of the history: their size before they are fetched, errors at their field, and in them what was promised.
+#[tokio::test(flavor = "multi_thread")]
+async fn files_are_chosen_by_day_and_hold_what_was_promised() {
+    over_a_long_past("data.mjs").await;
+}
+
+/// Runs a script on a server with [`long_past`], whose span it is told.
+async fn over_a_long_past(script: &'static str) {
     if !testkit::browser::is_there() {
         return;
     }
@@ -459,8 +470,8 @@ async fn what_is_taken_away_is_what_is_shown() {
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
     let (from, to) = (PAST_US.to_string(), (PAST_US + ENTRIES * 1_000_000).to_string());
-    let script = move || testkit::browser::run("taken.mjs", &[&address, &password, &from, &to], |_| {});
-    tokio::task::spawn_blocking(script).await.unwrap();
+    let run = move || testkit::browser::run(script, &[&address, &password, &from, &to], |_| {});
+    tokio::task::spawn_blocking(run).await.unwrap();
     serving.stop().await;
 }
 

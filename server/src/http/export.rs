@@ -4,7 +4,7 @@ use super::error::ApiError;
 use super::extract::{self, Asked};
 use super::guard::Who;
 use crate::AppState;
-use api::{DetectionsFileQuery, ExportQuery, LogQuery, Role};
+use api::{DetectionsFileQuery, ExportQuery, ExportSize, LogQuery, Role};
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -106,6 +106,24 @@ pub(crate) async fn description(
         store::describe_csv(reader, &selection, &options)
     };
     Ok(Json(state.shore.history.ask(describe).await?))
+}
+
+/// `GET /api/v1/export/size`: how large the CSV will be.
+pub(crate) async fn size(
+    State(state): State<AppState>,
+    Who(who): Who,
+    Asked(query): Asked<ExportQuery>,
+) -> Result<Json<ExportSize>, ApiError> {
+    let export = Export::csv(&query)?;
+    let may = may(who, &export.vessels)?;
+    let history = state.shore.history.clone();
+    let measure = move |reader: &mut Reader| {
+        let options = export.options;
+        let selection = export.selection(reader, &may)?;
+        store::measure_csv(history.data(), &selection, &options)
+    };
+    let Exported { rows, bytes } = state.shore.history.ask(measure).await?;
+    Ok(Json(ExportSize { rows, bytes }))
 }
 
 /// Whose data the person may take out.

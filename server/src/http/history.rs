@@ -6,8 +6,8 @@ use super::guard::{OfVessel, Who};
 use crate::AppState;
 use api::{
     At, AtQuery, Buckets, BucketsQuery, Detections, DetectionsQuery, Entity, EventsQuery,
-    FleetDetectionsQuery, Gap, GapsQuery, LogBook, Recorded, Samples, SamplesQuery, Series, SeriesQuery,
-    System, TrackPoint, TrackQuery,
+    FleetDetectionsQuery, Gap, GapsQuery, LogBook, Recorded, RecordedDay, Samples, SamplesQuery, Series,
+    SeriesQuery, System, TrackPoint, TrackQuery,
 };
 use axum::Json;
 use axum::extract::State;
@@ -42,6 +42,15 @@ pub(crate) async fn recorded(
     let mut recorded = state.shore.history.ask(history::recorded).await?;
     recorded.retain(|series| who.grants.on(series.system).is_some());
     Ok(Json(recorded))
+}
+
+/// `GET /api/v1/recorded/days`.
+pub(crate) async fn recorded_days(
+    State(state): State<AppState>,
+    Who(who): Who,
+) -> Result<Json<Vec<RecordedDay>>, ApiError> {
+    let may = move |system: u16| who.grants.on(system).is_some();
+    Ok(Json(state.shore.history.ask(move |reader| history::recorded_days(reader, may)).await?))
 }
 
 /// `GET /api/v1/series`.

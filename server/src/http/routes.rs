@@ -11,13 +11,13 @@ use crate::pages;
 use api::{
     Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor,
     ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DetectionsFileQuery,
-    DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, FleetDetectionsQuery, Gap, GapsQuery,
-    Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest, LogBook,
-    LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument, PlanExportQuery,
-    PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk, PlansAboard,
-    Recorded, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session, ShelveAsk, StopQuery,
-    StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery, VesselAsk,
-    VesselAsked, VesselParameters,
+    DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, ExportSize, FleetDetectionsQuery, Gap,
+    GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
+    LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
+    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk,
+    PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session,
+    ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint,
+    TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -87,6 +87,13 @@ pub(crate) fn table() -> Vec<Route> {
             .gives::<LiveFrame>(),
         Route::get("/api/v1/recorded", viewer, "What the history holds.", history::recorded)
             .gives::<Vec<Recorded>>(),
+        Route::get(
+            "/api/v1/recorded/days",
+            viewer,
+            "What came ashore on which day, the newest first.",
+            history::recorded_days,
+        )
+        .gives::<Vec<RecordedDay>>(),
         Route::get("/api/v1/series", viewer, "Series of samples, with fields and units.", history::series)
             .query::<SeriesQuery>()
             .gives::<Vec<Series>>()
@@ -308,6 +315,9 @@ fn transfers() -> Vec<Route> {
         .packed(),
         Route::get("/api/v1/export.json", researcher, "What stands in its columns.", export::description)
             .query::<ExportQuery>(),
+        Route::get("/api/v1/export/size", researcher, "How large the CSV will be.", export::size)
+            .query::<ExportQuery>()
+            .gives::<ExportSize>(),
         Route::get("/api/v1/export.lsf", researcher, "Packets as a log, as they came.", export::lsf)
             .query::<LogQuery>()
             .media("application/octet-stream"),

@@ -2,6 +2,7 @@
 
 mod account;
 mod admin;
+mod data;
 mod detections;
 mod fleet;
 mod form;
@@ -34,6 +35,7 @@ pub(crate) fn routes() -> Vec<Route> {
             frame::offline,
         ),
         Route::page("/detections", Need::Somewhere(Role::Viewer), "Tags heard.", detections::page),
+        Route::page("/data", Need::Somewhere(Role::Viewer), "Recordings and files of them.", data::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),

@@ -5,12 +5,16 @@
 use crate::identity::vessels::address;
 use api::{ExportQuery, LogQuery};
 use imc::Address;
+use std::num::NonZeroI64;
 use std::str::FromStr;
 use store::{Angles, CsvOptions, Reader, Selection, Shape, StoreError, TimeRange};
 use units::UtcTime;
 
 /// What the catalogue does not explain, in the words of the store.
 const RAW: &str = "_raw";
+
+/// Seconds from a row to the next.
+const EVERY_S: std::ops::RangeInclusive<f64> = 0.001..=86_400.0;
 
 /// What is wrong with a question.
 type Wrong = StoreError;
@@ -56,6 +60,18 @@ fn range(from: Option<&str>, to: Option<&str>) -> Result<TimeRange, Wrong> {
         return Err(wrong("to", "is before `from`"));
     }
     Ok(range)
+}
+
+/// Seconds between rows, in the unit of the store.
+fn every(seconds: Option<f64>) -> Result<Option<NonZeroI64>, Wrong> {
+    let Some(seconds) = seconds else { return Ok(None) };
+    if !EVERY_S.contains(&seconds) {
+        return Err(wrong(
+            "every_s",
+            format_args!("{seconds} is not within {} to {} s", EVERY_S.start(), EVERY_S.end()),
+        ));
+    }
+    Ok(NonZeroI64::new((seconds * 1e6).round() as i64))
 }
 
 fn one_of<T>(name: &str, text: Option<&str>, choices: [(&str, T); 2]) -> Result<T, Wrong> {
@@ -105,6 +121,7 @@ impl Export {
             labels: query.labels.unwrap_or(false),
             guard: query.guard.unwrap_or(true),
             received: query.received.unwrap_or(false),
+            every_us: every(query.every_s)?,
         };
         Ok(Self {
             messages: messages.unwrap_or_default(),

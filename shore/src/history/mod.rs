@@ -9,7 +9,7 @@ pub mod imports;
 pub use imports::Imports;
 
 use crate::decode;
-use api::{Recorded, ValueKind};
+use api::{Recorded, RecordedDay, ValueKind};
 use imc::Address;
 use imc::catalogue::Meaning;
 use serde_json::Value as Json;
@@ -90,6 +90,25 @@ pub fn recorded(reader: &mut Reader) -> store::Result<Vec<Recorded>> {
         known.last_us = known.last_us.max(last_us);
     }
     Ok(all.into_values().collect())
+}
+
+/// What came ashore on which day, of the systems that `may` admits, the newest day first.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn recorded_days(reader: &mut Reader, may: impl Fn(u16) -> bool) -> store::Result<Vec<RecordedDay>> {
+    let names: BTreeMap<u16, String> =
+        reader.systems()?.into_iter().map(|system| (system.address.0, system.name)).collect();
+    let day = |one: store::RecordedDay| RecordedDay {
+        system: one.system.0,
+        name: names.get(&one.system.0).cloned().unwrap_or_else(|| one.system.to_string()),
+        day_us: one.day.micros(),
+        first_us: one.extent.first_us,
+        last_us: one.extent.last_us,
+        packets: one.extent.count,
+        bytes: one.bytes,
+    };
+    Ok(reader.recorded_days()?.into_iter().filter(|one| may(one.system.0)).map(day).collect())
 }
 
 /// Every series of the systems that `may` admits.

@@ -779,6 +779,16 @@ parameters: Array<ParameterTold>,
  */
 left_out: number, };
 
+export type ExportSize = { 
+/**
+ * Rows; of a long table about so many.
+ */
+rows: number, 
+/**
+ * About so many bytes, not packed.
+ */
+bytes: number, };
+
 export type Field = { 
 /**
  * Name in the message.
@@ -1974,6 +1984,36 @@ first_us: number,
  * Time of the last, µs since 1970 UTC.
  */
 last_us: number, };
+
+export type RecordedDay = { 
+/**
+ * IMC address of the source.
+ */
+system: number, 
+/**
+ * Its name, as it announced itself last; its address where it never did.
+ */
+name: string, 
+/**
+ * Midnight of the UTC day on which it came, µs since 1970.
+ */
+day_us: number, 
+/**
+ * First time by the source's clock, µs since 1970 UTC.
+ */
+first_us: number, 
+/**
+ * Last time by the source's clock, µs since 1970 UTC.
+ */
+last_us: number, 
+/**
+ * How many packets.
+ */
+packets: number, 
+/**
+ * Bytes of these packets.
+ */
+bytes: number, };
 
 export type Recording = { 
 /**

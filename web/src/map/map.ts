@@ -146,8 +146,9 @@ export function createMap(root: HTMLElement, { select, vessel, first = [], showA
   });
   const repainted: (() => void)[] = [];
   tools.button("all", "Show all").addEventListener("click", () => (shows ?? showAll)());
-  const follow = createFollow(map, tools);
-  const rings = createRings(map, tools, () => palette);
+  // Where no vessel is chosen there is none to go with.
+  const around = select || vessel !== undefined ? [createFollow(map, tools), createRings(map, tools, () => palette)] as const : undefined;
+  const [follow, rings] = around ?? [];
   let last: { systems: readonly System[]; selected: number | undefined; nowUs: number } = { systems: [], selected: undefined, nowUs: 0 };
   let seen = false;
   const projected = new WeakMap<readonly TrackPoint[], number[][]>();
@@ -189,8 +190,8 @@ export function createMap(root: HTMLElement, { select, vessel, first = [], showA
     setAttribute(root, "data-old", systems.filter(({ fix, liveness }) => fix && (liveness === "stale" || liveness === "lost")).map(({ address }) => address).join(" ") || null);
     for (const system of systems) if (system.fix) place(features(system.address), system, system.fix, system.address === selected, nowUs);
     const chosen = systems.find(({ address }) => address === selected)?.fix ?? undefined;
-    follow.update(chosen);
-    rings.update(chosen);
+    follow?.update(chosen);
+    rings?.update(chosen);
     if (!seen && systems.some((system) => system.fix)) {
       seen = true;
       showAll();
@@ -244,7 +245,7 @@ export function createMap(root: HTMLElement, { select, vessel, first = [], showA
     }
     update(last.systems, last.selected, last.nowUs);
     overlays.repaint();
-    rings.repaint();
+    rings?.repaint();
     chart.repaint();
     for (const then of repainted) then();
   };

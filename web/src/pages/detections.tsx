@@ -2,17 +2,18 @@
 
 import { computed, signal } from "@preact/signals";
 import { render } from "preact";
-import type { Detection, Detections } from "../api/types.gen";
+import type { Detection, Detections, Recorded } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { HeardMap } from "../components/heardmap";
+import { Spans, TimeSpan } from "../components/timespan";
 import { tagColour, Times, timesOf } from "../components/times";
 import { completed } from "../state/newest";
+import { pickedUs } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress, position, tagName, utc } from "../ui/format";
 
 /** Rows that are shown at first, and more with each asking. */
 const PAGE = 500;
-const PRESETS: readonly (readonly [string, number | null])[] = [["Last hour", 3_600_000], ["Today", 0], ["Last 7 days", 7 * 86_400_000], ["All", null]];
 const LAST_US = 9_007_199_254_740_991;
 
 export function startDetections(root: HTMLElement): void {
@@ -35,9 +36,10 @@ export function startDetections(root: HTMLElement): void {
     if (!next.delete(tag)) next.add(tag);
     hidden.value = next;
   };
-  const wrong = computed(() => (from.value && to.value && us(to.value) < us(from.value) ? "The end is before the beginning." : ""));
+  const wrong = computed(() => (from.value && to.value && pickedUs(to.value) < pickedUs(from.value) ? "The end is before the beginning." : ""));
+  const tagWrong = computed(() => /^tag: (.*)$/s.exec(answer.trouble.value)?.[1] ?? "");
   const query = computed(() => {
-    const wanted = new URLSearchParams({ from_us: String(from.value ? us(from.value) : 0), to_us: String(to.value ? us(to.value) : LAST_US) });
+    const wanted = new URLSearchParams({ from_us: String(from.value ? pickedUs(from.value) : 0), to_us: String(to.value ? pickedUs(to.value) : LAST_US) });
     const list = tags.value.split(/[\s,]+/).filter(Boolean).join(",");
     if (list) wanted.set("tag", list);
     if (vessel.value) wanted.set("vessel", vessel.value);
@@ -57,24 +59,23 @@ export function startDetections(root: HTMLElement): void {
     rows.value = joined(rows.value, found.detections);
     more.value = olderOf(found, asked.value);
   };
-  const preset = (ms: number | null): void => {
-    const begin = ms === 0 ? `${new Date().toISOString().slice(0, 10)}T00:00` : new Date(Date.now() - (ms ?? 0)).toISOString().slice(0, 16);
-    [from.value, to.value] = [ms === null ? "" : begin, ""];
-    void show();
-  };
   const called = (address: number): string => names[String(address)] ?? hexAddress(address);
-  const vessels = computed(() => [...new Set([...Object.keys(names).map(Number), ...rows.value.map((one) => one.system)])]);
+  const recorded = resource<Recorded[]>();
+  const vessels = computed(() => [...new Set([...Object.keys(names).map(Number), ...(recorded.value.value ?? []).map(({ system }) => system)])]);
   const Page = () => (
     <>
       <form class="filters" aria-label="Filter" onSubmit={(event) => { event.preventDefault(); void show(); }}>
-        <label>From (UTC)<input type="datetime-local" value={from.value} onInput={(event) => (from.value = event.currentTarget.value)} /></label>
-        <label>To (UTC)<input type="datetime-local" value={to.value} aria-invalid={wrong.value !== ""} aria-describedby="to-wrong" onInput={(event) => (to.value = event.currentTarget.value)} /></label>
-        <label>Tags<input value={tags.value} placeholder="S256-101, 102" autocomplete="off" onInput={(event) => (tags.value = event.currentTarget.value)} /></label>
+        <TimeSpan from={from} to={to} toWrong={wrong.value} />
+        <div class="field">
+          <label for="tags">Tags</label>
+          <input id="tags" value={tags.value} placeholder="S256-101, 102" autocomplete="off" aria-invalid={tagWrong.value !== ""} aria-describedby="tags-wrong" onInput={(event) => (tags.value = event.currentTarget.value)} />
+          <p id="tags-wrong" class="wrong" role="alert">{tagWrong.value}</p>
+        </div>
         <label>Vessel<select value={vessel.value} onChange={(event) => (vessel.value = event.currentTarget.value)}><option value="">All vessels</option>{vessels.value.map((address) => <option key={address} value={String(address)}>{called(address)}</option>)}</select></label>
         <button class="main">Show</button>
-        {PRESETS.map(([text, ms]) => <button key={text} type="button" onClick={() => preset(ms)}>{text}</button>)}
+        <Spans from={from} to={to} then={() => void show()} />
       </form>
-      <p id="to-wrong" class="bad-text" role="alert">{wrong.value || answer.trouble.value}</p>
+      {answer.trouble.value && !tagWrong.value && <p class="bad-text" role="alert">{answer.trouble.value}</p>}
       <p role="status">{answer.busy.value ? "Fetching …" : `${rows.value.length}${more.value ? " newest" : ""} detections.`}</p>
       {may && asked.value && rows.value.length > 0 && <p><a class="button" href={`/api/v1/detections.csv?${asked.value}`} download>Download CSV of all detections of this filter</a></p>}
       {rows.value.length === 0 && !answer.busy.value && <p>No tag was heard in this time. Choose a longer time, or clear the tag filter.</p>}
@@ -109,6 +110,7 @@ export function startDetections(root: HTMLElement): void {
       if (fresh.length) rows.value = joined(rows.value, fresh);
     },
   });
+  void recorded.ask("/api/v1/recorded");
   void show();
 }
 
@@ -136,11 +138,6 @@ function Table({ rows, called }: { rows: readonly Detection[]; called: (address:
 /** What tells detections apart. */
 function keyOf({ system, id }: Detection): string {
   return `${system}/${id}`;
-}
-
-/** A time of a date picker, which is UTC here, µs since 1970. */
-function us(text: string): number {
-  return Date.parse(`${text}Z`) * 1_000;
 }
 
 function olderOf({ next }: Detections, asked: string): string {

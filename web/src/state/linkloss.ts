@@ -2,6 +2,7 @@
 
 import type { Update } from "../api/types.gen";
 import { placeCameUs } from "./fleet";
+import { type PartValues, partValues } from "./partvalues";
 import { type Labels, meaning, type Values } from "./vitals";
 
 export interface LinkLoss {
@@ -20,7 +21,6 @@ export interface LinkLoss {
 }
 
 const UNKNOWN: LinkLoss = { entity: null, words: "", saidUs: null, dueUs: null, lost: false, placeUs: null };
-const DAY_US = 86_400_000_000;
 
 export function linkLoss(values: Values, labels: Labels): LinkLoss {
   const found = [...labels].find(([, label]) => /lost ?comm/i.test(label));
@@ -30,7 +30,7 @@ export function linkLoss(values: Values, labels: Labels): LinkLoss {
   const state = [...values.values()].find((one) => one.abbrev === "EntityState" && one.entity === number);
   if (!state) return { ...UNKNOWN, entity, placeUs };
   const words = said(state);
-  return { entity, words, saidUs: state.received_us, dueUs: due(words, state.received_us), lost: meaning(state, "state") !== "NORMAL", placeUs };
+  return { entity, words, saidUs: state.received_us, dueUs: due(partValues(values, number)), lost: meaning(state, "state") !== "NORMAL", placeUs };
 }
 
 function said(state: Update): string {
@@ -38,12 +38,8 @@ function said(state: Update): string {
   return typeof value === "string" ? value : "";
 }
 
-/** The last time of day in `words`, on the day on which it comes after they were said. */
-export function due(words: string, saidUs: number): number | null {
-  const last = [...words.matchAll(/ at (\d\d):(\d\d):(\d\d) UTC/g)].at(-1);
-  if (!last) return null;
-  const [hours, minutes, seconds] = last.slice(1).map(Number) as [number, number, number];
-  const at = Math.floor(saidUs / DAY_US) * DAY_US + ((hours * 60 + minutes) * 60 + seconds) * 1e6;
-  // A minute of grace for the way and for clocks that differ a little.
-  return at < saidUs - 60e6 ? at + DAY_US : at;
+/** When it acts next, by the vessel's clock. */
+function due(said: PartValues | undefined): number | null {
+  const due_s = said?.values.get("due_s");
+  return said && due_s ? said.timeUs + Number(due_s) * 1e6 : null;
 }

@@ -1,6 +1,7 @@
 // Steering by hand, decided without a screen: what a person's hands say, and the words for how it stands.
 
 import type { TeleopTold } from "../api/types.gen";
+import { partValues } from "./partvalues";
 import { entities, type Labels, type Values } from "./vitals";
 
 /** What the hands do. `change` is another number than before when the device has shown life. */
@@ -192,6 +193,7 @@ export const GUARD_ENTITY = "Grounding Supervisor";
 
 export function guardOf(values: Values, labels: Labels, nowUs: number): Guard | undefined {
   const one = entities(values, labels, nowUs).find(({ label }) => label === GUARD_ENTITY);
-  if (!one || one.old || !one.description || one.description.startsWith("off:")) return undefined;
-  return { text: one.description, blocks: one.description.includes("thrust towards danger is blocked"), lifted: one.description.includes("may steer unguarded") };
+  const said = one && partValues(values, one.entity)?.values;
+  if (!one || one.old || !one.description || said?.get("on") !== "1") return undefined;
+  return { text: one.description, blocks: said.get("blocks") === "1", lifted: said.has("unguarded_s") };
 }

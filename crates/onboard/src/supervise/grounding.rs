@@ -121,6 +121,14 @@ impl Supervise {
             }
         };
         context.states.set(context.bus, Entity::Grounding, condition, text);
+        let now = context.bus.mono();
+        let on = *context.chart() != Chart::Off;
+        let unguarded_s =
+            grounding.exemption.left_s(now).map(|left_s| ("unguarded_s", format!("{left_s:.0}")));
+        let values =
+            [("on", i32::from(on).to_string()), ("blocks", i32::from(grounding.is_blocking()).to_string())];
+        let values: Vec<_> = values.into_iter().chain(unguarded_s).collect();
+        context.states.values(Entity::Grounding, &values);
     }
 }
 

@@ -132,6 +132,17 @@ struct Series<'p> {
     label: Option<Vec<u8>>,
     /// Time of the next row to be read; `None` after the last.
     next_us: Option<i64>,
+    /// The span of the last row that was written, where only the first of each span is.
+    span: Option<i64>,
+}
+
+impl Series<'_> {
+    /// Whether the row of this time is written; `span` is that of the row before.
+    fn takes(options: CsvOptions, span: &mut Option<i64>, time_us: i64) -> bool {
+        let Some(every_us) = options.every_us else { return true };
+        let here = time_us.div_euclid(every_us.get());
+        span.replace(here) != Some(here)
+    }
 }
 
 fn rows(
@@ -177,9 +188,13 @@ fn series<'p>(
     if !has_group(connection, group)? {
         return Ok(None);
     }
-    let names: Vec<&str> = message.fields.iter().map(|field| field.name).collect();
+    // What is computed here stands before what the table has.
+    let computed: String =
+        message.fields.iter().filter_map(|field| field.sql.as_ref()).map(|sql| format!(",{sql}")).collect();
+    let names: Vec<&str> =
+        message.fields.iter().filter(|field| field.sql.is_none()).map(|field| field.name).collect();
     let sql = format!(
-        "SELECT time_us{}{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
+        "SELECT time_us{}{computed}{} FROM \"{}\" WHERE src=?1 AND src_ent=?2 AND time_us>=?3 AND time_us<?4 \
          ORDER BY time_us,hash",
         if options.received { ",received_us" } else { "" },
         select_list(connection, table, &names)?,
@@ -198,7 +213,7 @@ fn series<'p>(
         cell::text(&mut label, name.as_bytes(), options.guard);
         Some(label)
     };
-    let mut series = Series { group, message, sql, system, label, next_us: None };
+    let mut series = Series { group, message, sql, system, label, next_us: None, span: None };
     let mut statement = connection.prepare_cached(&series.sql)?;
     let mut rows = statement.query((group.src, group.src_ent, part.from_us, part.to_us))?;
     series.next_us = rows.next()?.map(|row| row.get(0)).transpose()?;
@@ -218,8 +233,12 @@ fn stream(
     let mut statement = reader.named(key, connection.prepare_cached(&series.sql))?;
     let span = (series.group.src, series.group.src_ent, part.from_us, part.to_us);
     let mut rows = reader.named(key, statement.query(span))?;
+    let mut span = series.span;
     while let Some(row) = reader.named(key, rows.next())? {
         let time_us = reader.named(key, row.get(0))?;
+        if !Series::takes(lines.options, &mut span, time_us) {
+            continue;
+        }
         writer.exported.rows += reader.named(key, lines.write(&mut writer.buffer, series, time_us, row))?;
         writer.flush_full()?;
     }
@@ -252,8 +271,8 @@ fn slices(
             writer.flush_full()?;
         }
         writer.exported.rows += slice.rows;
-        for (series, next_us) in there.iter_mut().zip(&slice.next_us) {
-            series.next_us = *next_us;
+        for ((series, next_us), span) in there.iter_mut().zip(&slice.next_us).zip(&slice.spans) {
+            (series.next_us, series.span) = (*next_us, *span);
         }
         if slice.text.len() < SLICE_BYTES / 4 {
             width_us = (width_us * 2).min(LONGEST_SLICE_US);
@@ -267,6 +286,7 @@ struct Slice {
     text: Vec<u8>,
     order: Vec<Line>,
     next_us: Vec<Option<i64>>,
+    spans: Vec<Option<i64>>,
     rows: u64,
 }
 
@@ -293,6 +313,8 @@ impl Slice {
         self.rows = 0;
         self.next_us.clear();
         self.next_us.extend(there.iter().map(|series| series.next_us));
+        self.spans.clear();
+        self.spans.extend(there.iter().map(|series| series.span));
         for (at, series) in there.iter().enumerate() {
             let Some(next_us) = series.next_us.filter(|next_us| *next_us < end_us) else { continue };
             let mut statement = connection.prepare_cached(&series.sql)?;
@@ -303,6 +325,9 @@ impl Slice {
                 if time_us >= end_us {
                     self.next_us[at] = Some(time_us);
                     break;
+                }
+                if !Series::takes(lines.options, &mut self.spans[at], time_us) {
+                    continue;
                 }
                 let start = self.text.len();
                 self.rows += lines.write(&mut self.text, series, time_us, row)?;

@@ -7,8 +7,10 @@ mod lsf;
 mod number;
 mod plan;
 mod raw;
+mod size;
 
 pub use csv::{Exported, export_csv};
 pub use detections::{DETECTION_COLUMNS, export_detections};
 pub use lsf::export_lsf;
 pub use plan::{Angles, CsvOptions, Selection, Shape, describe_csv};
+pub use size::measure_csv;

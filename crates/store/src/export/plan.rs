@@ -1,13 +1,14 @@
 //! What an export holds: which series, which columns, in which units.
 
 use crate::error::{Result, StoreError};
-use crate::history::{Column, ColumnKind, GroupKey, Names, Table};
+use crate::history::{Column, ColumnKind, ESTIMATED_STATE, GroupKey, Names, Table};
 use crate::range::TimeRange;
 use crate::reader::Reader;
 use imc::Address;
 use imc::catalogue::{FieldDesc, MESSAGES};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use std::num::NonZeroI64;
 
 /// What is asked for. An empty list means all.
 #[derive(Debug, Clone)]
@@ -74,6 +75,8 @@ pub struct CsvOptions {
     pub guard: bool,
     /// Whether each row also tells when its message first came ashore.
     pub received: bool,
+    /// Of each series the first row in each span of this length (µs), counted from 1970; `None` for every row.
+    pub every_us: Option<NonZeroI64>,
 }
 
 impl Default for CsvOptions {
@@ -85,6 +88,7 @@ impl Default for CsvOptions {
             labels: false,
             guard: true,
             received: false,
+            every_us: None,
         }
     }
 }
@@ -99,7 +103,12 @@ pub(crate) struct Field {
     pub(crate) factor: Option<f64>,
     /// To name numbers by.
     pub(crate) names: Option<&'static FieldDesc>,
-    desc: Option<&'static FieldDesc>,
+    /// What stands in the column.
+    meaning: &'static str,
+    /// Whether it is a field of the message itself.
+    is_own: bool,
+    /// What the database computes it by when it is read; `None` for a column of its own.
+    pub(crate) sql: Option<String>,
 }
 
 /// One message's fields, with the first column that they fill in a wide table.
@@ -148,11 +157,9 @@ impl Plan {
         let mut columns = 0;
         for id in asked {
             let Some(table) = reader.schema.table(id) else { continue };
-            let fields: Vec<Field> = table
-                .columns
-                .iter()
-                .filter(|column| wants(selection, table, column))
-                .map(|c| field(c, options))
+            let fields: Vec<Field> = fields_of(table, options)
+                .into_iter()
+                .filter(|field| wants(selection, table, field.name))
                 .collect();
             if fields.is_empty() && !table.columns.is_empty() {
                 continue;
@@ -217,11 +224,53 @@ pub(crate) fn says(names: &Names, selection: &Selection, src: u16, src_ent: u8) 
         && (selection.entities.is_empty() || selection.entities.iter().any(entity))
 }
 
-fn wants(selection: &Selection, table: &Table, column: &Column) -> bool {
+/// The fields of a message in the order of their columns: what is computed first, as it is what most people look for. Of
+/// EstimatedState that is where the vessel is, for its `lat` and `lon` are those of a reference point.
+fn fields_of(table: &Table, options: CsvOptions) -> Vec<Field> {
+    let mut fields = match table.desc.id {
+        TBR_FISH_TAG => heard().to_vec(),
+        _ => Vec::new(),
+    };
+    fields.extend(table.columns.iter().map(|column| field(table, column, options)));
+    fields.sort_by_key(|field| field.is_own);
+    fields
+}
+
+/// When the receiver heard a tag, by its own clock; nothing where that was never set.
+fn heard() -> [Field; 2] {
+    let since = detections::SET_AFTER_S;
+    let if_set = |sql: &str| Some(format!("CASE WHEN unix_timestamp >= {since} THEN {sql} END"));
+    [
+        Field {
+            name: "heard",
+            kind: ColumnKind::Text,
+            unit: None,
+            factor: None,
+            names: None,
+            meaning: "when the receiver heard the tag, by its own clock; ISO 8601, UTC; empty where that was never set",
+            is_own: false,
+            sql: if_set(
+                "strftime('%Y-%m-%dT%H:%M:%S', unix_timestamp, 'unixepoch') || printf('.%03dZ', millis)",
+            ),
+        },
+        Field {
+            name: "heard_unix_s",
+            kind: ColumnKind::Double,
+            unit: Some("s"),
+            factor: None,
+            names: None,
+            meaning: "the same as seconds since 1970-01-01 UTC",
+            is_own: false,
+            sql: if_set("unix_timestamp + millis / 1000.0"),
+        },
+    ]
+}
+
+fn wants(selection: &Selection, table: &Table, column: &str) -> bool {
     selection.fields.is_empty()
         || selection.fields.iter().any(|wanted| match wanted.split_once('.') {
-            Some((message, field)) => message == table.desc.abbrev && field == column.name,
-            None => wanted == column.name,
+            Some((message, field)) => message == table.desc.abbrev && field == column,
+            None => wanted == column,
         })
 }
 
@@ -246,7 +295,7 @@ fn check_fields(selection: &Selection, messages: &[Message]) -> Result<()> {
     }
 }
 
-fn field(column: &Column, options: CsvOptions) -> Field {
+fn field(table: &Table, column: &Column, options: CsvOptions) -> Field {
     let degrees = options.angles == Angles::Degrees;
     let (unit, factor) = match column.unit {
         Some("rad") if degrees => (Some("deg"), Some(180.0 / std::f64::consts::PI)),
@@ -256,8 +305,32 @@ fn field(column: &Column, options: CsvOptions) -> Field {
     };
     let named =
         column.desc.filter(|desc| options.labels && !matches!(desc.meaning, imc::catalogue::Meaning::Plain));
-    Field { name: column.name, kind: column.kind, unit, factor, names: named, desc: column.desc }
+    let meaning = match (table.desc.id, column.name) {
+        (ESTIMATED_STATE, "lat") => "latitude of the reference point of x, y and z, not of the vessel",
+        (ESTIMATED_STATE, "lon") => "longitude of the reference point of x, y and z, not of the vessel",
+        (ESTIMATED_STATE, "true_lat_deg") => {
+            "latitude of the vessel: the reference point displaced by x, y and z"
+        }
+        (ESTIMATED_STATE, "true_lon_deg") => {
+            "longitude of the vessel: the reference point displaced by x, y and z"
+        }
+        _ => column.desc.map_or("computed from the message", |desc| desc.name),
+    };
+    let own = column.desc.is_some();
+    Field {
+        name: column.name,
+        kind: column.kind,
+        unit,
+        factor,
+        names: named,
+        meaning,
+        is_own: own,
+        sql: None,
+    }
 }
+
+/// The message of a tag that was heard.
+const TBR_FISH_TAG: u16 = 2007;
 
 /// The name by which all that the catalogue does not explain is asked for, beside messages' names.
 pub(crate) const RAW: &str = "_raw";
@@ -327,10 +400,9 @@ pub fn describe_csv(reader: &mut Reader, selection: &Selection, options: &CsvOpt
                 ColumnKind::Raw => "hexadecimal",
                 ColumnKind::Nested => "json",
             };
-            let meaning = field.desc.map_or("computed from the message", |desc| desc.name);
             columns.push(json!({
                 "name": name, "message": message.name, "field": field.name, "unit": field.unit, "type": kind,
-                "description": meaning,
+                "description": field.meaning,
             }));
         }
     }

@@ -17,6 +17,7 @@ pub(crate) use catalogue::{FILE as CATALOGUE, Names, Progress, load_months, load
 pub use month::{Extent, GroupKey};
 pub(crate) use month::{VERSION, columns};
 pub use month_key::MonthKey;
+pub(crate) use schema::ESTIMATED_STATE;
 pub use schema::{Column, ColumnKind, Table};
 
 use crate::archive::DayKey;

@@ -1,8 +1,9 @@
 //! What there is: systems, their entities, and series of samples.
 
 use super::Reader;
+use crate::archive::DayKey;
 use crate::error::Result;
-use crate::history::{Extent, GroupKey, MonthKey, Names, Table};
+use crate::history::{Extent, GroupKey, MonthKey, Names, Progress, Table, load_progress};
 use crate::range::TimeRange;
 use imc::Address;
 use std::collections::BTreeMap;
@@ -34,6 +35,19 @@ pub struct EntityName {
     pub from: UtcTime,
     /// When it was last heard.
     pub last: UtcTime,
+}
+
+/// What came ashore from a system on one day.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordedDay {
+    /// The system.
+    pub system: Address,
+    /// Midnight of the UTC day on which it came: live, late or by an import.
+    pub day: UtcTime,
+    /// First and last time by the sender's clock, and how many packets.
+    pub extent: Extent,
+    /// Bytes of its packets.
+    pub bytes: u64,
 }
 
 /// The samples of one message of one entity.
@@ -77,6 +91,22 @@ impl Reader {
             extent,
         };
         Ok(extents.into_iter().map(system).collect())
+    }
+
+    /// All that was recorded, by the day on which it came and by system, the newest day first.
+    ///
+    /// # Errors
+    /// When the catalogue cannot be read.
+    pub fn recorded_days(&self) -> Result<Vec<RecordedDay>> {
+        let read = self.ask_catalogue(load_progress)?.unwrap_or_default();
+        let recorded = |(key, progress): (DayKey, Progress)| {
+            let Progress { lengths, extent } = progress;
+            let day = key.start()?;
+            (extent.count > 0).then_some(RecordedDay { system: key.src, day, extent, bytes: lengths.data })
+        };
+        let mut found: Vec<RecordedDay> = read.into_iter().filter_map(recorded).collect();
+        found.sort_by_key(|one| (std::cmp::Reverse(one.day), one.system));
+        Ok(found)
     }
 
     /// Every label that the entities of a system had.

@@ -14,7 +14,7 @@ mod then;
 mod track;
 
 pub use buckets::{Bucket, Buckets};
-pub use catalogue::{EntityName, Series, System};
+pub use catalogue::{EntityName, RecordedDay, Series, System};
 pub use detections::DetectionsWanted;
 pub use events::LogEntry;
 pub use page::{Next, Order, Page, Paged};

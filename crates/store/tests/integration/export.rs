@@ -2,8 +2,11 @@
 
 use crate::support::{OTTER, START_US, accept, archived, packet, packet_of, temperature, utc};
 use imc::Address;
-use imc::messages::{EntityList, EntityListOp, EulerAngles, LogBookEntry, Temperature};
+use imc::messages::{
+    EntityList, EntityListOp, EstimatedState, EulerAngles, LogBookEntry, TBRFishTag, Temperature,
+};
 use std::io::{self, Write};
+use std::num::NonZeroI64;
 use std::path::Path;
 use store::{
     Angles, CsvOptions, Door, Selection, Shape, Store, TimeRange, describe_csv, export_csv, export_lsf,
@@ -325,4 +328,114 @@ fn a_log_comes_out_byte_for_byte() {
         out,
         [temperature(second(3), 8.1), packet_of(OTHER, second(2), 5, &Temperature { value: 1.5 })].concat()
     );
+}
+
+/// One state each half second for five seconds; `lat` and `lon` stay those of the reference point.
+fn sailing() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..10 {
+        let time_us = START_US + at * 500_000 + 20_000;
+        let state = EstimatedState { lat: 1.1, lon: 0.18, x: at as f32 * 100.0, ..EstimatedState::default() };
+        accept(&mut store, &packet(time_us, 5, &state), time_us, Door::Tcp);
+        accept(&mut store, &temperature(time_us, 8.0), time_us, Door::Tcp);
+    }
+    let tag = |unix_timestamp, millis| TBRFishTag { unix_timestamp, millis, ..TBRFishTag::default() };
+    for (at, tag) in [(20, tag(1_795_248_000, 7)), (21, tag(77, 0))] {
+        accept(&mut store, &packet(second(at), 9, &tag), second(at), Door::Tcp);
+    }
+    store.close().unwrap();
+    folder
+}
+
+#[test]
+fn the_place_of_a_vessel_stands_before_its_reference_point() {
+    let folder = sailing();
+    let table = csv(folder.path(), &messages(&["EstimatedState"]), CsvOptions::default());
+    let mut lines = table.lines();
+    let header = lines.next().unwrap();
+    assert!(
+        header.contains(",entity_id,true_lat_deg [deg],true_lon_deg [deg],lat [rad],lon [rad],"),
+        "{header}"
+    );
+    let place = |line: &str| line.split(',').skip(6).take(4).map(str::to_owned).collect::<Vec<_>>();
+    let (first, last) = (place(lines.next().unwrap()), place(lines.last().unwrap()));
+    assert_eq!(first[2..], last[2..], "the reference point stays");
+    let moved: f64 = last[0].parse::<f64>().unwrap() - first[0].parse::<f64>().unwrap();
+    assert!((moved - 900.0 / 111_500.0).abs() < 1e-4, "{moved}");
+    let mut reader = store::Reader::open(folder.path()).unwrap();
+    let described =
+        describe_csv(&mut reader, &messages(&["EstimatedState"]), &CsvOptions::default()).unwrap();
+    let columns = described["columns"].as_array().unwrap();
+    let meaning = |name: &str| columns.iter().find(|one| one["name"] == name).unwrap()["description"].clone();
+    assert!(meaning("lat").as_str().unwrap().contains("reference point"));
+    assert!(meaning("true_lat_deg").as_str().unwrap().contains("of the vessel"));
+}
+
+#[test]
+fn the_time_of_a_tag_is_the_receivers_own_where_its_clock_is_set() {
+    let folder = sailing();
+    let mut selection = messages(&["TBRFishTag"]);
+    selection.fields = vec!["heard".to_owned(), "heard_unix_s".to_owned(), "millis".to_owned()];
+    let table = csv(folder.path(), &selection, CsvOptions::default());
+    let cells: Vec<&str> = table.lines().map(|line| line.splitn(7, ',').last().unwrap()).collect();
+    assert_eq!(
+        cells,
+        ["heard,heard_unix_s [s],millis [ms]", "2026-11-21T08:00:00.007Z,1795248000.007,7", ",,0"]
+    );
+    assert!(
+        describe_csv(&mut store::Reader::open(folder.path()).unwrap(), &selection, &CsvOptions::default())
+            .is_ok()
+    );
+}
+
+/// Both as one series is streamed and as several are merged, in slices that are read again when they are too long.
+#[test]
+fn of_each_series_the_first_row_of_each_span_is_written() {
+    let folder = sailing();
+    let options = CsvOptions { every_us: NonZeroI64::new(1_000_000), ..CsvOptions::default() };
+    let seconds = |table: &str| {
+        let times = table.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().to_owned());
+        times.collect::<Vec<_>>()
+    };
+    let one = csv(folder.path(), &messages(&["EstimatedState"]), options);
+    let expected: Vec<String> = (0..5).map(|at| format!("{}.020000", START_US / 1_000_000 + at)).collect();
+    assert_eq!(seconds(&one), expected);
+    let both = csv(folder.path(), &messages(&["EstimatedState", "Temperature"]), options);
+    let twice: Vec<String> = expected.iter().flat_map(|time| [time.clone(), time.clone()]).collect();
+    assert_eq!(seconds(&both), twice);
+}
+
+#[test]
+fn the_size_of_a_table_is_told_before_it_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path()).unwrap();
+    for at in 0..6_000 {
+        accept(&mut store, &temperature(second(at), 8.0 + at as f32 / 1_000.0), second(at), Door::Tcp);
+    }
+    store.close().unwrap();
+    for every_us in [None, NonZeroI64::new(2_000_000)] {
+        let options = CsvOptions { every_us, ..CsvOptions::default() };
+        for range in [TimeRange::ALL, TimeRange::new(None, Some(utc(second(40))))] {
+            let selection = Selection { range, ..messages(&["Temperature"]) };
+            let table = csv(folder.path(), &selection, options);
+            let told = store::measure_csv(folder.path(), &selection, &options).unwrap();
+            assert_eq!(told.rows, table.lines().count() as u64 - 1);
+            let off = (told.bytes as f64 - table.len() as f64).abs() / table.len() as f64;
+            assert!(off < 0.05, "{} for {}", told.bytes, table.len());
+        }
+    }
+    let unknown = store::measure_csv(folder.path(), &messages(&["Nothing"]), &CsvOptions::default());
+    assert!(unknown.unwrap_err().to_string().contains("Nothing"));
+}
+
+#[test]
+fn what_came_is_listed_by_day_and_vessel() {
+    let folder = sailing();
+    let reader = store::Reader::open(folder.path()).unwrap();
+    let days = reader.recorded_days().unwrap();
+    let [day] = &days[..] else { panic!("{days:?}") };
+    assert_eq!((day.system, day.extent.count), (OTTER, 22));
+    assert_eq!((day.extent.first_us, day.extent.last_us), (START_US + 20_000, second(21)));
+    assert!(day.bytes > 0 && day.day.micros() <= START_US && START_US - day.day.micros() < 86_400_000_000);
 }

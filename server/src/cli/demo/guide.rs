@@ -20,10 +20,7 @@ impl fmt::Display for Guide<'_> {
         let vessel = |otter: &Otter| format!("{url}/vessels/{}", otter.address.0);
         write!(f, "look at   these, after logging in. Ctrl-C ends the demo.")?;
         let mut item = |place: String, words: &str| write!(f, "\n  {place}\n          {words}");
-        item(
-            format!("{url}/"),
-            "the map, where the Otters move, and a card for each; below it any message as CSV",
-        )?;
+        item(format!("{url}/"), "the map, where the Otters move, and a card for each")?;
         let own = "one vessel: instruments, plots, tables; Control takes it and sends it elsewhere";
         item(vessel(first), own)?;
         if self.fish {
@@ -31,6 +28,10 @@ impl fmt::Display for Guide<'_> {
                 format!("what its hydrophone hears of the {FISH} tagged fish around it, also on the map");
             item(format!("{}?tab=Tags", vessel(first)), &words)?;
         }
+        item(
+            format!("{url}/data"),
+            "what was recorded, and files of it: positions, detections, logs, any message",
+        )?;
         item(format!("{url}/plans"), "what they sail, to be changed on the map and brought aboard")?;
         if let Some(past) = self.past {
             let words =

@@ -1,0 +1,79 @@
+// Data to be taken away: node data.mjs URL ONE-TIME-PASSWORD. Prints nothing. The history has one vessel without a name from
+// people: 40 states, one every 3 s, and 5,200 tags.
+
+import { readFile } from "node:fs/promises";
+import { check, inBrowser, logIn, look, same, table } from "./browser.mjs";
+
+const [url, oneTime] = process.argv.slice(2);
+
+await inBrowser(async (open) => {
+  const page = await open();
+  page.context().setDefaultTimeout(30_000);
+  await logIn(page, url, "admin", oneTime, "battery horse staple");
+  await page.getByRole("link", { name: "Data", exact: true }).click();
+  const take = async () => {
+    const saved = page.waitForEvent("download");
+    await page.getByRole("link", { name: "Download", exact: true }).click();
+    const file = await saved;
+    return { name: file.suggestedFilename(), text: await readFile(await file.path(), "utf8") };
+  };
+  const told = (text) => page.getByRole("status").getByText(text).waitFor();
+
+  // One row for the day, with the vessel's own name as nobody gave it another; choosing it fills the form.
+  const days = page.getByRole("region", { name: "Recorded days" });
+  const day = days.locator("tbody tr");
+  same(await day.count(), await days.getByRole("rowheader").count(), "days");
+  await day.getByRole("button", { name: "Choose" }).click();
+  const vessel = page.getByLabel("Vessel", { exact: true });
+  check((await vessel.inputValue()) !== "" && (await vessel.locator("option").count()) === 2, "a vessel that is known from its data alone is in the list");
+  check(/^\d{4}-\d\d-\d\dT\d\d:\d\d/.test(await page.getByLabel("From (UTC)").inputValue()), "the span of the day");
+  check(await page.locator("#download").evaluate((node) => node === document.activeElement), "the next press downloads");
+
+  // Positions: where the vessel was, not its reference point; as many rows as were told.
+  await told(/^40 rows, about [45]\.\d kB\.$/);
+  const positions = table((await take()).text);
+  same(positions.rows.length, 40, "rows");
+  same(positions.head.slice(6, 9), ["true_lat_deg [deg]", "true_lon_deg [deg]", "psi [deg]"], "columns");
+  check(Math.abs(Number(positions.rows[0][6]) - 63.44) < 0.001, positions.rows[0]);
+  await page.getByLabel("Seconds from row to row").fill("6");
+  await told(/^2[01] rows/);
+  const fewer = table((await take()).text);
+  check(fewer.rows.length === 20 || fewer.rows.length === 21, `${fewer.rows.length} rows`);
+
+  // What is wrong is said at its field, with the remedy, and nothing is fetched.
+  await page.getByLabel("Seconds from row to row").fill("never");
+  await page.getByText("From 0.001 to 86400 seconds.").waitFor();
+  await page.getByRole("button", { name: "Download", exact: true, disabled: true }).waitFor();
+  await page.getByLabel("Seconds from row to row").fill("");
+  await page.getByRole("radio", { name: /^Messages of one kind/ }).check();
+  const message = page.getByRole("combobox", { name: "Message" });
+  await message.fill("EstimatedStat");
+  await page.locator("#message-wrong").getByText(/IMC has no message `EstimatedStat`; did you mean `EstimatedState`\?/).waitFor();
+  check((await message.getAttribute("aria-invalid")) === "true", "and the field says so");
+  await look(page, "data-wrong");
+  await message.fill("TBRFishTag");
+  await told(/^5,200 rows/);
+  const tags = table((await take()).text);
+  same(tags.rows.length, 5_200, "tags");
+  check(/^heard$/.test(tags.head[6]) && /^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.250Z$/.test(tags.rows[0][6]), `the receiver's time: ${tags.head[6]} ${tags.rows[0][6]}`);
+  await page.getByLabel("From (UTC)").fill("2026-11-22T10:00:00");
+  await page.getByLabel("To (UTC)").fill("2026-11-21T10:00:00");
+  await page.getByText("The end is not after the beginning.").waitFor();
+
+  // Often wanted spans; where nothing is, that is said before anybody waits for a file.
+  await page.getByRole("button", { name: "Last hour" }).click();
+  await told("No rows in this time: the file will have its header only.");
+  await page.getByRole("button", { name: "All", exact: true }).click();
+  await page.getByRole("radio", { name: /^Detections/ }).check();
+  const detections = table((await take()).text);
+  same(detections.rows.length, 5_200, "detections");
+  await page.getByRole("radio", { name: /^Everything, as a log/ }).check();
+  await told(/^At most \d+ kB\.$/);
+  const log = await take();
+  same(log.name, "lutra.lsf", "a log");
+  await look(page, "data");
+
+  // The day is watched where it was.
+  await day.getByRole("link", { name: "Watch" }).click();
+  await page.waitForURL(/\/vessels\/\d+\?.*from=\d+&to=\d+/);
+});

@@ -1,0 +1,59 @@
+// What was recorded, by day and vessel: to be watched, to be taken away, or chosen for a file.
+
+import { useState } from "preact/hooks";
+import type { RecordedDay } from "../api/types.gen";
+import { bytesText } from "../state/takeout";
+import { utc } from "../ui/format";
+
+/** Rows that are shown at first, and more with each asking. */
+const PAGE = 40;
+
+interface Needs {
+  readonly days: readonly RecordedDay[];
+  called(day: RecordedDay): string;
+  /** Whether the person may take data away. */
+  readonly may: boolean;
+  choose(day: RecordedDay): void;
+}
+
+export function Recorded({ days, called, may, choose }: Needs) {
+  const [shown, more] = useState(PAGE);
+  return (
+    <>
+      <div class="wide" tabIndex={0} role="region" aria-label="Recorded days">
+        <table class="compact">
+          <thead><tr>{["Came ashore (UTC)", "Vessel", "From (UTC)", "To (UTC)", "Packets", "Size", ""].map((head) => <th key={head} scope="col">{head || <span class="hidden">Actions</span>}</th>)}</tr></thead>
+          <tbody>
+            {days.slice(0, shown).map((day) => (
+              <tr key={`${day.day_us}/${day.system}`}>
+                <td class="num">{utc(day.day_us).slice(0, 10)}</td>
+                <th scope="row">{called(day)}</th>
+                <td class="num">{utc(day.first_us)}</td>
+                <td class="num">{utc(day.last_us)}</td>
+                <td class="num right">{day.packets.toLocaleString("en")}</td>
+                <td class="num right">{bytesText(day.bytes)}</td>
+                <td>
+                  <span class="row">
+                    <a class="button" href={watch(day)}>Watch</a>
+                    {may && <a class="button" download href={`/api/v1/export.lsf?vessel=${day.system}&from=${iso(day.first_us)}&to=${iso(day.last_us + 1)}`}>Log</a>}
+                    {may && <button type="button" onClick={() => choose(day)}>Choose</button>}
+                  </span>
+                </td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+      {days.length > shown && <button type="button" onClick={() => more(shown + PAGE)}>Older days ({days.length - shown} more)</button>}
+    </>
+  );
+}
+
+/** The vessel's page over the time of the day's packets. */
+function watch({ system, first_us, last_us }: RecordedDay): string {
+  return `/vessels/${system}?tab=Plots&from=${first_us}&to=${Math.max(last_us, first_us + 1_000_000)}`;
+}
+
+function iso(us: number): string {
+  return new Date(us / 1_000).toISOString();
+}

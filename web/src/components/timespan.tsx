@@ -1,0 +1,47 @@
+// From and to by date pickers, in UTC, with spans that are often wanted.
+
+import type { Signal } from "@preact/signals";
+import { picked } from "../state/takeout";
+
+const SPANS: readonly (readonly [string, number | null])[] = [["Last hour", 3_600_000], ["Today", 0], ["Last 7 days", 7 * 86_400_000], ["All", null]];
+
+interface Needs {
+  readonly from: Signal<string>;
+  readonly to: Signal<string>;
+  /** What is wrong with one of them; empty for nothing. */
+  readonly fromWrong?: string;
+  readonly toWrong: string;
+}
+
+export function TimeSpan({ from, to, fromWrong = "", toWrong }: Needs) {
+  return (
+    <>
+      <Pick label="From (UTC)" id="span-from" value={from} wrong={fromWrong} />
+      <Pick label="To (UTC)" id="span-to" value={to} wrong={toWrong} />
+    </>
+  );
+}
+
+function Pick({ label, id, value, wrong }: { readonly label: string; readonly id: string; readonly value: Signal<string>; readonly wrong: string }) {
+  return (
+    <div class="field">
+      <label for={id}>{label}</label>
+      <input id={id} type="datetime-local" step="1" value={value.value} aria-invalid={wrong !== ""} aria-describedby={`${id}-wrong`} onInput={(event) => (value.value = event.currentTarget.value)} />
+      <p id={`${id}-wrong`} class="wrong" role="alert">{wrong}</p>
+    </div>
+  );
+}
+
+/** Buttons that set the span; `then` is called after each. */
+export function Spans({ from, to, then = () => undefined }: Pick<Needs, "from" | "to"> & { readonly then?: () => void }) {
+  const set = (ms: number | null): void => {
+    const begin = ms === 0 ? `${new Date().toISOString().slice(0, 10)}T00:00:00` : picked((Date.now() - (ms ?? 0)) * 1_000);
+    [from.value, to.value] = [ms === null ? "" : begin, ""];
+    then();
+  };
+  return (
+    <div class="spans" role="group" aria-label="Often wanted">
+      {SPANS.map(([text, ms]) => <button key={text} type="button" onClick={() => set(ms)}>{text}</button>)}
+    </div>
+  );
+}

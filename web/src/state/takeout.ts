@@ -1,0 +1,109 @@
+// What somebody takes away from the history: the question in the address of a file. Pure.
+
+import type { RecordedDay } from "../api/types.gen";
+
+/** Ways to take data away, from the most wanted. */
+export const KINDS = [
+  ["positions", "Positions, one a second", "Where each vessel was, its heading and speed over ground: true_lat_deg and true_lon_deg. CSV."],
+  ["detections", "Detections", "Each tag that was heard: time by the receiver's own clock in milliseconds, tag, receiver, place of the vessel. CSV."],
+  ["log", "Everything, as a log", "All packets byte for byte as they came: IMC LSF, for Neptus and other readers of logs."],
+  ["messages", "Messages of one kind", "Any IMC message with all its fields. CSV."],
+] as const;
+
+export type Kind = (typeof KINDS)[number][0];
+
+export interface Wanted {
+  readonly kind: Kind;
+  /** Abbreviation of the message, where messages are wanted. */
+  readonly message: string;
+  /** Address; empty for all. */
+  readonly vessel: string;
+  /** Of a date picker, UTC; empty for an open end. */
+  readonly from: string;
+  readonly to: string;
+  readonly angles: "deg" | "rad";
+  /** Seconds from row to row; empty for every row. */
+  readonly every_s: string;
+  readonly gzip: boolean;
+}
+
+/** What stands in the position file. */
+const POSITION_FIELDS = "true_lat_deg,true_lon_deg,psi,vx,vy,alt";
+
+/** The last moment that the server knows, µs since 1970. */
+const LAST_US = 9_007_199_254_740_991;
+
+/** A time of a date picker, which is UTC here, µs since 1970. */
+export function pickedUs(text: string): number {
+  return Date.parse(`${text}Z`) * 1_000;
+}
+
+/** For a date picker. */
+export function picked(us: number): string {
+  return new Date(us / 1_000).toISOString().slice(0, 19);
+}
+
+/** The questions of a file in the form of CSV, without its way. */
+function csvQuery(wanted: Wanted): URLSearchParams {
+  const query = new URLSearchParams({ message: wanted.kind === "positions" ? "EstimatedState" : wanted.message.trim() });
+  if (wanted.kind === "positions") query.set("field", POSITION_FIELDS);
+  const every = wanted.kind === "positions" ? wanted.every_s || "1" : wanted.every_s;
+  if (every) query.set("every_s", every);
+  query.set("angles", wanted.angles);
+  return query;
+}
+
+function spanned(query: URLSearchParams, { from, to, vessel, gzip }: Wanted): URLSearchParams {
+  if (from) query.set("from", `${from}Z`);
+  if (to) query.set("to", `${to}Z`);
+  if (vessel) query.set("vessel", vessel);
+  if (gzip) query.set("gzip", "true");
+  return query;
+}
+
+/** The address of the file. */
+export function fileOf(wanted: Wanted): string {
+  if (wanted.kind === "detections") {
+    const query = new URLSearchParams({ from_us: String(wanted.from ? pickedUs(wanted.from) : 0), to_us: String(wanted.to ? pickedUs(wanted.to) : LAST_US) });
+    if (wanted.vessel) query.set("vessel", wanted.vessel);
+    if (wanted.gzip) query.set("gzip", "true");
+    return `/api/v1/detections.csv?${query}`;
+  }
+  if (wanted.kind === "log") return `/api/v1/export.lsf?${spanned(new URLSearchParams(), wanted)}`;
+  return `/api/v1/export.csv?${spanned(csvQuery(wanted), wanted)}`;
+}
+
+/** Where its size is asked for; empty where the list of days tells it. */
+export function sizeOf(wanted: Wanted): string {
+  if (wanted.kind === "detections" || wanted.kind === "log") return "";
+  return `/api/v1/export/size?${spanned(csvQuery(wanted), { ...wanted, gzip: false })}`;
+}
+
+/** Most bytes that a log of this has: of the days with packets of this time. */
+export function logBytes(days: readonly RecordedDay[], { vessel, from, to }: Wanted): number {
+  const [fromUs, toUs] = [from ? pickedUs(from) : -Infinity, to ? pickedUs(to) : Infinity];
+  const within = days.filter((day) => (!vessel || String(day.system) === vessel) && day.last_us >= fromUs && day.first_us < toUs);
+  return within.reduce((sum, { bytes }) => sum + bytes, 0);
+}
+
+/** What is wrong, and at which field: before anything is asked. */
+export function wrongOf({ kind, message, from, to, every_s }: Wanted): { readonly field: string; readonly text: string } | undefined {
+  if (kind === "messages" && !message.trim()) return { field: "message", text: "Name a message, like EstimatedState." };
+  if (from && to && pickedUs(to) <= pickedUs(from)) return { field: "to", text: "The end is not after the beginning." };
+  if (every_s && !(Number(every_s) >= 0.001 && Number(every_s) <= 86_400)) return { field: "every_s", text: "From 0.001 to 86400 seconds." };
+  return undefined;
+}
+
+/** The field that the server's words are about, and the words. */
+export function fieldOf(words: string): { readonly field: string; readonly text: string } {
+  const [, field = "", text = words] = /^(message|vessel|from|to|every_s): (.*)$/s.exec(words) ?? [];
+  return { field, text };
+}
+
+/** Bytes as people say them. */
+export function bytesText(bytes: number): string {
+  const units = ["B", "kB", "MB", "GB", "TB"];
+  const at = Math.min(units.length - 1, Math.max(0, Math.floor(Math.log10(Math.max(1, bytes)) / 3)));
+  const value = bytes / 1_000 ** at;
+  return `${at === 0 || value >= 100 ? value.toFixed(0) : value.toPrecision(2)} ${units[at]}`;
+}
