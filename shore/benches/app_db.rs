@@ -27,7 +27,7 @@ async fn main() {
         let writing = tokio::spawn(write_until(people.clone(), stop.clone()));
         let (mut waits, begun) = (Vec::new(), Instant::now());
         while begun.elapsed() < MEASURED {
-            let (asked, question) = (Instant::now(), Entries { before: None, count: 1 });
+            let (asked, question) = (Instant::now(), Entries { count: 1, ..Default::default() });
             let answer = if beside { people.ask(question).await } else { people.change(question).await };
             answer.unwrap();
             waits.push(asked.elapsed());

@@ -1,7 +1,12 @@
 //! Alarms in the words of the API, and the task that looks for them.
 //!
 //! Once a second the task gathers what the hub cannot know (the links' clocks, recording, the disk) and lets it look.
-//! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement.
+//! What stands is kept in app.db whenever it changed, so that a restart forgets no acknowledgement; so is what happened to
+//! alarms.
+
+mod notes;
+
+pub use notes::Notes;
 
 use crate::Wanted;
 use crate::error::{Error, ErrorKind, Result};
@@ -13,13 +18,16 @@ use crate::router::Router;
 use api::{AlarmList, AlarmNote, AlarmShelf, AlarmWord, Role};
 use hub::Fleet;
 use imc::Address;
+use notes::WriteNotes;
 use operations::Operations;
 use operations::alarms::{
-    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, Note, Priority, Said, Saved, ShoreState, State,
+    Alarm, AlarmId, AlarmRefused, Key, Kind, LinkClock, NOTES_KEPT, Note, Priority, Said, Saved, ShoreState,
+    State,
 };
 use sqlx::SqliteConnection;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
@@ -77,11 +85,12 @@ pub fn alarm(fleet: &Fleet, alarm: &Alarm) -> api::Alarm {
 }
 
 /// A change as people and machines get it.
-pub fn note(note: &Note) -> AlarmNote {
+pub fn note(fleet: &Fleet, note: &Note) -> AlarmNote {
     AlarmNote {
         time_us: note.at.micros(),
         id: note.id.0,
         vessel: note.key.vessel.map(|vessel| vessel.0),
+        vessel_name: note.key.vessel.map(|vessel| fleet.title(vessel)),
         kind: note.key.kind.name().to_owned(),
         priority: note.priority.name().to_owned(),
         what: note.what.to_owned(),
@@ -191,12 +200,20 @@ impl Alarms {
             let history = all.notes().rev().filter(|one| admits(&wanted, &one.key));
             AlarmList {
                 standing: standing.into_iter().map(|one| alarm(fleet, one)).collect(),
-                history: history.map(note).collect(),
+                history: history.map(|one| note(fleet, one)).collect(),
             }
         };
         let mut list = self.router.ask(ask).await?;
         name(&self.people, &mut list.standing);
         Ok(list)
+    }
+
+    /// What happened to alarms, the newest first, each with its number.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn past(&self, wanted: Notes) -> Result<Vec<(i64, AlarmNote)>> {
+        Ok(self.people.ask(wanted).await?)
     }
 
     /// Somebody knows of an alarm.
@@ -298,7 +315,8 @@ impl Alarms {
         let mut every = tokio::time::interval(EVERY);
         every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let (told, standing) = watch::channel(Vec::new());
-        let kept = keep(self.people.clone(), standing, watch.stop.clone());
+        let happened = Happened::default();
+        let kept = keep(self.people.clone(), standing, happened.clone(), watch.stop.clone());
         watch.tasks.spawn(watch.owners.watch("the list of alarms", kept));
         let (mut disk, mut expected, mut looks, mut kept, mut logged) = (None, Vec::new(), 0_u32, 0, 0);
         while watch.stop.run_until_cancelled(every.tick()).await.is_some() {
@@ -309,11 +327,10 @@ impl Alarms {
                 disk = tokio::task::spawn_blocking(move || room(&folder)).await.ok().flatten();
             }
             looks = looks.wrapping_add(1);
-            let Ok((revision, standing)) = self.look(watch.shore_state(disk, expected.clone()), kept).await
-            else {
-                return;
-            };
-            if let Some(mut standing) = standing {
+            let looked = self.look(watch.shore_state(disk, expected.clone()), kept).await;
+            let Ok((revision, changed)) = looked else { return };
+            if let Some((mut standing, notes)) = changed {
+                happened.add(notes);
                 name(&self.people, &mut standing);
                 for alarm in standing.iter().filter(|alarm| alarm.id > logged) {
                     let (vessel, text) = (&alarm.vessel_name, &alarm.text);
@@ -326,20 +343,27 @@ impl Alarms {
         }
     }
 
-    /// Has the alarms derived: their revision, and what stands if that is not `kept`.
+    /// Has the alarms derived: their revision, and if that is not `kept`, what stands and what happened since.
     async fn look(
         &self,
         shore: ShoreState,
         kept: u64,
-    ) -> std::result::Result<(u64, Option<Vec<api::Alarm>>), crate::router::Stopped> {
+    ) -> std::result::Result<(u64, Option<(Vec<api::Alarm>, Vec<AlarmNote>)>), crate::router::Stopped> {
         let look = move |operations: &mut Operations, now| {
             operations.watch(now, &shore);
             let revision = operations.alarms().revision();
-            let standing = (revision != kept).then(|| {
-                let standing = operations.alarms().standing();
-                standing.map(|one| alarm(operations.fleet(), one)).collect()
+            let changed = (revision != kept).then(|| {
+                let all = operations.alarms();
+                let standing = all.standing().map(|one| alarm(operations.fleet(), one)).collect();
+                (
+                    standing,
+                    all.notes()
+                        .filter(|one| one.revision > kept)
+                        .map(|one| note(operations.fleet(), one))
+                        .collect(),
+                )
             });
-            (revision, standing)
+            (revision, changed)
         };
         self.router.ask(look).await
     }
@@ -381,13 +405,57 @@ impl Watch {
     }
 }
 
-/// Writes down what stands whenever that changed, until the server ends. Only the latest waits for a disk that hangs.
-async fn keep(people: People, mut standing: watch::Receiver<Vec<api::Alarm>>, stop: CancellationToken) {
+/// What happened to alarms and is not written down yet.
+#[derive(Debug, Clone, Default)]
+struct Happened(Arc<Mutex<VecDeque<AlarmNote>>>);
+
+impl Happened {
+    fn waiting(&self) -> MutexGuard<'_, VecDeque<AlarmNote>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Where a disk hangs for long, the oldest are given up.
+    fn add(&self, notes: Vec<AlarmNote>) {
+        let mut waiting = self.waiting();
+        waiting.extend(notes);
+        let over = waiting.len().saturating_sub(NOTES_KEPT);
+        waiting.drain(..over);
+    }
+
+    fn all(&self) -> Vec<AlarmNote> {
+        self.waiting().iter().cloned().collect()
+    }
+
+    /// The oldest are written down.
+    fn written(&self, notes: &[AlarmNote]) {
+        let mut waiting = self.waiting();
+        for note in notes {
+            if waiting.front() == Some(note) {
+                waiting.pop_front();
+            }
+        }
+    }
+}
+
+/// Writes down what stands and what happened whenever that changed, until the server ends. Of what stands only the latest
+/// waits for a disk that hangs.
+async fn keep(
+    people: People,
+    mut standing: watch::Receiver<Vec<api::Alarm>>,
+    happened: Happened,
+    stop: CancellationToken,
+) {
     let mut told = false;
     while let Some(Ok(())) = stop.run_until_cancelled(standing.changed()).await {
         loop {
             let now = standing.borrow_and_update().clone();
-            match people.change(WriteStanding(now)).await {
+            let notes = happened.all();
+            let write = async {
+                people.change(WriteNotes(notes.clone())).await?;
+                happened.written(&notes);
+                people.change(WriteStanding(now)).await
+            };
+            match write.await {
                 Ok(()) => break told = false,
                 Err(Fault::Stopped) => return,
                 Err(error) => {

@@ -127,7 +127,7 @@ fn questions(
     known.dedup();
     if known.is_empty() {
         let text =
-            "The vessel has not told which entities it has. It is asked for them as soon as it is heard.";
+            "The vessel has not reported which entities it has. It is asked for them as soon as it is heard.";
         return Err(Error::new(ErrorKind::UnknownEntities, text));
     }
     if let Some(one) = entities.iter().find(|one| !known.contains(one)) {

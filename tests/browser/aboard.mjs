@@ -37,7 +37,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Take control" }).click();
   await page.getByText("You have control of this vessel.").waitFor();
   await page.getByRole("button", { name: "Upload" }).click();
-  await page.locator('.commands > li[data-order="plan.upload"]').first().getByText(/effect seen/).waitFor();
+  await page.locator('.commands > li[data-order="plan.upload"]').first().getByText(/done/).waitFor();
   await page.getByText(new RegExp(`Same digest ashore and aboard ${otter}: [0-9a-f]{8}`)).waitFor();
   await look(page, "plan-aboard");
 
@@ -53,7 +53,7 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Start from ashore …" }).click();
   await page.getByText(/Digest: [0-9a-f]{32}/).waitFor();
   await page.getByRole("button", { name: "Start from ashore", exact: true }).click();
-  await page.locator('.commands > li[data-order="plan.start"]').first().getByText(/effect seen/).waitFor();
+  await page.locator('.commands > li[data-order="plan.start"]').first().getByText(/done/).waitFor();
   await page.goto(`${url}/vessels/${address}`);
   await page.locator('[data-tile="plan"]').getByText("from ashore").waitFor();
 });

@@ -91,9 +91,12 @@ await inBrowser(async (open) => {
   const gone = await other.request.get(`${url}/api/v1/me`, { headers: { authorization: `Bearer ${token}` } });
   check(gone.status() === 401, "the token opens nothing");
   await page.getByRole("link", { name: "Audit" }).click();
-  for (const action of ["vessel.add", "person.add", "token.make", "session.end", "token.revoke"]) {
-    await page.getByRole("cell", { name: action }).first().waitFor();
+  for (const action of ["Name vessel", "Add person", "Make token", "End session", "Revoke token"]) {
+    await page.getByRole("cell", { name: action, exact: true }).first().waitFor();
   }
+  await page.getByLabel("What", { exact: true }).selectOption("Make token");
+  await page.getByRole("button", { name: "Show", exact: true }).click();
+  check((await page.getByRole("cell", { name: "Add person" }).count()) === 0, "filtered by what was done");
   await look(page, "admin-audit");
 
   // The doors: the link is open, the others say what opens them; whoever comes without a token is counted.
@@ -141,5 +144,5 @@ await inBrowser(async (open) => {
   await plain.getByRole("button", { name: "Remove nils now" }).click();
   await plain.getByText("nils is removed.").waitFor();
   await plain.getByRole("link", { name: "Audit" }).click();
-  await plain.getByRole("cell", { name: "person.remove" }).first().waitFor();
+  await plain.getByRole("cell", { name: "Remove person" }).first().waitFor();
 });

@@ -97,7 +97,7 @@ await inBrowser(async (open) => {
   await page.getByRole("tab", { name: "Link loss" }).click();
   await page.getByText("Link lost.").waitFor();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
-  await page.getByText(/What it will do without the link, as its Lost Communications said .*, while it heard a console: hold at \d\d:\d\d:\d\d UTC\. That is in \d+/).waitFor();
+  await page.getByText(/What it will do without the link, as its Lost Communications reported .*, while it heard a console: hold at \d\d:\d\d:\d\d UTC\. That is in \d+/).waitFor();
   await page.getByText(/Last message .* ago · last position .* ago · last order that it answered never/).waitFor();
   check(!(await page.getByRole("button", { name: "Ask for its settings" }).isDisabled()), "it can be asked");
   await told(page, /otter-0: not heard since/);
@@ -134,14 +134,28 @@ await inBrowser(async (open) => {
   await look(page, "alarms-list");
   await page.keyboard.press("Escape");
   await page.goto(`${url}/admin/audit`);
-  await page.getByText("alarm.shelve").first().waitFor();
-  await page.getByText("alarm.acknowledge").first().waitFor();
+  await page.getByRole("cell", { name: "Shelve alarm" }).first().waitFor();
+  await page.getByRole("cell", { name: "Acknowledge alarm" }).first().waitFor();
   // On a page that is about something else the bar stands too.
   await told(page, "No alarms; 1 shelved");
   await look(page, "alarms-audit");
+  // What happened to alarms is kept: by vessel and priority, and where nothing is, that is said.
+  await page.goto(`${url}/alarms`);
+  const past = page.getByRole("region", { name: "Alarm history" });
+  await past.getByRole("row", { name: /otter-0 alarm shelved antenna is being changed admin/ }).waitFor();
+  await past.getByRole("row", { name: /escalated/ }).first().waitFor();
+  await page.getByLabel("Priority").selectOption("caution");
+  await page.getByRole("button", { name: "Show", exact: true }).click();
+  check((await page.getByRole("row", { name: /shelved/ }).count()) === 0, "filtered by priority");
+  await page.goto(`${url}/alarms?from=2001-01-01T00:00&to=2001-01-02T00:00`);
+  await page.getByText("No alarm changed in this time. Choose a longer time, or clear the filter.").waitFor();
+  await page.goto(`${url}/alarms?from=yesterday`);
+  await page.getByText("This is no time. Write it like 2026-06-01T12:00, in UTC.").waitFor();
+  await told(page, "No alarms; 1 shelved");
+  await look(page, "alarms-history");
 
   // Without the server nobody knows of alarms: the bar says so, and it sounds until somebody sees to it.
-  await page.getByRole("heading", { name: "Who did what" }).click();
+  await page.getByRole("heading", { name: "Alarm history" }).click();
   await page.getByRole("button", { name: "Sound on: mute" }).waitFor();
   await countTones(page);
   console.log("stop the server");

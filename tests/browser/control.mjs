@@ -92,7 +92,7 @@ await inBrowser(async (open) => {
   // Stop what runs, then start a plan in two steps, with what will happen in words.
   const row = (page, order) => page.locator(`.commands > li[data-order="${order}"]`).first();
   await button(one, "Stop plan").click();
-  await row(one, "plan.stop").getByText(/effect seen/).waitFor();
+  await row(one, "plan.stop").getByText(/done/).waitFor();
   await button(one, "Ask which plans are aboard").click();
   await one.getByRole("row", { name: /square/ }).waitFor();
   await button(one, "Start square …").click();
@@ -105,9 +105,9 @@ await inBrowser(async (open) => {
   check((await confirm.count()) === 0, "Escape ends it");
   await button(one, "Start square …").click();
   await button(one, "Start square").click();
-  const stages = await row(one, "plan.start").getByText(/effect seen executing square/).waitFor().then(() => row(one, "plan.start").innerText());
-  for (const stage of ["accepted", "sent", "received", "executing", "effect seen"]) check(stages.includes(stage), `${stage} in ${stages}`);
-  await row(viewer, "plan.start").getByText(/effect seen/).waitFor();
+  const stages = await row(one, "plan.start").getByText(/done executing square/).waitFor().then(() => row(one, "plan.start").innerText());
+  for (const stage of ["accepted", "sent", "received", "executing", "done"]) check(stages.includes(stage), `${stage} in ${stages}`);
+  await row(viewer, "plan.start").getByText(/done/).waitFor();
 
   // Go to a clicked point, and to a typed one.
   await button(one, "Choose on the map").click();
@@ -116,7 +116,7 @@ await inBrowser(async (open) => {
   await button(one, "Go there …").click();
   await one.getByText(/First leg: \d{3}° T/).waitFor();
   await button(one, "Go").click();
-  await row(one, "goto").getByText(/effect seen executing lutra-goto/).waitFor();
+  await row(one, "goto").getByText(/done executing lutra-goto/).waitFor();
 
   // What the vessel refuses is told with its reason.
   const order = (page, order) =>

@@ -31,6 +31,6 @@ await inBrowser(async (open) => {
   await box.getByRole("button", { name: "Write 1" }).click();
   await box.getByText("Take care: its meaning is not known here.").waitFor();
   await box.getByRole("button", { name: "Write to vessel" }).click();
-  await later(box.getByText(/timed out: .*The vessel tells 5\./), 5);
+  await later(box.getByText(/timed out: .*The vessel reports 5\./), 5);
   check((await box.getByRole("textbox", { name: "Sample Rate of Navigation" }).inputValue()) === "6", "what was typed stays");
 });

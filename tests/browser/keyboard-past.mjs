@@ -94,7 +94,7 @@ await inBrowser(async (open) => {
   await act("Write 1", "Shift+Tab");
   await box.getByRole("group", { name: "Write 1 parameter to otter-1?" }).getByText(`${first} → 18 m`).waitFor();
   await act("Write to vessel");
-  await box.getByText(/confirmed: The vessel tells 18\./).waitFor();
+  await box.getByText(/confirmed: The vessel reports 18\./).waitFor();
   await act("Read from vessel", "Shift+Tab");
   await box.getByText(/^Read\./).waitFor();
   check((await field.inputValue()) === "18", "the vessel tells what was written");

@@ -65,7 +65,7 @@ await inBrowser(async (open) => {
   await page.getByText(/Digest: [0-9a-f]{32}/).waitFor();
   await to("Start by keys");
   await press("Enter");
-  await page.locator('.commands > li[data-order="plan.start"]').first().getByText(/effect seen/).waitFor();
+  await page.locator('.commands > li[data-order="plan.start"]').first().getByText(/done/).waitFor();
 
   // The vessel's page: from the list by its link, through the tabs, a field to the plots, and STOP.
   await to("Fleet", "Shift+Tab");

@@ -99,7 +99,7 @@ await inBrowser(async (open) => {
   await look(page, "params-confirm");
   if (!(await confirm.isVisible())) await button(page, "Write 1").click();
   await button(page, "Write to vessel").press("Enter");
-  await row(page, NAME).getByText(/confirmed: The vessel tells 17\./).waitFor();
+  await row(page, NAME).getByText(/confirmed: The vessel reports 17\./).waitFor();
   await row(page, NAME).getByText(`≠ saved ${first}`).waitFor();
   await box(page).getByLabel("Show").selectOption("differs from saved");
   check((await box(page).getByRole("textbox").count()) === 1, "one differs from what is saved");

@@ -42,8 +42,8 @@ await inBrowser(async (open) => {
   await page.getByText("You have control of this vessel.").waitFor();
   await button(page, "Stop plan").click();
   const order = page.locator('.commands > li[data-order="plan.stop"]').first();
-  const stages = await order.getByText(/effect seen/).waitFor().then(() => order.innerText());
-  for (const stage of ["accepted", "sent", "received", "effect seen"]) check(stages.includes(stage), `${stage} in ${stages}`);
+  const stages = await order.getByText(/done/).waitFor().then(() => order.innerText());
+  for (const stage of ["accepted", "sent", "received", "done"]) check(stages.includes(stage), `${stage} in ${stages}`);
 
   // Steering by hand is told to be slow, and what comes too late moves nothing.
   const refused = page.getByRole("region", { name: "Steer by hand" }).getByRole("alert");

@@ -146,7 +146,7 @@ await inBrowser(async (open) => {
 
   // From any page; a vessel that does not hear is not said to have stopped.
   await page.goto(`${url}/admin/audit`);
-  await page.getByRole("cell", { name: "vessel.abort" }).first().waitFor();
+  await page.getByRole("cell", { name: "STOP", exact: true }).first().waitFor();
   console.log("silence otter-2");
   await page.goto(`${url}/vessels/10450`);
   await page.locator('[data-tile="link"][data-old]').getByText(/stale|lost/).waitFor();

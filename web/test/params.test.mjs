@@ -53,7 +53,7 @@ test("a written value counts by what the vessel tells afterwards", () => {
   assert.equal(kind(one("A", "12"), "refused", "A: too much"), "refused");
   assert.equal(kind(undefined, "expired"), "timed out");
   assert.equal(kind(undefined, "effect seen"), "timed out", "without reading back nothing is confirmed");
-  assert.match(params.outcomeOf("15", one("A", "12"), "refused", "A: too much").text, /A: too much The vessel tells 12/);
+  assert.match(params.outcomeOf("15", one("A", "12"), "refused", "A: too much").text, /A: too much The vessel reports 12/);
 });
 
 test("plans ashore and aboard stand side by side", () => {

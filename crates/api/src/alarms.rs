@@ -1,7 +1,7 @@
 //! What is wrong, and who knows of it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 
 /// An alarm.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -94,6 +94,8 @@ pub struct AlarmNote {
     pub id: u64,
     /// IMC address of the vessel; null for the server itself.
     pub vessel: Option<u16>,
+    /// What the vessel was called then; null for the server itself.
+    pub vessel_name: Option<String>,
     /// What, for machines.
     pub kind: String,
     /// How urgent it was then.
@@ -115,6 +117,35 @@ pub struct AlarmList {
     pub standing: Vec<Alarm>,
     /// The latest changes since the server started, the newest first.
     pub history: Vec<AlarmNote>,
+}
+
+/// Which changes of alarms.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct AlarmHistoryQuery {
+    /// IMC address of a vessel; all that one may see, and the server, when left out.
+    pub vessel: Option<u16>,
+    /// `emergency`, `alarm`, `warning` or `caution`; all when left out.
+    pub priority: Option<String>,
+    /// From this time on, µs since 1970 UTC.
+    pub from_us: Option<i64>,
+    /// Before this time, µs since 1970 UTC.
+    pub to_us: Option<i64>,
+    /// Older than the change with this number: `next` of the page before.
+    pub before: Option<i64>,
+    /// At most so many, 1 to 1000; 200 when left out.
+    pub limit: Option<u32>,
+}
+
+/// What happened to alarms, over restarts of the server.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct AlarmHistory {
+    /// The newest first.
+    pub notes: Vec<AlarmNote>,
+    /// What to ask for as `before` to get older ones; null where there are none.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub next: Option<i64>,
 }
 
 /// How an alarm is put aside.

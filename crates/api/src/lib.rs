@@ -23,7 +23,9 @@ mod teleop;
 mod told;
 mod transfer;
 
-pub use alarms::{Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk};
+pub use alarms::{
+    Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, AlarmNote, AlarmShelf, AlarmWord, ShelveAsk,
+};
 pub use charts::{
     ChartAtQuery, ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth,
     ChartNear, ChartObject, ChartPiece, ChartProfilePoint, ChartSet, ChartTileQuery, Guard, GuardReason,

@@ -1,19 +1,19 @@
 //! `web/src/api/types.gen.ts`, made from the types here and compared with the file that is committed.
 
 use crate::{
-    Alarm, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets, ChartAttribute, ChartBounds,
-    ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth, ChartNear, ChartObject, ChartPiece,
-    ChartProfilePoint, ChartSet, Command, CommandStep, Detection, Detections, DoorPeer, Entity, EntityTold,
-    ExportSize, Field, Fix, Gap, GapKind, Guard, GuardReason, GuardWarning, Import, ImportState,
-    ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder, LeaseWaiting, LinkStatus,
-    LiveAnswer, LiveFrame, LiveRequest, LiveSample, LiveSeries, LiveStop, LiveStopped, Liveness, LogBook,
-    LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter, ParameterAbout, ParameterTold,
-    Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost, PlanDocument, PlanGiven, PlanLeg,
-    PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble, PlanUnderWay,
-    PlanUploadAsk, PlansAboard, ReceiverClock, Recorded, RecordedDay, Recording, Role, RouteLeg, SampleRow,
-    Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System,
-    TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token, TokenMade, TrackPoint, Update,
-    ValueKind, Vessel, VesselAsk, VesselAsked, VesselChart, VesselParameters,
+    Alarm, AlarmHistory, AlarmList, AlarmNote, AlarmShelf, AlarmWord, At, AuditEntry, Buckets,
+    ChartAttribute, ChartBounds, ChartCell, ChartCorridor, ChartCorridorAsk, ChartDepth, ChartNear,
+    ChartObject, ChartPiece, ChartProfilePoint, ChartSet, Command, CommandStep, Detection, Detections,
+    DoorPeer, Entity, EntityTold, ExportSize, Field, Fix, Gap, GapKind, Guard, GuardReason, GuardWarning,
+    Import, ImportState, ImportedPlan, Label, Lease, LeaseAction, LeaseAsk, LeaseChange, LeaseHolder,
+    LeaseWaiting, LinkStatus, LiveAnswer, LiveFrame, LiveRequest, LiveSample, LiveSeries, LiveStop,
+    LiveStopped, Liveness, LogBook, LogBookEntry, Me, NewToken, Next, Order, OrderAsk, Ordered, Parameter,
+    ParameterAbout, ParameterTold, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost,
+    PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask,
+    PlanTrouble, PlanUnderWay, PlanUploadAsk, PlansAboard, ReceiverClock, Recorded, RecordedDay, Recording,
+    Role, RouteLeg, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan,
+    Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token, TokenMade,
+    TrackPoint, Update, ValueKind, Vessel, VesselAsk, VesselAsked, VesselChart, VesselParameters,
 };
 use ts_rs::TS;
 
@@ -22,6 +22,7 @@ fn text() -> String {
     let declarations = [
         <Alarm as TS>::decl(),
         At::decl(),
+        AlarmHistory::decl(),
         AlarmList::decl(),
         AlarmNote::decl(),
         AlarmShelf::decl(),

@@ -50,7 +50,7 @@ pub enum GpxError {
     #[error("line {0}: the file has more than {MOST_POSITIONS} positions; divide it")]
     Long(usize),
     /// Too deep.
-    #[error("line {0}: elements are nested more than {DEEPEST} deep; export the file anew")]
+    #[error("line {0}: elements are nested more than {DEEPEST} deep; export the file again")]
     Deep(usize),
     /// The end is missing.
     #[error("the file ends within <{0}>; fetch it again, whole")]

@@ -230,7 +230,7 @@ impl fmt::Display for LegCheck {
             }
             (_, least_m, margin_m) => {
                 let (least_m, margin_m) = (least_m.unwrap_or(0.0), margin_m.unwrap_or(0.0));
-                write!(f, "{least_m:.1} m deep, {margin_m:.1} m to spare")?;
+                write!(f, "{least_m:.1} m deep, {margin_m:.1} m more than needed")?;
             }
         }
         write!(f, " at {:.5}, {:.5}", spot.at.lat_deg(), spot.at.lon_deg())?;

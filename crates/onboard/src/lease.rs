@@ -33,7 +33,7 @@ pub enum NotObeyed {
     #[error("refused: {0} has control of this vessel from ashore; ask there, or abort")]
     Another(String),
     /// It was given under a lease that has ended.
-    #[error("refused: this order was given under a lease that has ended; take control anew")]
+    #[error("refused: this order was given under a lease that has ended; take control again")]
     Ended,
 }
 

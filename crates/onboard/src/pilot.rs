@@ -411,7 +411,7 @@ impl Pilot {
         let Ok(output) = self.control.update(now, &estimate.motion, setpoint, mean_rpm) else { return };
         let motors = if owner == Owner::Remote { self.gate.pass(output.motors) } else { output.motors };
         if output.restarted {
-            bus.entry(Entity::Control, Level::Warning, "a long pause between two states; starting anew");
+            bus.entry(Entity::Control, Level::Warning, "a long pause between two states; restarting");
         }
         if let Err(refusal) = self.authority.command(now, owner, motors) {
             bus.console(Level::Debug, format!("thrusters: {refusal}"));

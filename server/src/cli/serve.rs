@@ -56,7 +56,7 @@ pub(super) fn serve(common: &Common, arguments: &ServeArguments) -> anyhow::Resu
         match lost {
             None => Ok(()),
             Some(lost) => anyhow::bail!(
-                "{lost} was lost to a fault; everything that could be saved is saved. Start the server anew; the log says \
+                "{lost} was lost to a fault; everything that could be saved is saved. Restart the server; the log says \
                  where the fault is"
             ),
         }

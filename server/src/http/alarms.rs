@@ -1,21 +1,59 @@
 //! What is wrong, for people to acknowledge or to put aside.
 
 use super::error::ApiError;
-use super::extract::{InBody, InPath};
+use super::extract::{self, Asked, InBody, InPath};
 use super::guard::Who;
 use super::remote::Remote;
 use crate::AppState;
-use api::{Alarm, AlarmList, ShelveAsk};
+use api::{Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, Role, ShelveAsk};
 use axum::Json;
 use axum::extract::State;
 use serde::Deserialize;
 use shore::Wanted;
+use shore::alarms::Notes;
+use shore::identity::Principal;
 use std::time::Duration;
 
 /// `GET /api/v1/alarms`.
 pub(crate) async fn list(State(state): State<AppState>, Who(who): Who) -> Result<Json<AlarmList>, ApiError> {
     let wanted = Wanted { grants: who.grants, ..Wanted::default() };
     Ok(Json(state.shore.alarms.list(wanted).await?))
+}
+
+/// `GET /api/v1/alarms/history`.
+pub(crate) async fn history(
+    State(state): State<AppState>,
+    Who(who): Who,
+    Asked(query): Asked<AlarmHistoryQuery>,
+) -> Result<Json<AlarmHistory>, ApiError> {
+    let count = extract::number("limit", query.limit, 200, 1..=1_000)?;
+    if let Some(priority) = query.priority.as_deref().filter(|one| !PRIORITIES.contains(one)) {
+        let text = format!("priority: `{priority}` is none of {}", PRIORITIES.join(", "));
+        return Err(ApiError::bad_request(text));
+    }
+    let wanted = Notes {
+        vessels: seen(&who),
+        vessel: query.vessel,
+        priority: query.priority,
+        from_us: query.from_us,
+        to_us: query.to_us,
+        before: query.before,
+        count: count as u32,
+    };
+    let found = state.shore.alarms.past(wanted).await?;
+    let next = if found.len() == count { found.last().map(|(number, _)| *number) } else { None };
+    Ok(Json(AlarmHistory { notes: found.into_iter().map(|(_, note)| note).collect(), next }))
+}
+
+/// From the least urgent.
+pub(crate) const PRIORITIES: [&str; 4] = ["caution", "warning", "alarm", "emergency"];
+
+/// The vessels that somebody may see; `None` for all.
+pub(crate) fn seen(who: &Principal) -> Option<Vec<u16>> {
+    if who.grants.everywhere().is_some() {
+        return None;
+    }
+    Some(who.grants.vessels_with(Role::Viewer).collect())
 }
 
 /// What stands in the path of one alarm.

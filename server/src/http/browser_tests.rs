@@ -8,8 +8,8 @@ use detections::{Detection, Effort, Origin, Pose, Protocol, ReceiverClock};
 use hub::{Incoming, Lane, LinkSeq};
 use imc::messages::{
     Abort, Announce, EntityInfo, EntityList, EntityListOp, EntityParameter, EntityParameters, EntityState,
-    EntityStateState, EstimatedState, FuelLevel, LogBookEntry, LogBookEntryType, Message, Payload as _,
-    QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
+    EntityStateState, EstimatedState, Event, FuelLevel, LogBookEntry, LogBookEntryType, Message,
+    Payload as _, QueryEntityParameters, TBRFishTag, VehicleState, VehicleStateOpMode,
 };
 use shore::clock::{self, Clock, ClockHand};
 use std::collections::BTreeSet;
@@ -109,6 +109,7 @@ impl Doing {
         said.extend([
             packet(0, 255, now, EntityInfo { id: 9, label, ..EntityInfo::default() }),
             packet(0, 9, now, EntityState { state: state_of_loss, description, ..EntityState::default() }),
+            packet(0, 9, now, Event { topic: "EntityStateValues".into(), data: "lost=0;due_s=300".into() }),
             packet(0, 255, now, VehicleState { op_mode, maneuver_type, ..VehicleState::default() }),
             packet(0, 4, now, FuelLevel { value, ..FuelLevel::default() }),
             packet(0, 1, now, EntityState { state, ..EntityState::default() }),
@@ -332,6 +333,12 @@ async fn a_tag_that_is_heard_comes_by_itself() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_page_that_is_opened_without_a_link_says_so_and_comes_later() {
     before_a_boat("offline.mjs").await;
+}
+
+/// Keys and words, by one key on every page.
+#[tokio::test(flavor = "multi_thread")]
+async fn help_is_one_key_away() {
+    before_a_boat("help.mjs").await;
 }
 
 /// The place of the person at the device, with consent, and nowhere but on the page.

@@ -201,7 +201,7 @@ async fn comes_from_us(
     // Without a session (the login) the handler checks a token of its own.
     let Some(who) = who else { return Ok(request) };
     csrf::check(request, who.csrf()).await.map_err(|csrf::BadToken| {
-        let text = "This page was too old: go back, load it anew and try again.";
+        let text = "This page was too old: go back, reload it and try again.";
         let error = ApiError { code: "bad_csrf_token", ..ApiError::forbidden(text) };
         Box::new(pages::refusal(post.kind, None, error))
     })

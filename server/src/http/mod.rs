@@ -1,6 +1,6 @@
 //! The web server: who may come in, what is where, and how answers look.
 
-mod alarms;
+pub(crate) mod alarms;
 #[cfg(test)]
 mod alarms_tests;
 #[cfg(test)]

@@ -111,5 +111,11 @@ pub(crate) async fn audit_list(
     Asked(query): Asked<AuditQuery>,
 ) -> Result<Json<Vec<AuditEntry>>, ApiError> {
     let count = query.count.unwrap_or(100).min(1_000);
-    Ok(Json(state.shore.people.ask(audit::Entries { before: query.before, count }).await?))
+    Ok(Json(
+        state
+            .shore
+            .people
+            .ask(audit::Entries { before: query.before, count, ..audit::Entries::default() })
+            .await?,
+    ))
 }

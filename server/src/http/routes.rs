@@ -9,15 +9,15 @@ use super::{
 use crate::AppState;
 use crate::pages;
 use api::{
-    Alarm, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery, ChartAtQuery, ChartCorridor,
-    ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections, DetectionsFileQuery,
-    DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, ExportSize, FleetDetectionsQuery, Gap,
-    GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus, LiveFrame, LiveRequest,
-    LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
-    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk,
-    PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session,
-    ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint,
-    TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    Alarm, AlarmHistory, AlarmHistoryQuery, AlarmList, At, AtQuery, AuditEntry, Buckets, BucketsQuery,
+    ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections,
+    DetectionsFileQuery, DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, ExportSize,
+    FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
+    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
+    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
+    PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
+    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
+    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -272,6 +272,14 @@ fn alarms_table() -> Vec<Route> {
             alarms::list,
         )
         .gives::<AlarmList>(),
+        Route::get(
+            "/api/v1/alarms/history",
+            Need::Somewhere(Role::Viewer),
+            "What happened to alarms, the newest first.",
+            alarms::history,
+        )
+        .query::<AlarmHistoryQuery>()
+        .gives::<AlarmHistory>(),
         Route::post(
             "/api/v1/alarms/{id}/acknowledge",
             operator,

@@ -82,8 +82,14 @@ impl Shore {
 
     /// What stands in the audit log of steering, in order: action, subject, outcome. How far the orders got is left out.
     async fn audited(&self) -> Vec<[String; 3]> {
-        let entries =
-            self.serving.state.shore.people.ask(audit::Entries { before: None, count: 100 }).await.unwrap();
+        let entries = self
+            .serving
+            .state
+            .shore
+            .people
+            .ask(audit::Entries { count: 100, ..Default::default() })
+            .await
+            .unwrap();
         let steering = entries.into_iter().rev().filter(|entry| entry.action.starts_with("teleop."));
         let stages =
             ["waiting", "sent", "received", "executing", "effect seen", "expired", "timed out", "refused"];

@@ -125,7 +125,7 @@ impl Shore {
     /// The audit log, the newest first.
     pub(super) async fn audit(&self) -> Vec<AuditEntry> {
         self.people.write_notes().await;
-        self.people.ask(Entries { before: None, count: 100 }).await.unwrap()
+        self.people.ask(Entries { count: 100, ..Default::default() }).await.unwrap()
     }
 
     async fn form(&self, path: &str, cookies: &str, fields: &[(&str, &str)]) -> Answer {

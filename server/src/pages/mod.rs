@@ -1,7 +1,9 @@
 //! Pages for people, made on the server; they work without scripts, except for what moves.
 
 mod account;
+mod actions;
 mod admin;
+mod alarms;
 mod data;
 mod detections;
 mod fleet;
@@ -35,6 +37,7 @@ pub(crate) fn routes() -> Vec<Route> {
             frame::offline,
         ),
         Route::page("/detections", Need::Somewhere(Role::Viewer), "Tags heard.", detections::page),
+        Route::page("/alarms", Need::Somewhere(Role::Viewer), "What happened to alarms.", alarms::page),
         Route::page("/data", Need::Somewhere(Role::Viewer), "Recordings and files of them.", data::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),

@@ -1,5 +1,6 @@
 //! Rows of tables, with everything written out for people.
 
+use super::actions;
 use api::{AuditEntry, Person, Session, Token, Vessel};
 use shore::clock::written;
 use units::UtcTime;
@@ -58,7 +59,27 @@ pub(super) fn bytes(count: u64) -> String {
     format!("{size:.1} EiB")
 }
 
-fn at(us: i64) -> String {
+/// The address of older rows under the same filter.
+pub(super) fn older(path: &str, filter: &[(&str, &str)], before: i64) -> String {
+    let kept = filter.iter().filter(|(_, value)| !value.is_empty());
+    let mut query = form_urlencoded::Serializer::new(String::new());
+    query.extend_pairs(kept).append_pair("before", &before.to_string());
+    format!("{path}?{}", query.finish())
+}
+
+/// A time of a date picker, in UTC (µs since 1970); nothing where it is empty.
+pub(super) fn picked_us(text: &str) -> Result<Option<i64>, ()> {
+    let text = text.trim();
+    if text.is_empty() {
+        return Ok(None);
+    }
+    // Pickers leave seconds out where they are zero.
+    let whole =
+        if text.len() == "2026-06-01T12:00".len() { format!("{text}:00Z") } else { format!("{text}Z") };
+    whole.parse::<UtcTime>().map(|time| Some(time.micros())).map_err(|_| ())
+}
+
+pub(super) fn at(us: i64) -> String {
     written(UtcTime::from_micros(us))
 }
 
@@ -131,7 +152,8 @@ pub(super) fn token(token: Token, vessels: &[Vessel]) -> TokenRow {
     }
 }
 
-pub(super) fn audit(entry: AuditEntry) -> AuditRow {
+pub(super) fn audit(mut entry: AuditEntry) -> AuditRow {
+    entry.action = actions::words(&entry.action).to_owned();
     AuditRow { time: at(entry.time_us), bad: entry.outcome != "done", entry }
 }
 

@@ -125,7 +125,7 @@ fn write(path: &Path, told: &BTreeMap<u16, Told>) -> io::Result<()> {
 /// What a vessel holds, in words too.
 fn compared(told: Option<&Told>, ashore: Option<ChartDigest>) -> VesselChart {
     let Some(told) = told else {
-        let text = "not known: the vessel has not told since it was set up, or its program is too old";
+        let text = "not known: the vessel has not reported since it was set up, or its program is too old";
         return VesselChart { state: "unknown".to_owned(), text: text.to_owned(), ..VesselChart::default() };
     };
     let ashore = ashore.map(hex::encode);

@@ -203,7 +203,7 @@ impl Charts {
 fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
     let loaded = chartdb::load_index(path)?;
     if let Some(why) = &loaded.rebuilt {
-        tracing::warn!("{why}; made anew from the charts");
+        tracing::warn!("{why}; made again from the charts");
     }
     let parcel = Parcel::open(path, &loaded).inspect_err(|error| {
         tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");

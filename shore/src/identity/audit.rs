@@ -59,19 +59,38 @@ impl<R: Request> Request for Acted<R> {
 }
 
 /// Up to `count` entries before the entry `before`, the newest first.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Entries {
     /// Entries with lower numbers only.
     pub before: Option<i64>,
     /// At most so many.
     pub count: u32,
+    /// Of this person or program alone.
+    pub actor: Option<String>,
+    /// Of this action alone.
+    pub action: Option<String>,
+    /// Only what was refused or failed.
+    pub failed: bool,
+}
+
+/// Everybody who is in the log, by name.
+#[derive(Debug)]
+pub struct Actors;
+
+impl Request for Actors {
+    type Answer = Vec<String>;
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<Vec<String>, Fault> {
+        let sql = "SELECT DISTINCT actor FROM audit ORDER BY actor LIMIT 500";
+        Ok(sqlx::query_scalar(sql).fetch_all(db).await?)
+    }
 }
 
 impl Request for Entries {
     type Answer = Vec<AuditEntry>;
 
     async fn run(self, db: &mut SqliteConnection) -> Result<Vec<AuditEntry>, Fault> {
-        entries(db, self.before, self.count).await
+        entries(db, self).await
     }
 }
 
@@ -89,14 +108,13 @@ pub(super) async fn record(db: &mut SqliteConnection, act: Act<'_>, now: UtcTime
 }
 
 /// Up to `count` entries before the entry `before`, the newest first.
-async fn entries(
-    db: &mut SqliteConnection,
-    before: Option<i64>,
-    count: u32,
-) -> Result<Vec<AuditEntry>, Fault> {
+async fn entries(db: &mut SqliteConnection, wanted: Entries) -> Result<Vec<AuditEntry>, Fault> {
     let sql = "SELECT id, time_us, actor, address, action, subject, outcome FROM audit
-               WHERE id < ?1 ORDER BY id DESC LIMIT ?2";
-    let rows = sqlx::query_as(sql).bind(before.unwrap_or(i64::MAX)).bind(count).fetch_all(db).await?;
+               WHERE id < ?1 AND (?3 IS NULL OR actor = ?3) AND (?4 IS NULL OR action = ?4)
+               AND (NOT ?5 OR outcome NOT IN ('done', 'asked')) ORDER BY id DESC LIMIT ?2";
+    let query = sqlx::query_as(sql).bind(wanted.before.unwrap_or(i64::MAX)).bind(wanted.count);
+    let query = query.bind(wanted.actor).bind(wanted.action).bind(wanted.failed);
+    let rows = query.fetch_all(db).await?;
     let entry = |(id, time_us, actor, address, action, subject, outcome)| AuditEntry {
         id,
         time_us,
@@ -135,6 +153,10 @@ mod tests {
     use super::super::db::tests::fresh;
     use super::*;
 
+    fn newest(before: Option<i64>, count: u32) -> Entries {
+        Entries { before, count, ..Entries::default() }
+    }
+
     #[tokio::test]
     async fn entries_come_newest_first_and_in_pages() {
         let mut db = fresh().await;
@@ -142,10 +164,10 @@ mod tests {
             let act = Act { actor: "nils", address: "::1", action: "user.add", subject, outcome: "done" };
             record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();
         }
-        let first = entries(&mut db, None, 2).await.unwrap();
+        let first = entries(&mut db, newest(None, 2)).await.unwrap();
         let subjects: Vec<&str> = first.iter().map(|entry| entry.subject.as_str()).collect();
         assert_eq!(subjects, ["c", "b"]);
-        assert_eq!(entries(&mut db, Some(first[1].id), 2).await.unwrap()[0].subject, "a");
+        assert_eq!(entries(&mut db, newest(Some(first[1].id), 2)).await.unwrap()[0].subject, "a");
     }
 
     #[tokio::test]
@@ -165,9 +187,33 @@ mod tests {
             record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();
         }
         assert_eq!(close_open(&mut db, UtcTime::from_micros(2)).await.unwrap(), 1);
-        let last = entries(&mut db, None, 1).await.unwrap().remove(0);
+        let last = entries(&mut db, newest(None, 1)).await.unwrap().remove(0);
         assert_eq!((last.actor.as_str(), last.action.as_str()), ("bert", "teleop.end"));
         assert_eq!(last.subject, "otter-3 the server was killed or lost its power");
         assert_eq!(close_open(&mut db, UtcTime::from_micros(3)).await.unwrap(), 0);
+    }
+
+    #[tokio::test]
+    async fn the_log_is_filtered_by_person_action_and_outcome() {
+        let mut db = fresh().await;
+        for (actor, action, outcome) in
+            [("kari", "plan.start", "done"), ("nils", "plan.start", "no link"), ("nils", "login", "done")]
+        {
+            let act = Act { actor, address: "::1", action, subject: "x", outcome };
+            record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();
+        }
+        let some = |text: &str| Some(text.to_owned());
+        for (actor, action, failed, found) in [
+            (None, None, false, 3),
+            (some("nils"), None, false, 2),
+            (None, some("plan.start"), false, 2),
+            (some("nils"), some("plan.start"), false, 1),
+            (None, None, true, 1),
+            (some("kari"), None, true, 0),
+        ] {
+            let wanted = Entries { before: None, count: 9, actor, action, failed };
+            assert_eq!(entries(&mut db, wanted).await.unwrap().len(), found);
+        }
+        assert_eq!(Actors.run(&mut db).await.unwrap(), ["kari", "nils"]);
     }
 }

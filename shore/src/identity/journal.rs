@@ -155,7 +155,7 @@ mod tests {
         stop.cancel();
         journal.clone().keep(db.clone(), stop).await;
         journal.finish(&db).await;
-        let written = db.ask(audit::Entries { before: None, count: 1_000 }).await.unwrap();
+        let written = db.ask(audit::Entries { count: 1_000, ..Default::default() }).await.unwrap();
         let subjects: Vec<String> = written.into_iter().rev().map(|entry| entry.subject).collect();
         assert_eq!(subjects, (0..500).map(|number| number.to_string()).collect::<Vec<_>>());
         assert!(journal.trouble().is_none() && owners.are_there());

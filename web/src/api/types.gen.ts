@@ -101,6 +101,16 @@ values: Array<Update>,
  */
 cut: boolean, };
 
+export type AlarmHistory = { 
+/**
+ * The newest first.
+ */
+notes: Array<AlarmNote>, 
+/**
+ * What to ask for as `before` to get older ones; null where there are none.
+ */
+next: number | null, };
+
 export type AlarmList = { 
 /**
  * What is not normal, and what is put aside; the most urgent first.
@@ -124,6 +134,10 @@ id: number,
  * IMC address of the vessel; null for the server itself.
  */
 vessel: number | null, 
+/**
+ * What the vessel was called then; null for the server itself.
+ */
+vessel_name: string | null, 
 /**
  * What, for machines.
  */

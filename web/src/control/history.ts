@@ -1,6 +1,7 @@
 // What was ordered lately, and how far each got.
 
 import type { Command } from "../api/types.gen";
+import { orderText, stageText } from "../state/orderwords";
 import { make, setAttribute, setText } from "../ui/dom";
 import { utc } from "../ui/format";
 
@@ -24,7 +25,7 @@ export function createCommandList(root: HTMLElement, heard: HTMLElement): Comman
       const newest = commands.find((one) => !one.order.endsWith(".list") && !one.order.endsWith(".get"));
       const last = newest?.steps.at(-1);
       if (!newest || !last || !mine) return;
-      setText(heard, `${[newest.order, newest.subject].join(" ").trim()}: ${[last.stage, last.text].filter(Boolean).join(", ")}`);
+      setText(heard, `${[orderText(newest.order), newest.subject].join(" ").trim()}: ${[stageText(last.stage), last.text].filter(Boolean).join(", ")}`);
       setAttribute(heard, "data-stage", stageOf(newest));
     },
   };
@@ -38,12 +39,12 @@ function stageOf(command: Command): "open" | "done" | "failed" {
 
 function row(command: Command): HTMLElement {
   const steps = command.steps.map((step) =>
-    make("li", {}, make("span", { class: "num" }, utc(step.time_us, false)), ` ${step.stage}`, step.text ? make("span", { class: "why" }, ` ${step.text}`) : ""),
+    make("li", {}, make("span", { class: "num" }, utc(step.time_us, false)), ` ${stageText(step.stage)}`, step.text ? make("span", { class: "why" }, ` ${step.text}`) : ""),
   );
   return make(
     "li",
     { "data-stage": stageOf(command), "data-order": command.order },
-    make("p", {}, make("strong", {}, command.order), ` ${command.subject} `, make("span", { class: "by" }, `by ${command.by}`)),
+    make("p", {}, make("strong", {}, orderText(command.order)), ` ${command.subject} `, make("span", { class: "by" }, `by ${command.by}`)),
     make("ol", { class: "steps" }, ...steps),
   );
 }

@@ -132,9 +132,9 @@ export function changeText({ told, edit }: Row): string {
 
 /** What became of one written value, by the order's end and by what the vessel tells afterwards. */
 export function outcomeOf(wanted: string, readBack: ParameterTold | undefined, stage: string, words: string): Outcome {
-  if (readBack && same(readBack.value, wanted)) return { kind: "confirmed", text: `The vessel tells ${readBack.value}.` };
-  const now = readBack ? ` The vessel tells ${readBack.value}.` : " The vessel did not tell its value afterwards.";
+  if (readBack && same(readBack.value, wanted)) return { kind: "confirmed", text: `The vessel reports ${readBack.value}.` };
+  const now = readBack ? ` The vessel reports ${readBack.value}.` : " The vessel did not report its value afterwards.";
   if (stage === "refused") return { kind: "refused", text: `${words}${now}` };
-  if (stage === "effect seen") return { kind: readBack ? "refused" : "timed out", text: `It was taken, but is not there.${now}` };
+  if (stage === "effect seen") return { kind: readBack ? "refused" : "timed out", text: `It was accepted, but the value did not change.${now}` };
   return { kind: "timed out", text: `${words || stage}.${now}` };
 }

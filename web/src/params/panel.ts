@@ -107,8 +107,8 @@ export function createParameters(root: HTMLElement, { address, me, may, name, op
     try {
       const { told: now, silent, reached } = await reader.read();
       const answered = now.entities.length > 0 && !now.recorded;
-      silence = !reached ? `No door leads to ${name()} at present.` : answered ? "" : `${name()} did not answer. See whether it is heard (Link, above) and ask again; some programs tell no parameters at all.`;
-      setText(said, silence || (silent.length ? `Read. ${silent.length === 1 ? "1 part" : `${silent.length} parts`} of the vessel told none.` : "Read."));
+      silence = !reached ? `${name()} has no connection at present.` : answered ? "" : `${name()} did not answer. See whether it is heard (Link, above) and ask again; some programs report no parameters at all.`;
+      setText(said, silence || (silent.length ? `Read. ${silent.length === 1 ? "1 part" : `${silent.length} parts`} of the vessel reported none.` : "Read."));
       take(now);
     } catch (error) {
       setText(said, "");

@@ -46,7 +46,7 @@ export function createAlarms(root: HTMLElement): AlarmBar {
   const asideTitle = make("h3", { hidden: "" }, "Shelved");
   const aside = make("ul", { class: "alarm-rows" });
   const past = make("ol", { class: "alarm-past" });
-  const pastBox = make("details", {}, make("summary", {}, "What happened lately"), past);
+  const pastBox = make("details", {}, make("summary", {}, "What happened lately"), past, make("a", { href: "/alarms" }, "Alarm history"));
   const none = make("p", { class: "empty" }, "No alarms.");
   const list = make("div", { id: "alarm-list", class: "alarm-list", role: "region", "aria-label": "Alarms", tabindex: "-1", hidden: "" }, trouble, none, rows, asideTitle, aside, pastBox);
   root.append(make("div", { class: "alarm-bar" }, open, arm), urgent, calm, list);

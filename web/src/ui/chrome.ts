@@ -11,6 +11,7 @@ import { windowKey } from "../state/window";
 import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
+import { createHelp } from "./help";
 import { createMenu } from "./menu";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
@@ -67,6 +68,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
   };
   palette();
   createMenu();
+  createHelp();
   keepInSight();
   // On every page, so that the key goes on with the tab.
   windowKey();

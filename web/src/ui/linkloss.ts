@@ -25,7 +25,7 @@ export function createLinkLoss(root: HTMLElement, address: number, may: boolean)
     if (entity === null) return;
     setText(settings, "Asking …");
     orders.ask({ kind: "parameters.query", entity }).then(
-      ({ parameters }) => setText(settings, parameters?.length ? `Set aboard: ${parameters.map(({ name, value }) => `${name} = ${value || "none"}`).join("; ")}.` : "The vessel told no settings."),
+      ({ parameters }) => setText(settings, parameters?.length ? `Set aboard: ${parameters.map(({ name, value }) => `${name} = ${value || "none"}`).join("; ")}.` : "The vessel reported no settings."),
       (error: unknown) => setText(settings, `Its settings are not known: ${error instanceof Unanswered ? error.message : reason(error)}`),
     );
   });
@@ -45,13 +45,13 @@ export function createLinkLoss(root: HTMLElement, address: number, may: boolean)
 }
 
 function whatItWillDo({ entity, words, saidUs, dueUs }: LinkLoss, nowUs: number): string {
-  if (entity === null) return "What it will do without the link is not known: it has told of no supervisor for lost communications.";
-  if (saidUs === null || !words) return `What it will do without the link is not known: ${entity} has said nothing.`;
+  if (entity === null) return "What it will do without the link is not known: it has reported no supervisor for lost communications.";
+  if (saidUs === null || !words) return `What it will do without the link is not known: ${entity} has reported nothing.`;
   const left = dueUs === null ? "" : dueUs > nowUs ? ` That is in ${span((dueUs - nowUs) / 1e6)}.` : ` That time is past by ${span((nowUs - dueUs) / 1e6)}: it does so now unless it hears a console.`;
   // Words of a Lutra vessel that hears a console begin so; whether it still does is not what they are read for.
   const then = words.replace(/^(in contact|not heard for [^;]*); without: /, "");
   const heard = then === words ? "" : ", while it heard a console";
-  return `What it will do without the link, as its ${entity} said ${utc(saidUs, false)}${heard}: ${then}.${left}`;
+  return `What it will do without the link, as its ${entity} reported ${utc(saidUs, false)}${heard}: ${then}.${left}`;
 }
 
 function span(seconds: number): string {

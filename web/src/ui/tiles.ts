@@ -45,6 +45,20 @@ const FURTHER: readonly (readonly [Name, string])[] = [
 /** Where the browser keeps whether somebody wants more. */
 const KEPT = "lutra-instruments";
 
+/** What each means, where its name does not say it all. */
+const MEANS: Readonly<Partial<Record<Name, string>>> = {
+  mode: "What the vessel says that it does",
+  progress: "Which maneuver of the plan is sailed, and how many there are",
+  speed_mps: "How fast it moves over the bottom",
+  heading_rad: "Where the bow points, true",
+  course_rad: "Where it moves over the bottom, true",
+  battery: "Charge as the vessel reports it",
+  link: "How long ago it was heard, by which way, and how long a message takes there and back",
+  chart: "Whether the vessel holds the chart that the server has",
+  voltage: "The lowest of its batteries",
+  snr: "How far the last tag's signal was above the noise, dB",
+};
+
 /** A reading with more letters than this takes more than one line; with fewer where words beside it must be read too. */
 const LONG = 16;
 const LONG_BESIDE = 9;
@@ -60,7 +74,7 @@ export function createTiles(root: HTMLElement, head: HTMLElement): Tiles {
     const [value, unit, note, old] = [span("reading num"), span("unit"), span("note-line"), span("age num")];
     const main = make("dd", {}, value, unit);
     if (name === "heading_rad") main.append(dial.root);
-    const root = make("div", { class: "tile", "data-tile": name }, make("dt", {}, title), main, make("dd", { class: "under" }, note, old));
+    const root = make("div", { class: "tile", "data-tile": name }, make("dt", { title: MEANS[name] ?? "" }, title), main, make("dd", { class: "under" }, note, old));
     tiles.set(name, { root, value, unit, note, age: old });
     list.append(root);
   };

@@ -109,7 +109,7 @@ pub mod plan {
         .doc("Lutra: what to do after a plan that failed under way.");
     pub const AFTER_RESTART: Param<&str> =
         choice("Action After Restart", "hold", &["hold", "resume", "return", "drift"]).doc(
-            "Lutra: what to do when the program starts anew after it ended under way; resume holds until the count-down.",
+            "Lutra: what to do when the program restarts after it ended under way; resume holds until the count-down.",
         );
     pub const COUNTDOWN: Param<f64> = float("Resume Countdown", 30.0, Unit::Second)
         .within(0.0, 600.0)

@@ -276,7 +276,7 @@ impl Shore {
             return;
         }
         if let Some(old) = self.connected.as_ref().map(|one| one.id) {
-            self.end(old, (ByeCode::Replaced, "the vessel connected anew".to_owned()));
+            self.end(old, (ByeCode::Replaced, "the vessel connected again".to_owned()));
         }
         self.latest = Some(which);
         self.connections += 1;

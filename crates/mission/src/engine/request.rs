@@ -188,7 +188,7 @@ pub enum EndReason {
     #[error("the position was lost for too long")]
     PositionLost,
     /// Somebody aborted.
-    #[error("aborted by {0:#06x}")]
+    #[error("stopped by {0:#06x}")]
     Aborted(u16),
     /// Its maneuvers follow each other without ever taking time.
     #[error("maneuvers follow each other in a circle without taking time")]

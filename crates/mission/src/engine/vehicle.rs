@@ -116,7 +116,7 @@ impl Engine {
     }
 
     pub(super) fn abort(&mut self, now: Now, by: u16) {
-        let text = format!("aborted by {by:#06x}");
+        let text = format!("stopped by {by:#06x}");
         self.note(NoteLevel::Warning, text.clone());
         self.vehicle.aborted = true;
         self.vehicle.last_error = Some((text, now.utc));

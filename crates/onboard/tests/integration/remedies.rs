@@ -53,6 +53,12 @@ fn says(sea: &Sea, entity: Entity, what: &str) -> bool {
     state(sea, entity).1.contains(what)
 }
 
+/// What a part said in names and values, without what it said before its vessel was ready.
+fn values(sea: &Sea, entity: Entity) -> Vec<String> {
+    let own = sea.said.iter().filter(|(_, packet)| packet.header.src_ent == entity.number());
+    own.filter_map(|(_, packet)| packet.get::<Event>()).map(|event| event.data.to_string()).collect()
+}
+
 #[test]
 fn a_remedy_that_a_gap_in_the_positions_prevents_is_carried_out_after_it() {
     let mut sea = under_way(|settings| settings.watch.lost_comms = lost(Remedy::Hold));
@@ -148,6 +154,8 @@ fn every_supervisor_tells_what_it_will_do_before_anything_happens() {
     let mut sea = Sea::with(settings, |_| {}).ready();
     sea.run(3.0);
     assert!(says(&sea, Entity::LostComms, "in contact; without: run plan home at "));
+    // The same for programs, as numbers, once and not each second.
+    assert_eq!(values(&sea, Entity::LostComms), ["lost=0", "lost=0;due_s=19"]);
     assert!(says(&sea, Entity::Limits, "kept; next: above 2.5 m/s: hold station"));
     assert!(says(&sea, Entity::Fuel, "next: run plan return"), "{:?}", state(&sea, Entity::Fuel));
     sea.vehicle.hull.vessel.drain_to(15.0);

@@ -352,7 +352,16 @@ impl Alarms {
         }
         let priority = self.all.get(key).map_or(Priority::Caution, |alarm| alarm.priority);
         let (key, by, text) = (key.clone(), by.to_owned(), text.to_owned());
-        self.notes.push_back(Note { at: now.utc, id, key, priority, what, by, text });
+        self.notes.push_back(Note {
+            revision: self.revision,
+            at: now.utc,
+            id,
+            key,
+            priority,
+            what,
+            by,
+            text,
+        });
         while self.notes.len() > NOTES_KEPT {
             self.notes.pop_front();
         }

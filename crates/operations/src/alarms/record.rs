@@ -139,6 +139,8 @@ impl Alarm {
 /// Something that happened to an alarm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
+    /// Number of the change, growing.
+    pub revision: u64,
     /// When.
     pub at: UtcTime,
     /// Which.

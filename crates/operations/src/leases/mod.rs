@@ -288,7 +288,7 @@ impl Leases {
             ));
         }
         if now.mono >= held.expires {
-            return Err(LeaseRefused::NotYours("it expired; take it anew".to_owned()));
+            return Err(LeaseRefused::NotYours("it expired; take control again".to_owned()));
         }
         Ok(held.epoch)
     }

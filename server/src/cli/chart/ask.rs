@@ -85,7 +85,7 @@ impl Needs {
 pub(super) fn index(db: &Path) -> anyhow::Result<DepthIndex> {
     let loaded = chartdb::load_index(db)?;
     if let Some(why) = loaded.rebuilt {
-        complain!("{why}; made anew from the charts");
+        complain!("{why}; made again from the charts");
     }
     Ok(loaded.sealed.index)
 }

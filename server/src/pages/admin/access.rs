@@ -3,6 +3,7 @@
 use super::act;
 use crate::AppState;
 use crate::http::{Remote, Who};
+use crate::pages::actions::ACTIONS;
 use crate::pages::form::Sent;
 use crate::pages::frame::{Frame, PageError, html};
 use crate::pages::rows::{self, AuditRow, SessionRow, TokenRow};
@@ -90,12 +91,22 @@ pub(in crate::pages) async fn session_end(
 struct AuditPage {
     frame: Frame,
     entries: Vec<AuditRow>,
-    /// The last entry when there may be older ones; else 0.
-    older: i64,
+    people: Vec<String>,
+    actions: &'static [(&'static str, &'static str)],
+    filter: AuditFilter,
+    /// Where older ones are; empty for nowhere.
+    older: String,
 }
 
+/// What is asked for, as the form has it.
 #[derive(Debug, Default, Deserialize)]
-pub(in crate::pages) struct Before {
+pub(in crate::pages) struct AuditFilter {
+    #[serde(default)]
+    who: String,
+    #[serde(default)]
+    what: String,
+    /// Present where only what failed is wanted.
+    failed: Option<String>,
     before: Option<i64>,
 }
 
@@ -103,9 +114,25 @@ pub(in crate::pages) struct Before {
 pub(in crate::pages) async fn audit(
     State(state): State<AppState>,
     frame: Frame,
-    Query(Before { before }): Query<Before>,
+    Query(filter): Query<AuditFilter>,
 ) -> Result<Response, PageError> {
-    let entries = state.shore.people.ask(log::Entries { before, count: PAGE }).await?;
-    let older = if entries.len() == PAGE as usize { entries.last().map_or(0, |entry| entry.id) } else { 0 };
-    Ok(html(&AuditPage { frame, entries: entries.into_iter().map(rows::audit).collect(), older }))
+    let some = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
+    let wanted = log::Entries {
+        before: filter.before,
+        count: PAGE,
+        actor: some(&filter.who),
+        action: some(&filter.what),
+        failed: filter.failed.is_some(),
+    };
+    let (entries, people) = state.shore.people.ask((wanted, log::Actors)).await?;
+    let older = match entries.last() {
+        Some(last) if entries.len() == PAGE as usize => {
+            let failed = filter.failed.as_deref().unwrap_or_default();
+            let kept = [("who", &*filter.who), ("what", &*filter.what), ("failed", failed)];
+            rows::older("/admin/audit", &kept, last.id)
+        }
+        _ => String::new(),
+    };
+    let entries = entries.into_iter().map(rows::audit).collect();
+    Ok(html(&AuditPage { frame, entries, people, actions: &ACTIONS, filter, older }))
 }

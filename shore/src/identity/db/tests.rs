@@ -19,6 +19,9 @@ const BY_NUMBER: [&str; 4] = [
     include_str!("../../../../migrations/0004_register.sql"),
 ];
 
+/// Migrations that there are.
+const LATEST: i64 = 5;
+
 /// Something in every table of the second migration.
 const FILLED: &str = "
     INSERT INTO person VALUES (7, 'nils', 'hash', 0, 5);
@@ -62,14 +65,14 @@ async fn a_file_of_programs_without_checksums_is_taken_over_with_all_that_is_in_
         made_by_number(folder.path(), seen);
         for _ in 0..2 {
             let mut db = open(folder.path()).await.unwrap();
-            let all: Vec<(i64, bool)> = (1..=4).map(|number| (number, true)).collect();
-            assert_eq!((noted(&mut db).await, version(&mut db).await), (all, 4), "{seen}");
+            let all: Vec<(i64, bool)> = (1..=LATEST).map(|number| (number, true)).collect();
+            assert_eq!((noted(&mut db).await, version(&mut db).await), (all, LATEST), "{seen}");
             let people = persons::List.run(&mut db).await.unwrap();
             assert_eq!((people[0].name.as_str(), people[0].permissions.len()), ("nils", 2));
             assert_eq!(vessels::List.run(&mut db).await.unwrap()[0].name, "otter");
             assert_eq!(tokens::List(None).run(&mut db).await.unwrap()[0].id, 9);
             assert_eq!(sessions::List(Some(7)).run(&mut db).await.unwrap()[0].agent, "a browser");
-            let entries = audit::Entries { before: None, count: 9 }.run(&mut db).await.unwrap();
+            let entries = audit::Entries { count: 9, ..Default::default() }.run(&mut db).await.unwrap();
             assert_eq!((entries.len(), entries[0].id), (1, 41));
             let sql = "SELECT count(*) FROM plan JOIN plan_revision ON plan.id = plan JOIN device";
             let rows: i64 = sqlx::query_scalar(sql).fetch_one(&mut db).await.unwrap();
@@ -104,7 +107,7 @@ async fn migrating_twice_changes_nothing() {
     let sql = "SELECT count(*) FROM sqlite_schema WHERE type = 'table'";
     let tables: i64 = sqlx::query_scalar(sql).fetch_one(&mut db).await.unwrap();
     assert!(tables >= 7);
-    assert_eq!(noted(&mut db).await.len(), 4);
+    assert_eq!(noted(&mut db).await.len() as i64, LATEST);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -121,7 +124,7 @@ async fn programs_that_open_it_at_once_bring_it_up_to_date_once() {
     for one in opened {
         one.await.unwrap().unwrap();
     }
-    assert_eq!(noted(&mut open(&path).await.unwrap()).await.len(), 4);
+    assert_eq!(noted(&mut open(&path).await.unwrap()).await.len() as i64, LATEST);
 }
 
 #[tokio::test]
@@ -130,12 +133,15 @@ async fn a_newer_file_is_refused_with_the_remedy() {
     let mut db = open(folder.path()).await.unwrap();
     sqlx::query("PRAGMA user_version = 99").execute(&mut db).await.unwrap();
     assert!(open(folder.path()).await.unwrap_err().to_string().contains("update this one"));
-    sqlx::query("PRAGMA user_version = 4").execute(&mut db).await.unwrap();
+    sqlx::query(AssertSqlSafe(format!("PRAGMA user_version = {LATEST}"))).execute(&mut db).await.unwrap();
     let sql = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
-               VALUES (5, 'later', TRUE, x'00', 1)";
-    sqlx::query(sql).execute(&mut db).await.unwrap();
+               VALUES (?1, 'later', TRUE, x'00', 1)";
+    sqlx::query(sql).bind(LATEST + 1).execute(&mut db).await.unwrap();
     let told = open(folder.path()).await.unwrap_err().to_string();
-    assert!(told.contains("app.db") && told.contains("schema 5, this one knows 4"), "{told}");
+    assert!(
+        told.contains("app.db") && told.contains(&format!("schema {}, this one knows {LATEST}", LATEST + 1)),
+        "{told}"
+    );
 }
 
 #[tokio::test]

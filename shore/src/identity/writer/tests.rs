@@ -68,7 +68,10 @@ async fn after_a_full_disk_it_writes_again_once_there_is_room() {
         db.change(MostPages(1)).await.unwrap();
         let told = db.change(many_lines()).await.unwrap_err().to_string();
         assert!(told.contains("full"), "{told}");
-        assert!(db.ask(Entries { before: None, count: 10 }).await.unwrap().is_empty(), "all or nothing");
+        assert!(
+            db.ask(Entries { count: 10, ..Default::default() }).await.unwrap().is_empty(),
+            "all or nothing"
+        );
     }
     db.change(otter()).await.unwrap();
     assert_eq!(db.ask(vessels::List).await.unwrap().len(), 1);
@@ -120,7 +123,7 @@ async fn a_queue_that_is_full_makes_who_asks_wait_and_loses_nothing() {
     for one in all {
         one.await.unwrap().unwrap();
     }
-    let written = db.ask(Entries { before: None, count: 1_000 }).await.unwrap();
+    let written = db.ask(Entries { count: 1_000, ..Default::default() }).await.unwrap();
     assert_eq!(written.len(), WAITING + 50);
 }
 

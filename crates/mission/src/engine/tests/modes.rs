@@ -95,7 +95,7 @@ fn an_abort_ends_everything_until_the_next_report() {
     bench.input(Input::Abort { by: 0x4001 });
     assert_eq!(bench.last_command(), Some(Command::Drift));
     assert!(bench.told.contains(&Output::Aborted { by: 0x4001 }));
-    assert_eq!(bench.replies(), [(1, false, "aborted by 0x4001".to_owned())]);
+    assert_eq!(bench.replies(), [(1, false, "stopped by 0x4001".to_owned())]);
     assert_eq!((bench.mode(), bench.phase()), (Mode::Error, PlanPhase::Blocked));
     bench.start_with("plan", vec![goto(1.0, 0.0)], IGNORING);
     assert_eq!(bench.phase(), PlanPhase::Blocked);

@@ -1,0 +1,46 @@
+// Help: keys of the page and words of the field, opened by `?` or from the top bar.
+
+import { GLOSSARY, KEYS } from "../state/helpwords";
+import { make } from "./dom";
+
+/** `?` opens it, on every page; Escape closes it, as of any dialog. */
+export function createHelp(): void {
+  const place = document.querySelector(".own");
+  if (!place) return;
+  const button = make("button", { type: "button", class: "help-button", "aria-label": "Help", title: "Help: keys and words. ?" }, "?");
+  place.prepend(button);
+  let dialog: HTMLDialogElement | undefined;
+  const open = (): void => {
+    dialog ??= build();
+    if (!dialog.isConnected) document.body.append(dialog);
+    if (!dialog.open) dialog.showModal();
+  };
+  button.addEventListener("click", open);
+  document.addEventListener("keydown", (event) => {
+    const typing = event.target instanceof Element && event.target.closest("input:not([type=range], [type=checkbox], [type=radio], [type=button]), textarea, select, [contenteditable]");
+    if (event.key !== "?" || typing || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    open();
+  });
+}
+
+function build(): HTMLDialogElement {
+  const search = make("input", { type: "text", "aria-label": "Search in help", placeholder: "Search" });
+  const terms = GLOSSARY.map(([term, meaning]) => ({ text: `${term} ${meaning}`.toLowerCase(), row: make("div", {}, make("dt", {}, term), make("dd", {}, meaning)) }));
+  const here = KEYS.filter(({ where }) => where === "" || document.querySelector(where));
+  const keys = here.map(({ keys, does }) => ({ text: `${keys} ${does}`.toLowerCase(), row: make("div", {}, make("dt", {}, ...keys.split(" ").map((key) => make("kbd", {}, key))), make("dd", {}, does)) }));
+  const none = make("p", { hidden: "" }, "Nothing of this is in the help.");
+  search.addEventListener("input", () => {
+    const wanted = search.value.trim().toLowerCase();
+    for (const { text, row } of [...terms, ...keys]) row.hidden = !text.includes(wanted);
+    none.hidden = [...terms, ...keys].some(({ row }) => !row.hidden);
+  });
+  const close = make("button", { type: "button" }, "Close");
+  const dialog = make("dialog", { class: "help", "aria-labelledby": "help-title" },
+    make("div", { class: "row" }, make("h2", { id: "help-title" }, "Help"), search, close),
+    none,
+    make("h3", {}, "Keys on this page"), make("dl", { class: "keys" }, ...keys.map(({ row }) => row)),
+    make("h3", {}, "Words"), make("dl", {}, ...terms.map(({ row }) => row)));
+  close.addEventListener("click", () => dialog.close());
+  return dialog;
+}
