@@ -34,6 +34,9 @@ impl Request for WriteNotes {
     }
 }
 
+/// A row as the question below asks for it.
+type Row = (i64, i64, i64, Option<u16>, Option<String>, String, String, String, String, String);
+
 /// Changes of alarms, the newest first.
 #[derive(Debug, Clone, Default)]
 pub struct Notes {
@@ -82,7 +85,6 @@ impl Request for Notes {
             }
         }
         sql.push(" ORDER BY id DESC LIMIT ").push_bind(self.count);
-        type Row = (i64, i64, i64, Option<u16>, Option<String>, String, String, String, String, String);
         let rows: Vec<Row> = sql.build_query_as().fetch_all(db).await?;
         let note = |(number, time_us, id, vessel, vessel_name, kind, priority, what, by, text): Row| {
             (

@@ -189,8 +189,8 @@ fn series<'p>(
         return Ok(None);
     }
     // What is computed here stands before what the table has.
-    let computed: String =
-        message.fields.iter().filter_map(|field| field.sql.as_ref()).map(|sql| format!(",{sql}")).collect();
+    let computed: Vec<&str> = message.fields.iter().filter_map(|field| field.sql.as_deref()).collect();
+    let computed: String = computed.iter().flat_map(|sql| [",", sql]).collect();
     let names: Vec<&str> =
         message.fields.iter().filter(|field| field.sql.is_none()).map(|field| field.name).collect();
     let sql = format!(
