@@ -94,7 +94,7 @@ await inBrowser(async (open) => {
   for (const action of ["Name vessel", "Add person", "Make token", "End session", "Revoke token"]) {
     await page.getByRole("cell", { name: action, exact: true }).first().waitFor();
   }
-  await page.getByLabel("What", { exact: true }).selectOption("Make token");
+  await page.getByRole("combobox", { name: /^What/ }).selectOption("Make token");
   await page.getByRole("button", { name: "Show", exact: true }).click();
   check((await page.getByRole("cell", { name: "Add person" }).count()) === 0, "filtered by what was done");
   await look(page, "admin-audit");

@@ -84,7 +84,7 @@ await inBrowser(async (open) => {
   await panel.getByRole("heading", { name: "What is here" }).waitFor();
   check(await page.evaluate(() => document.querySelector(".chart-query").contains(document.activeElement)), "the keyboard is in the panel");
   await page.keyboard.press("Escape");
-  check((await page.evaluate(() => document.activeElement.textContent)) === "What is here", "and back at the button");
+  check((await page.evaluate(() => document.activeElement.getAttribute("aria-label"))) === "What is here", "and back at the button");
 
   // A wheel over the map zooms it, wherever the keyboard is.
   const before = await page.locator(".ol-scale-line-inner").evaluate((bar) => bar.style.width);

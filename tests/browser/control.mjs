@@ -37,10 +37,12 @@ await inBrowser(async (open) => {
   // Control of another vessel, whose page goes away: it ends by itself in a minute, which a window watches beside all else.
   const watcher = await two.context().newPage();
   await control(watcher, OTHER);
-  await control(one, OTHER);
-  await button(one, "Take control").click();
-  await who(one, "You have control of this vessel.");
+  const leaver = await one.context().newPage();
+  await control(leaver, OTHER);
+  await button(leaver, "Take control").click();
+  await who(leaver, "You have control of this vessel.");
   await who(watcher, "admin has control.");
+  await leaver.close();
 
   for (const page of all) {
     await control(page, OTTER);
@@ -68,10 +70,12 @@ await inBrowser(async (open) => {
 
   // A request that is declined, and taking over: two steps, with a reason that the other reads.
   await button(one, "Ask for control").click();
-  // Who asks is told on every page.
+  // Who asks is told on every page, and on every page of the window control is kept.
+  const renewed = two.waitForRequest((request) => request.url().endsWith("/lease") && request.postDataJSON()?.action === "renew");
   await two.goto(`${url}/plans`);
   await two.getByText(/^admin asks for control of otter-1\. Granted in \d+ s unless you answer\./).waitFor();
   await look(two, "control-asked-elsewhere");
+  await renewed;
   await two.getByRole("button", { name: "Decline: admin, otter-1", exact: true }).click();
   await two.getByText("admin asks for control").waitFor({ state: "hidden" });
   await two.goto(`${url}/vessels/${OTTER}?tab=Control`);

@@ -11,7 +11,7 @@ await inBrowser(async (open) => {
   await page.goto(`${url}/vessels/2068?tab=Parameters`);
   const box = page.getByRole("tabpanel", { name: "Parameters" });
   await box.getByRole("textbox", { name: "Sample Rate of Navigation" }).waitFor();
-  await box.getByText("Read. 1 part of the vessel told none.").waitFor();
+  await box.getByText("Read. 1 part of the vessel reported none.").waitFor();
   check((await box.getByText("not described: this is no parameter that Lutra knows").count()) > 4, "nothing is made up");
   check((await box.locator("img, script, b").count()) === 0, "text from a vessel stays text");
   await box.getByText("<img src=x onerror=alert(1)>").first().waitFor();

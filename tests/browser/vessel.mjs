@@ -135,15 +135,6 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Control+.");
   await page.getByText(/STOP otter-1: /).waitFor();
 
-  // All of them, in two steps of which the second says whom.
-  await page.getByText("Others …", { exact: true }).click();
-  const before = await page.locator(".order").count();
-  await page.getByRole("button", { name: "STOP ALL (2) …" }).click();
-  await page.getByRole("button", { name: "Press again: STOP otter-1, otter-2" }).waitFor();
-  check((await page.locator(".order").count()) === before, "the first press stops nothing");
-  await page.getByRole("button", { name: "Press again: STOP otter-1, otter-2" }).click();
-  for (const name of ["otter-1", "otter-2"]) await page.locator("#orders").getByText(new RegExp(`STOP ${name}: stopped after \\d.* Motors off`)).first().waitFor();
-
   // From any page; a vessel that does not hear is not said to have stopped.
   await page.goto(`${url}/admin/audit`);
   await page.getByRole("cell", { name: "STOP", exact: true }).first().waitFor();

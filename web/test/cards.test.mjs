@@ -16,7 +16,7 @@ async function load(path) {
 const { cardOf, inPlaces } = await load("state/card");
 const { doing, progressText } = await load("state/doing");
 const { allToStop, press } = await load("state/stopall");
-const { controlLine } = await load("state/control");
+const { controlLine, endsSoon_s } = await load("state/control");
 const { vitals } = await load("state/vitals");
 
 const told = (word, more = {}) => ({ value: null, word, note: "", ageS: 0.1, old: false, ...more });
@@ -98,6 +98,11 @@ test("who has control is told in a few words, and is not known without the serve
   const lease = { vessel: 1, holder: { name: "kari", window: "w" }, waiting: null, last: null };
   assert.equal(controlLine(lease, "other", true), "In control: kari");
   assert.equal(controlLine(lease, "here", true), "In control: you");
+  const until = (until_us) => ({ ...lease, holder: { ...lease.holder, until_us } });
+  assert.equal(endsSoon_s(until(60e6), 0), undefined, "renewed lately");
+  assert.equal(endsSoon_s(until(60e6), 48e6), 12);
+  assert.equal(endsSoon_s(until(60e6), 70e6), 0, "it may have ended");
+  assert.equal(endsSoon_s(undefined, 0), undefined);
   assert.equal(controlLine(undefined, "free", true), "In control: nobody");
   assert.equal(controlLine(lease, "here", false), "In control: not known");
 });

@@ -335,6 +335,12 @@ async fn a_page_that_is_opened_without_a_link_says_so_and_comes_later() {
     before_a_boat("offline.mjs").await;
 }
 
+/// Follow, course up and range rings of the vessel that is chosen.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_map_goes_with_the_vessel_that_is_chosen() {
+    before_a_boat("maptools.mjs").await;
+}
+
 /// Keys and words, by one key on every page.
 #[tokio::test(flavor = "multi_thread")]
 async fn help_is_one_key_away() {

@@ -7,9 +7,6 @@ import { make, setAttribute, setText } from "../ui/dom";
 import type { Confirm } from "./confirm";
 import type { Orders } from "./orders";
 
-/** An open page renews what it has this often, ms. */
-const RENEW_MS = 10_000;
-
 export interface LeaseView {
   update(state: ControlState, nowUs: number): Part;
 }
@@ -49,10 +46,6 @@ export function createLeaseView(root: HTMLElement, me: string, key: string, may:
     overTaken = from;
     confirm.ask("Take over?", [`${from} loses control at once and is told: ${text}`, "A plan goes on until you order something else. A vessel that is steered by hand stops, and is not steered by hand any more."], "Take over now", () => void ask("take", text));
   };
-  window.setInterval(() => {
-    // Whoever lost it meanwhile is told by the next frame, and a server that is not heard by the page itself.
-    if (part === "here") orders.lease("renew").catch(() => undefined);
-  }, RENEW_MS);
 
   return {
     update({ lease }, nowUs) {

@@ -290,6 +290,7 @@ function edit(root: HTMLElement, first: StoredPlan, path: string, names: Readonl
       make("div", { class: "fields" }, name, text, forWhom, form, ...(history.plan.maneuvers.length ? [forAll, unit] : []), repeat),
     );
     if (!writable) for (const one of head.querySelectorAll<HTMLInputElement>("input, select:not([data-key=minutes])")) one.disabled = true;
+    chrome.stop?.target(now.vessel === null ? undefined : { address: now.vessel, name: names[vessel] ?? hexAddress(now.vessel) });
   }
 
   async function saveNow(): Promise<void> {

@@ -54,6 +54,16 @@ export function whoHas(lease: Lease | undefined, part: Part): string {
   return `${holder.name} has control.${told}`;
 }
 
+/** Control that ends within this is told, s: it lasts a minute and is renewed each ten seconds. */
+const SOON_S = 30;
+
+/** In how many seconds control ends; undefined while that is not soon. */
+export function endsSoon_s(lease: Lease | undefined, nowUs: number): number | undefined {
+  if (!lease?.holder) return undefined;
+  const left = Math.max(0, Math.round((lease.holder.until_us - nowUs) / 1e6));
+  return left <= SOON_S ? left : undefined;
+}
+
 /** Who has control, in a few words. */
 export function controlLine(lease: Lease | undefined, part: Part, linked: boolean): string {
   if (!linked) return "In control: not known";

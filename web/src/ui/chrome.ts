@@ -12,6 +12,7 @@ import { createAlarms } from "./alarms";
 import { createBoundary } from "./boundary";
 import { setAttribute, setText } from "./dom";
 import { createHelp } from "./help";
+import { createKeepControl } from "./keepcontrol";
 import { createMenu } from "./menu";
 import { createRequests } from "./requests";
 import { createStop, type Stop } from "./stop";
@@ -50,6 +51,7 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
   const stop = buttons && orders ? createStop(buttons, orders, line, names) : undefined;
   const asked = document.getElementById("requests");
   const requests = asked ? createRequests(asked, asked.dataset["me"] ?? "") : undefined;
+  const kept = asked ? createKeepControl(asked, asked.dataset["me"] ?? "") : undefined;
   const alarmBox = document.getElementById("alarms");
   const bar = alarmBox ? createAlarms(alarmBox) : undefined;
   let alarms = NO_ALARMS;
@@ -90,7 +92,10 @@ export function createChrome(subscription: Wanted, handlers: ChromeHandlers): Ch
         setAttribute(trouble, "hidden", state.recording ? null : "");
         setText(trouble, state.recording ? `Recording: ${state.recording}` : "");
       });
-      boundary.take("requests", () => requests?.frame(frame, (address) => called(state, names, address)));
+      boundary.take("requests", () => {
+        requests?.frame(frame, (address) => called(state, names, address));
+        kept?.frame(frame, (address) => called(state, names, address));
+      });
       boundary.take("alarms", () => {
         if (bar) alarms = bar.frame(frame);
       });
