@@ -39,7 +39,10 @@ export function createFollow(map: OlMap, tools: MapTools): Follow {
     set(follows, !turns);
     if (!turns) view.setRotation((turned = 0));
   });
-  map.on("pointerdrag", () => follows && set(false, turns));
+  // Nothing is answered: what answers false ends the drag.
+  map.on("pointerdrag", () => {
+    if (follows) set(false, turns);
+  });
   map.getTargetElement()?.addEventListener("keydown", (event) => {
     if (follows && event.key.startsWith("Arrow")) set(false, turns);
   });
