@@ -3,6 +3,7 @@
 use super::actions;
 use api::{AuditEntry, Person, Session, Token, Vessel};
 use shore::clock::written;
+use shore::identity::audit as log;
 use units::UtcTime;
 
 pub(super) struct PersonRow {
@@ -152,9 +153,19 @@ pub(super) fn token(token: Token, vessels: &[Vessel]) -> TokenRow {
     }
 }
 
-pub(super) fn audit(mut entry: AuditEntry) -> AuditRow {
+/// `vessels` gives names to what was done to a vessel.
+pub(super) fn audit(mut entry: AuditEntry, vessels: &[Vessel]) -> AuditRow {
     entry.action = actions::words(&entry.action).to_owned();
-    AuditRow { time: at(entry.time_us), bad: entry.outcome != "done", entry }
+    let (first, rest) = entry.subject.split_once(' ').unwrap_or((&entry.subject, ""));
+    let named = vessels.iter().find(|vessel| imc::Address(vessel.address).to_string() == first);
+    if let Some(vessel) = named {
+        entry.subject = if rest.is_empty() { vessel.name.clone() } else { format!("{} {rest}", vessel.name) };
+    }
+    let bad = log::is_bad(&entry.outcome);
+    if let Some(rest) = entry.outcome.strip_prefix("effect seen") {
+        entry.outcome = format!("done{rest}");
+    }
+    AuditRow { time: at(entry.time_us), bad, entry }
 }
 
 #[cfg(test)]

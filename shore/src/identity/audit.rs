@@ -10,6 +10,15 @@ use units::UtcTime;
 /// Entries that are kept; older ones go.
 const ENTRIES: i64 = 1_000_000;
 
+/// How outcomes begin that are neither a refusal nor a failure: stages of an order, before a colon.
+const FINE: [&str; 8] =
+    ["done", "asked", "accepted", "waiting", "sent", "received", "executing", "effect seen"];
+
+/// Whether an outcome is a refusal or a failure.
+pub fn is_bad(outcome: &str) -> bool {
+    !FINE.contains(&outcome.split(':').next().unwrap_or_default())
+}
+
 /// Something somebody does.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Act<'a> {
@@ -111,9 +120,11 @@ pub(super) async fn record(db: &mut SqliteConnection, act: Act<'_>, now: UtcTime
 async fn entries(db: &mut SqliteConnection, wanted: Entries) -> Result<Vec<AuditEntry>, Fault> {
     let sql = "SELECT id, time_us, actor, address, action, subject, outcome FROM audit
                WHERE id < ?1 AND (?3 IS NULL OR actor = ?3) AND (?4 IS NULL OR action = ?4)
-               AND (NOT ?5 OR outcome NOT IN ('done', 'asked')) ORDER BY id DESC LIMIT ?2";
+               AND (NOT ?5 OR CASE instr(outcome, ':') WHEN 0 THEN outcome ELSE substr(outcome, 1, instr(outcome, ':') - 1) END
+                   NOT IN (SELECT value FROM json_each(?6))) ORDER BY id DESC LIMIT ?2";
     let query = sqlx::query_as(sql).bind(wanted.before.unwrap_or(i64::MAX)).bind(wanted.count);
-    let query = query.bind(wanted.actor).bind(wanted.action).bind(wanted.failed);
+    let fine = serde_json::to_string(&FINE).unwrap_or_default();
+    let query = query.bind(wanted.actor).bind(wanted.action).bind(wanted.failed).bind(fine);
     let rows = query.fetch_all(db).await?;
     let entry = |(id, time_us, actor, address, action, subject, outcome)| AuditEntry {
         id,
@@ -196,9 +207,11 @@ mod tests {
     #[tokio::test]
     async fn the_log_is_filtered_by_person_action_and_outcome() {
         let mut db = fresh().await;
-        for (actor, action, outcome) in
-            [("kari", "plan.start", "done"), ("nils", "plan.start", "no link"), ("nils", "login", "done")]
-        {
+        for (actor, action, outcome) in [
+            ("kari", "plan.start", "sent: by link"),
+            ("nils", "plan.start", "no link"),
+            ("nils", "login", "done"),
+        ] {
             let act = Act { actor, address: "::1", action, subject: "x", outcome };
             record(&mut db, act, UtcTime::from_micros(1)).await.unwrap();
         }

@@ -117,8 +117,8 @@ export function createMap(root: HTMLElement, { select, vessel, first = [], showA
       new VectorLayer({ source: moving, zIndex: over("vessel"), updateWhileAnimating: true, updateWhileInteracting: true }),
     ],
     controls: defaultControls({ attribution: false, rotateOptions: { tipLabel: "North up", autoHide: false, label: northArrow() } }).extend([
-      new ScaleLine({ units: "metric", minWidth: 80 }),
-      new ScaleLine({ units: "nautical", minWidth: 80, className: "ol-scale-nm" }),
+      new ScaleLine({ units: "metric", minWidth: 50 }),
+      new ScaleLine({ units: "nautical", minWidth: 50, className: "ol-scale-nm" }),
       new MousePosition({
         projection: "EPSG:4326",
         placeholder: "WGS 84",

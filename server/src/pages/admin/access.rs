@@ -133,6 +133,7 @@ pub(in crate::pages) async fn audit(
         }
         _ => String::new(),
     };
-    let entries = entries.into_iter().map(rows::audit).collect();
+    let vessels = state.shore.people.vessels();
+    let entries = entries.into_iter().map(|entry| rows::audit(entry, &vessels)).collect();
     Ok(html(&AuditPage { frame, entries, people, actions: &ACTIONS, filter, older }))
 }
