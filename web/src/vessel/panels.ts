@@ -1,0 +1,92 @@
+// What stands behind the tabs of a vessel's page, each made once.
+
+import { getJson } from "../api/http";
+import type { Detections, LogBook } from "../api/types.gen";
+import { createControl } from "../control/panel";
+import type { FleetMap } from "../map/map";
+import { createParameters } from "../params/panel";
+import { createPlots, type PlotHandlers } from "../plot/panel";
+import type { Source } from "../plot/model";
+import { createDetections, createLogBook } from "../ui/events";
+import { createEntities } from "../ui/entities";
+import { setText } from "../ui/dom";
+import { utc } from "../ui/format";
+import { createLinkLoss } from "../ui/linkloss";
+import { createValues } from "../ui/values";
+import type { Boxes } from "./boxes";
+import type { PageHistory } from "./history";
+import type { PagePresent } from "./present";
+import type { PageTime } from "./time";
+
+/** Who looks, and what they may. */
+export interface Rights {
+  readonly me: string;
+  readonly operator: boolean;
+  readonly researcher: boolean;
+}
+
+export interface PanelNeeds {
+  readonly boxes: Boxes;
+  readonly map: FleetMap;
+  readonly present: PagePresent;
+  readonly history: PageHistory;
+  readonly time: PageTime;
+  readonly rights: Rights;
+  /** The plots that the address asks for. */
+  readonly plots: string;
+  open(tab: "Plots" | "Control"): void;
+  attention(): void;
+  /** Other sources are plotted. */
+  plotted(sources: readonly Source[]): void;
+}
+
+export type Panels = ReturnType<typeof createPanels>;
+
+export function createPanels(needs: PanelNeeds) {
+  const { boxes, map, present, history, time, rights } = needs;
+  const { address } = present;
+  const path = `/api/v1/vessels/${address}`;
+  const name = (): string => present.name;
+  const entity = (number: number): string => present.labels.get(number) ?? history.labels.get(number) ?? (number === 255 ? "" : String(number));
+  const events = { at: (us: number | null): void => time.hover(us), pick: (us: number): void => time.pick(us), vessel: name, may: rights.researcher };
+  const plots = createPlots(boxes.panels.Plots, address, rights.researcher, needs.plots, entity, plotHandlers(needs));
+  const values = createValues(boxes.panels.Values, ({ update, field }) => {
+    plots.add({ message: update.abbrev, entity: update.entity, field: field.name });
+    needs.open("Plots");
+  });
+  const logBook = createLogBook(boxes.panels["Log book"], async (query, signal) => {
+    const { entries, next } = await history.heeded(getJson<LogBook>(`${path}/logbook?${query}`, signal));
+    return { items: entries, next };
+  }, entity, events);
+  const tags = createDetections(boxes.panels.Tags, async (query, signal) => {
+    const { detections, next } = await getJson<Detections>(`${path}/detections?${query}`, signal);
+    return { items: detections, next };
+  }, events, ({ items, next }) => {
+    map.overlays.detections(items);
+    const last = next ? items.at(-1) : undefined;
+    setText(boxes.tagsCut, last ? `Tags on the map: the newest ${items.length}, since ${utc(last.time_us)}. Older ones: under Tags.` : "");
+  });
+  const control = createControl(boxes.control, {
+    address,
+    me: rights.me,
+    may: rights.operator,
+    steers: true,
+    attention: needs.attention,
+    name,
+    pick: (told) => map.overlays.pick(told),
+    mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+  });
+  const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
+  return { plots, values, parts: createEntities(boxes.panels.Entities), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
+}
+
+function plotHandlers({ time, plotted }: PanelNeeds): PlotHandlers {
+  return {
+    pan: (part) => time.pan(part),
+    scale: (factor) => time.scale(factor),
+    cursor: (us) => time.hover(us, true),
+    pick: (us) => time.pick(us),
+    zoom: (fromUs, toUs) => time.choose({ fromUs: Math.round(fromUs), toUs: Math.round(toUs) }),
+    changed: plotted,
+  };
+}
