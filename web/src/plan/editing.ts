@@ -1,0 +1,182 @@
+// A plan while it is edited: what is drawn, which vertex is chosen, which tool is in hand, and the way back. No page in it.
+
+import type { PlanDocument, PlanPlace, PlanSpeed } from "../api/types.gen";
+import { displaced, History, middle, placeAt, placesOf, type TaskKind, type Vertex, vertices, withBetween, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint } from "../state/plan";
+
+/** A maneuver that is inserted after the last lies so far north of it, m. */
+const NEXT_M = 50;
+
+export interface EditingHandlers {
+  /** The plan is another one: it is to be kept and judged. */
+  changed(plan: PlanDocument): void;
+  /** Something is to be drawn. */
+  draw(): void;
+  /** The middle of the map. */
+  centre(): PlanPlace;
+  /** Brings a place into view. */
+  reveal(place: PlanPlace): void;
+}
+
+export class PlanEditing {
+  selected: Vertex | undefined;
+  tool: TaskKind | undefined;
+  private readonly history: History;
+  /** While a vertex is dragged. */
+  private dragged: PlanDocument | undefined;
+
+  constructor(first: PlanDocument, readonly writable: boolean, private readonly on: EditingHandlers) {
+    this.history = new History(first);
+  }
+
+  /** As it is drawn. */
+  get shown(): PlanDocument {
+    return this.dragged ?? this.history.plan;
+  }
+
+  /** Without what is being dragged. */
+  get plan(): PlanDocument {
+    return this.history.plan;
+  }
+
+  get canUndo(): boolean {
+    return this.history.canUndo && this.writable;
+  }
+
+  get canRedo(): boolean {
+    return this.history.canRedo && this.writable;
+  }
+
+  /** The speed of what is added: that of the last maneuver. */
+  get speed(): PlanSpeed {
+    return this.plan.maneuvers.at(-1)?.speed ?? { value: 1.5, unit: "mps" };
+  }
+
+  /** `what`: changes of one name that follow each other closely are undone as one. */
+  change(next: PlanDocument, what = ""): void {
+    if (!this.writable || next === this.plan) return this.on.draw();
+    this.history.push(next, what, performance.now());
+    this.on.changed(next);
+    this.on.draw();
+  }
+
+  /** Takes over another plan as it is, with a way back to the one before. */
+  replace(next: PlanDocument): void {
+    this.history.push(next);
+    this.selected = undefined;
+  }
+
+  travel(back: boolean): void {
+    if (!(back ? this.history.undo() : this.history.redo())) return;
+    if (this.selected && !placeAt(this.plan, this.selected)) this.selected = undefined;
+    this.on.changed(this.plan);
+    this.on.draw();
+  }
+
+  press(kind: TaskKind | undefined): void {
+    this.tool = this.tool === kind ? undefined : kind;
+    this.on.draw();
+  }
+
+  select(vertex: Vertex): void {
+    this.selected = vertex;
+    const place = placeAt(this.plan, vertex);
+    if (place) this.on.reveal(place);
+    this.on.draw();
+  }
+
+  letGo(): void {
+    [this.selected, this.tool] = [undefined, undefined];
+    this.on.draw();
+  }
+
+  /** Somebody clicked beside everything. */
+  clicked(place: PlanPlace): void {
+    if (this.writable && this.tool) return this.add(this.tool, place);
+    this.selected = undefined;
+    this.on.draw();
+  }
+
+  /** A path that is open goes on; else a maneuver comes after the chosen one, or at the end. */
+  add(kind: TaskKind, place: PlanPlace): void {
+    const open = this.selected ? this.plan.maneuvers[this.selected.step] : undefined;
+    if (kind === "follow_path" && this.selected && open?.task.kind === "follow_path") {
+      this.selected = { step: this.selected.step, point: this.selected.point + 1 };
+      return this.change(withPoint(this.plan, this.selected, place));
+    }
+    this.addStep(kind, place);
+  }
+
+  addStep(kind: TaskKind, place: PlanPlace): void {
+    const { plan } = this;
+    const at = this.selected ? this.selected.step + 1 : plan.maneuvers.length;
+    this.selected = { step: at, point: 0 };
+    this.change(withNew(plan, kind, place, this.speed, at));
+  }
+
+  remove(vertex: Vertex, whole: boolean): void {
+    const next = whole ? withoutStep(this.plan, vertex.step) : withoutVertex(this.plan, vertex);
+    const left = next.maneuvers.length;
+    const step = Math.min(vertex.step, left - 1);
+    const task = next.maneuvers[step]?.task;
+    const points = task ? placesOf(task).length : 0;
+    this.selected = left ? { step, point: whole ? 0 : Math.min(vertex.point, points - 1) } : undefined;
+    this.change(next);
+  }
+
+  /** A vertex is dragged; answers what is drawn meanwhile, or undefined once it is let go. */
+  drag(vertex: Vertex, place: PlanPlace, done: boolean): PlanDocument | undefined {
+    if (!this.writable) return undefined;
+    const next = withPlace(this.plan, vertex, place);
+    this.dragged = done ? undefined : next;
+    if (done) this.change(next);
+    return this.dragged;
+  }
+
+  /** A vertex in the middle of what follows one. */
+  between(after: Vertex, place: PlanPlace): Vertex {
+    if (!this.writable) return after;
+    const { plan, vertex } = withBetween(this.plan, after, place);
+    this.selected = vertex;
+    this.change(plan);
+    return vertex;
+  }
+
+  insert(after: Vertex): void {
+    this.between(after, this.placeAfter(after));
+  }
+
+  insertPoint(after: Vertex): void {
+    this.selected = { step: after.step, point: after.point + 1 };
+    this.change(withPoint(this.plan, this.selected, this.placeAfter(after)));
+  }
+
+  move(vertex: Vertex, place: PlanPlace): void {
+    this.selected = vertex;
+    this.change(withPlace(this.plan, vertex, place));
+    this.on.reveal(place);
+  }
+
+  nudge(north_m: number, east_m: number): boolean {
+    const place = this.selected && placeAt(this.plan, this.selected);
+    if (!this.selected || !place || !this.writable) return false;
+    const { step, point } = this.selected;
+    this.change(withPlace(this.plan, this.selected, displaced(place, north_m, east_m)), `nudge ${step} ${point}`);
+    return true;
+  }
+
+  /** Moves a maneuver in the order; what is chosen stays chosen. */
+  order(step: number, by: number): void {
+    const next = withOrder(this.plan, step, by);
+    if (next !== this.plan && this.selected?.step === step) this.selected = { ...this.selected, step: step + by };
+    else if (next !== this.plan && this.selected?.step === step + by) this.selected = { ...this.selected, step };
+    this.change(next);
+  }
+
+  /** Half way to the next place, or a little to the north of the last. */
+  private placeAfter(after: Vertex): PlanPlace {
+    const all = vertices(this.plan);
+    const at = all.findIndex(({ vertex }) => vertex.step === after.step && vertex.point === after.point);
+    const [here, next] = [all[at]?.place ?? this.on.centre(), all[at + 1]?.place];
+    return next ? middle(here, next) : displaced(here, NEXT_M, 0);
+  }
+}

@@ -1,0 +1,94 @@
+// What a plan takes and what is wrong with it: asked of the server soon after each change, and told beside the map.
+
+import { postJson, Refusal } from "../api/http";
+import type { PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import { wayOfAll } from "../state/plan";
+import { make, setText } from "../ui/dom";
+import { rebuilt } from "./fields";
+import type { Profile } from "./profile";
+import { durationText, energyText, lengthText } from "./steps";
+import type { VerdictOnMap } from "./verdict";
+
+/** What is drawn is judged this long after the last change, ms. */
+const CHECK_MS = 200;
+const PATIENCE_MS = 10_000;
+/** Problems and warnings of one kind that are listed. */
+const LISTED = 20;
+
+export interface JudgeNeeds {
+  readonly totals: HTMLElement;
+  readonly troubles: HTMLElement;
+  readonly verdict: VerdictOnMap;
+  readonly profile: Pick<Profile, "update">;
+  /** As it is drawn. */
+  plan(): PlanDocument;
+  /** The answer is there. */
+  judged(check: PlanCheck): void;
+  /** Leads to a place. */
+  go(place: PlanPlace): void;
+}
+
+export interface Judge {
+  /** Asks soon. */
+  ask(): void;
+  show(check: PlanCheck): void;
+  readonly legs: () => readonly PlanLeg[];
+}
+
+export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
+  const { totals, troubles, verdict, profile, plan } = needs;
+  let check = first;
+  let settle: number | undefined;
+  let asked = 0;
+  const ask = async (): Promise<void> => {
+    const number = ++asked;
+    try {
+      const answer = await postJson<PlanCheck>("/api/v1/plans/check", PATIENCE_MS, plan());
+      // Where there are problems, what was laid out before is nearer to the truth than nothing.
+      if (number === asked) show({ ...answer, maneuvers: answer.maneuvers.length ? answer.maneuvers : check.maneuvers });
+    } catch (error) {
+      if (number !== asked) return;
+      setText(totals, "Length, time and energy are not known");
+      rebuilt(troubles, make("p", { class: "note warn" }, error instanceof Refusal ? error.message : "The server cannot be reached: the plan is not judged."));
+    }
+  };
+  const empty = (): void => {
+    // That there is nothing yet is no problem to shout about.
+    setText(totals, "Nothing is drawn yet");
+    totals.removeAttribute("data-bad");
+    troubles.replaceChildren();
+    verdict.update(plan(), [], null);
+    profile.update([]);
+  };
+  const show = (answer: PlanCheck): void => {
+    check = answer;
+    if (!plan().maneuvers.length) return empty();
+    const { guard, problems, warnings, maneuvers } = answer;
+    setText(totals, totalText(answer, plan().repeat));
+    totals.toggleAttribute("data-bad", problems.length > 0 || guard?.outcome === "refused");
+    rebuilt(troubles, ...box("bad", "Problems", problems), ...verdict.list(guard, needs.go), ...box("warn", "To know", warnings));
+    verdict.update(plan(), maneuvers, guard);
+    profile.update(wayOfAll(plan(), maneuvers));
+    needs.judged(answer);
+  };
+  return {
+    ask() {
+      window.clearTimeout(settle);
+      settle = window.setTimeout(() => void ask(), CHECK_MS);
+    },
+    show,
+    legs: () => check.maneuvers,
+  };
+}
+
+/** What it takes in a line, or how many problems it has. */
+export function totalText({ total: { length_m, duration_s, energy_j }, problems, guard }: Pick<PlanCheck, "total" | "problems" | "guard">, repeats: boolean): string {
+  if (problems.length) return `${problems.length === 1 ? "1 problem" : `${problems.length} problems`}: cannot be sailed as it is`;
+  return `${repeats ? "A round: " : ""}${lengthText(length_m)} · ${durationText(duration_s)} · ${energyText(energy_j)} (estimate)${guard?.outcome === "refused" ? ": refused by the chart" : ""}`;
+}
+
+function box(kind: string, title: string, all: readonly { readonly maneuver: string | null; readonly text: string }[]): HTMLElement[] {
+  if (!all.length) return [];
+  const words = all.slice(0, LISTED).map(({ maneuver, text }) => (maneuver === null ? text : `${maneuver}: ${text}`));
+  return [make("div", { class: `note ${kind}` }, make("strong", {}, title), make("ul", {}, ...words.map((text) => make("li", {}, text))))];
+}

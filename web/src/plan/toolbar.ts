@@ -1,0 +1,74 @@
+// The tools of the plan editor: what a click on the map does, back and forth, adding by keyboard, and the keys for it.
+
+import { KINDS, type TaskKind } from "../state/plan";
+import { make, setAttribute } from "../ui/dom";
+import type { PlanEditing } from "./editing";
+
+/** Arrow keys move a vertex by this; with Shift by ten times as much, m. */
+const NUDGE_M = 1;
+const ARROWS: Readonly<Record<string, readonly [number, number]>> = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowRight: [0, 1], ArrowLeft: [0, -1] };
+
+export interface ToolBar {
+  update(): void;
+}
+
+/** `added` is called after something was added by keyboard. */
+export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (kind: TaskKind) => void): ToolBar {
+  if (!editing.writable) {
+    root.append(make("p", { class: "dim" }, "You may look at this plan, not change it."));
+    return { update: () => undefined };
+  }
+  const tools = (["", ...KINDS.map(([kind]) => kind)] as const).map((kind) => {
+    const made = make("button", { type: "button", "data-tool": kind, "aria-pressed": "false" }, KINDS.find(([one]) => one === kind)?.[1] ?? "Choose");
+    made.addEventListener("click", () => editing.press(kind || undefined));
+    return made;
+  });
+  const undo = make("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: "Ctrl and Z" }, "Undo");
+  const redo = make("button", { type: "button", "aria-keyshortcuts": "Control+Y", title: "Ctrl and Y" }, "Redo");
+  undo.addEventListener("click", () => editing.travel(true));
+  redo.addEventListener("click", () => editing.travel(false));
+  const kind = make("select", { "aria-label": "What to add" }, ...KINDS.map(([name, label]) => make("option", { value: name }, label)));
+  const add = make("button", { type: "button", title: "After the chosen maneuver, in the middle of the map" }, "Add");
+  add.addEventListener("click", () => added(kind.value as TaskKind));
+  root.append(
+    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...tools),
+    make("span", { class: "buttons", role: "group", "aria-label": "Back and forth" }, undo, redo),
+    make("span", { class: "buttons", role: "group", "aria-label": "Add by keyboard" }, kind, add),
+  );
+  return {
+    update() {
+      setAttribute(undo, "disabled", editing.canUndo ? null : "");
+      setAttribute(redo, "disabled", editing.canRedo ? null : "");
+      for (const button of tools) setAttribute(button, "aria-pressed", String((button.dataset["tool"] || undefined) === editing.tool));
+    },
+  };
+}
+
+/** Keys of the whole page: save, undo, redo. */
+export function pageKeys(editing: PlanEditing, save: () => void): void {
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const { target } = event;
+    // A text that is being typed is taken back by the browser.
+    if (target instanceof HTMLInputElement && target.type === "text" && target.value !== target.defaultValue) return;
+    const key = event.key.toLowerCase();
+    if (key === "s") save();
+    else if (key === "y" || (key === "z" && event.shiftKey)) editing.travel(false);
+    else if (key === "z") editing.travel(true);
+    else return;
+    event.preventDefault();
+  });
+}
+
+/** Keys of the map: move what is chosen, take it away, let go. Before the map's own. */
+export function mapKeys(map: HTMLElement, editing: PlanEditing): void {
+  map.addEventListener("keydown", (event) => {
+    const [north, east] = ARROWS[event.key] ?? [0, 0];
+    const by = NUDGE_M * (event.shiftKey ? 10 : 1);
+    if (event.key === "Escape") editing.letGo();
+    else if (event.key === "Delete" && editing.selected && editing.writable) editing.remove(editing.selected, false);
+    else if (!((north || east) && editing.nudge(north * by, east * by))) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, { capture: true });
+}
