@@ -18,7 +18,7 @@ const SIZES = [
   { width: 390, height: 844 },
 ];
 /** Widths at which nothing may stick out, beside those that pictures are made of. */
-const FITS = [...SIZES, { width: 1024, height: 768 }, { width: 390, height: 844 }];
+export const FITS = [...SIZES, { width: 1024, height: 768 }, { width: 390, height: 844 }];
 const PALETTES = ["day", "dusk", "night"];
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
 /** Those of axe's rules that look at colours, and the one that looks at how large targets are: nine tenths of axe's time. */
