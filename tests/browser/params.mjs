@@ -147,5 +147,5 @@ await inBrowser(async (open) => {
 
   // Who wrote what, with old and new.
   await page.goto(`${url}/admin/audit`);
-  await page.getByText(`0x28D1 Path Control: ${NAME} ${first} -> 17`).first().waitFor();
+  await page.getByText(`otter-1 Path Control: ${NAME} ${first} -> 17`).first().waitFor();
 });
