@@ -4,7 +4,8 @@
 //! from cells ([`IndexBuilder`]), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
-//! [`DepthIndex::points_of_interest`].
+//! [`DepthIndex::points_of_interest`]. Who plans ways takes [`DepthIndex::barriers`], the lines that corridors are
+//! held against.
 //!
 //! # Rules
 //! - Where cells overlap, the finest band, then the largest scale, then the newest issue answers, exactly up to
@@ -20,6 +21,7 @@
 //! - Depths are kept in millimetres, rounded to the shallower side; positions in 1e-7 degrees.
 
 mod along;
+mod barriers;
 mod build;
 mod codec;
 mod coords;
@@ -37,6 +39,7 @@ mod seams;
 mod tree;
 
 pub use along::{DepthAnswer, Leg};
+pub use barriers::{Barriers, GeoBox};
 pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
 pub use demand::{ChartTrust, Demand, ZoneError};

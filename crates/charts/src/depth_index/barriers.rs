@@ -1,0 +1,189 @@
+//! What a vessel must keep clear of, as lines: for who plans ways rather than asks about one.
+
+use super::demand::{Demand, ZoneError};
+use super::index::DepthIndex;
+use super::object::{Role, Stored};
+use super::seams;
+use super::tree::{Run, Tree};
+use crate::grid::{Bounds, PER_DEGREE, Vertex};
+use std::collections::{HashMap, HashSet};
+
+/// Lines and points that corridors are held against.
+///
+/// [`DepthIndex::shallowest_along`] calls a corridor navigable if none of these comes within its half width and its
+/// start lies in navigable water. So what keeps so far from all of them is navigable or nowhere is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Barriers {
+    /// Polylines; a single vertex is a point.
+    pub lines: Vec<Vec<Vertex>>,
+    /// By how much every half width grows where errors of the chart are allowed for (m): the worst zone of confidence
+    /// of the whole chart set is taken, so ways may keep farther off than a corridor must.
+    pub wider_m: f64,
+}
+
+/// A box on the globe; where `west_deg` is greater than `east_deg` it reaches over ±180°.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeoBox {
+    /// Least longitude (degrees).
+    pub west_deg: f64,
+    /// Least latitude (degrees).
+    pub south_deg: f64,
+    /// Greatest longitude (degrees).
+    pub east_deg: f64,
+    /// Greatest latitude (degrees).
+    pub north_deg: f64,
+}
+
+impl GeoBox {
+    /// In units, one box or two.
+    fn bounds(&self) -> Vec<Bounds> {
+        // Casts saturate at ±180° and ±90°, which are within i32.
+        let unit = |deg: f64, most: f64| (deg.clamp(-most, most) * PER_DEGREE).round() as i32;
+        let of = |west: f64, east: f64| Bounds {
+            min: [unit(west, 180.0), unit(self.south_deg, 90.0)],
+            max: [unit(east, 180.0), unit(self.north_deg, 90.0)],
+        };
+        if self.west_deg <= self.east_deg {
+            vec![of(self.west_deg, self.east_deg)]
+        } else {
+            vec![of(self.west_deg, 180.0), of(-180.0, self.east_deg)]
+        }
+    }
+}
+
+/// What one question for barriers looks at.
+struct Wanted<'a> {
+    index: &'a DepthIndex,
+    demand: &'a Demand,
+    error: Option<ZoneError>,
+    within: Vec<Bounds>,
+}
+
+impl DepthIndex {
+    /// What charts cover, as a box; `None` without charts.
+    pub fn extent(&self) -> Option<GeoBox> {
+        let mut all = Bounds::EMPTY;
+        let (level, index) = self.danger.top()?;
+        all.add(self.danger.node(level, index).bounds);
+        let deg = |unit: i32| f64::from(unit) / PER_DEGREE;
+        Some(GeoBox {
+            west_deg: deg(all.min[0]),
+            south_deg: deg(all.min[1]),
+            east_deg: deg(all.max[0]),
+            north_deg: deg(all.max[1]),
+        })
+    }
+
+    /// All that a vessel of this demand must keep clear of and that comes into a box. Borders between two areas that
+    /// are both closed to it are left out.
+    pub fn barriers(&self, demand: &Demand, within: &GeoBox) -> Barriers {
+        let (error, wider_m) = self.worst_error(demand);
+        let wanted = Wanted { index: self, demand, error, within: within.bounds() };
+        let mut runs = wanted.runs(&self.danger, |object| wanted.closed(object));
+        if demand.air_draught_m.is_some() {
+            let too_low = |object: u32| !demand.fits_under(self.clearance_m(object));
+            runs.extend(wanted.runs(&self.overhead, too_low));
+        }
+        let inner = self.inner_sides(|object| wanted.closed(object));
+        let mut lines = Vec::new();
+        for chain in chains(runs) {
+            let vertices = &self.areas.vertices[chain.first as usize..(chain.first + chain.count) as usize];
+            outer_parts(vertices, &inner, &mut lines);
+        }
+        Barriers { lines, wider_m }
+    }
+
+    /// The errors of the worst zone of confidence that there is, and by how much they widen a corridor (m).
+    fn worst_error(&self, demand: &Demand) -> (Option<ZoneError>, f64) {
+        let Some((errors, widen)) = demand.trust.errors() else { return (None, 0.0) };
+        let mut zones = self.objects.iter().filter(|one| one.role == Role::Quality).map(|one| one.zone);
+        let unassessed = !self.unassessed.is_empty();
+        let worst = if unassessed { 6 } else { zones.try_fold(1, |worst, zone| Some(worst.max(zone?))).unwrap_or(6) };
+        let error = errors[usize::from(worst.clamp(1, 6)) - 1];
+        (Some(error), if widen { error.horizontal_m } else { 0.0 })
+    }
+
+    /// Sides that have closed areas to the left and to the right: nobody comes there.
+    fn inner_sides(&self, closed: impl Fn(u32) -> bool) -> HashSet<Side> {
+        let mut sides: HashMap<Side, u8> = HashMap::new();
+        for area in &self.areas.list {
+            let skin = self.objects[area.object as usize].role == Role::Skin;
+            if skin && closed(area.object) {
+                for (a, b, hand) in seams::sides(self, *area) {
+                    *sides.entry((a, b)).or_default() |= if hand > 0 { 1 } else { 2 };
+                }
+            }
+        }
+        sides.into_iter().filter(|(_, hands)| *hands == 3).map(|(side, _)| side).collect()
+    }
+}
+
+impl Wanted<'_> {
+    /// Whether an object of the danger tree is closed to the vessel.
+    fn closed(&self, object: u32) -> bool {
+        let stored = self.index.objects.get(object as usize).map_or(Stored::NoData, |one| one.stored);
+        !self.demand.judge(stored.water(), self.error).0
+    }
+
+    fn runs(&self, tree: &Tree, closed: impl Fn(u32) -> bool) -> Vec<Run> {
+        let enough_mm = self.demand.enough_mm(self.error);
+        let mut runs = Vec::new();
+        tree.search(
+            |node| node.least_mm <= enough_mm && self.within.iter().any(|one| one.overlaps(&node.bounds)),
+            |run| {
+                if closed(run.object) {
+                    runs.push(*run);
+                }
+            },
+        );
+        runs
+    }
+}
+
+/// Two ends, the lesser first.
+type Side = (Vertex, Vertex);
+
+fn side(a: Vertex, b: Vertex) -> Side {
+    if a <= b { (a, b) } else { (b, a) }
+}
+
+/// Puts runs together again that were cut from one line.
+fn chains(mut runs: Vec<Run>) -> Vec<Run> {
+    runs.sort_unstable_by_key(|run| (run.first, run.object));
+    let mut chains: Vec<Run> = Vec::new();
+    for run in runs {
+        match chains.last_mut() {
+            Some(last) if last.object == run.object && last.first + last.count - 1 == run.first && last.count > 1 => {
+                last.count += run.count - 1;
+            }
+            Some(last) if *last == run => {}
+            _ => chains.push(run),
+        }
+    }
+    chains
+}
+
+/// The stretches of a line that are not inner sides.
+fn outer_parts(vertices: &[Vertex], inner: &HashSet<Side>, lines: &mut Vec<Vec<Vertex>>) {
+    if let [point] = vertices {
+        lines.push(vec![*point]);
+        return;
+    }
+    let mut line: Vec<Vertex> = Vec::new();
+    for pair in vertices.windows(2) {
+        if inner.contains(&side(pair[0], pair[1])) {
+            if line.len() > 1 {
+                lines.push(std::mem::take(&mut line));
+            }
+            line.clear();
+            continue;
+        }
+        if line.is_empty() {
+            line.push(pair[0]);
+        }
+        line.push(pair[1]);
+    }
+    if line.len() > 1 {
+        lines.push(line);
+    }
+}

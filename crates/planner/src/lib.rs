@@ -1,0 +1,36 @@
+//! Routes on the sea chart: the shortest way from here to there that keeps to deep water and clear of dangers.
+//!
+//! A way is safe if the guard calls every leg of it safe, so the planner takes its geometry from where the guard takes
+//! its own: the barriers of [`charts::depth_index`], the lines that no corridor may touch. What keeps so far from all of
+//! them is [`SeaRoom`], divided once into triangles; in it a search over the sides of triangles finds the shortest way
+//! of any angles in about a millisecond. Every leg is then asked of the depth index, and a way that it does not confirm
+//! is never given.
+//!
+//! It knows charts, and neither vessels, plans, files nor the clock. It does one thing at a time on the thread that
+//! asks; long work asks [`Cancel`] whether its answer is still wanted.
+//!
+//! - [`Needs`] say how deep and how far off.
+//! - [`Router`] holds a chart and the rooms made of it, and answers a [`Request`] by a [`Route`] or by a [`Refusal`]
+//!   that says what is in the way.
+//!
+//! SI units and radians; places are WGS 84.
+
+mod boxes;
+mod cancel;
+mod mesh;
+mod needs;
+mod obstacles;
+mod plane;
+mod room;
+mod route;
+mod router;
+mod search;
+mod tidy;
+
+pub use cancel::Cancel;
+pub use needs::{Needs, NeedsError};
+pub use plane::{Plane, Point};
+pub use room::{PlanError, SeaRoom};
+pub use route::{End, Moved, Refusal, Request, Route, RouteLeg};
+pub use router::Router;
+pub use search::Effort;

@@ -1,0 +1,268 @@
+//! Open water as triangles.
+
+use crate::boxes::{Bounds, Boxes};
+use crate::obstacles::{GridPoint, Pieces, metres};
+use crate::plane::Point;
+use crate::{Cancel, PlanError};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
+use std::collections::HashMap;
+
+/// No triangle.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// What lies so near the border of a triangle counts as on it, and is moved in by so much (m).
+const ON_BORDER_M: f64 = 1e-3;
+const MOVED_IN_M: f64 = 0.02;
+
+/// Triangles of open water; side n of a triangle runs from its corner n to the next, anticlockwise.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Mesh {
+    pub(crate) points: Vec<Point>,
+    /// Whether ways may bend at a point.
+    pub(crate) bends: Vec<bool>,
+    pub(crate) corners: Vec<[u32; 3]>,
+    /// The triangle beyond each side, or [`NONE`].
+    pub(crate) beyond: Vec<[u32; 3]>,
+    /// Which piece of open water a triangle is of.
+    pub(crate) piece: Vec<u32>,
+    /// Of a triangle in a bay, the next one on the way out; of the others [`NONE`].
+    outward: Vec<u32>,
+    /// Whether it lies in a bay: all ways through it end.
+    in_bay: Vec<bool>,
+    tree: Boxes,
+}
+
+/// A piece's triangles and a point well inside.
+struct Piece {
+    triangles: Vec<[GridPoint; 3]>,
+    inside: Point,
+}
+
+impl Mesh {
+    /// Divides those pieces into triangles that are open; `is_open` is asked for one point of each.
+    pub(crate) fn new(
+        pieces: &Pieces,
+        mut is_open: impl FnMut(Point) -> bool,
+        cancel: &Cancel<'_>,
+    ) -> Result<Self, PlanError> {
+        let mut mesh = Self::default();
+        let mut numbers: HashMap<GridPoint, u32> = HashMap::new();
+        let mut piece_number = 0;
+        for rings in pieces {
+            cancel.check()?;
+            let Some(piece) = Piece::new(rings)? else { continue };
+            if !is_open(piece.inside) {
+                continue;
+            }
+            for triangle in piece.triangles {
+                let corners = triangle.map(|at| {
+                    *numbers.entry(at).or_insert_with(|| {
+                        mesh.points.push(metres(at));
+                        mesh.points.len() as u32 - 1
+                    })
+                });
+                mesh.corners.push(corners);
+                mesh.piece.push(piece_number);
+            }
+            piece_number += 1;
+        }
+        cancel.check()?;
+        mesh.join();
+        mesh.find_bays();
+        let bounds: Vec<Bounds> =
+            (0..mesh.corners.len() as u32).map(|triangle| Bounds::of(&mesh.triangle(triangle))).collect();
+        mesh.tree = Boxes::new(&bounds);
+        Ok(mesh)
+    }
+
+    pub(crate) fn triangle(&self, triangle: u32) -> [Point; 3] {
+        self.corners[triangle as usize].map(|corner| self.points[corner as usize])
+    }
+
+    /// The triangle that holds a point.
+    pub(crate) fn locate(&self, at: Point) -> Option<u32> {
+        self.tree.find(at, |triangle| {
+            let [a, b, c] = self.triangle(triangle);
+            a.cross(b, at) >= 0.0 && b.cross(c, at) >= 0.0 && c.cross(a, at) >= 0.0
+        })
+    }
+
+    /// The same point, or one some centimetres from it that lies within the triangle and not on its border.
+    pub(crate) fn within(&self, triangle: u32, at: Point) -> Point {
+        let [a, b, c] = self.triangle(triangle);
+        let middle = Point { x: (a.x + b.x + c.x) / 3.0, y: (a.y + b.y + c.y) / 3.0 };
+        let off_m = [(a, b), (b, c), (c, a)].map(|(from, to)| at.distance_m(at.nearest_on(from, to)));
+        if off_m.iter().all(|off_m| *off_m > ON_BORDER_M) {
+            return at;
+        }
+        at.towards(middle, (MOVED_IN_M / at.distance_m(middle).max(MOVED_IN_M)).min(0.5))
+    }
+
+    /// For each piece of water within a distance of a point, its nearest point, the nearest piece first.
+    pub(crate) fn nearest(&self, at: Point, within_m: f64) -> Vec<Near> {
+        let mut found: Vec<Near> = Vec::new();
+        self.tree.nearest(&Bounds { min: at, max: at }, within_m, |triangle| {
+            let [a, b, c] = self.triangle(triangle);
+            let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| at.nearest_on(from, to));
+            let on = sides.into_iter().min_by(|one, other| at.distance_m(*one).total_cmp(&at.distance_m(*other)));
+            let on = on.unwrap_or(a);
+            let near = Near { triangle, at: on, distance_m: at.distance_m(on) };
+            let piece = |one: &Near| self.piece[one.triangle as usize];
+            match found.iter_mut().find(|one| piece(one) == piece(&near)) {
+                Some(held) if near.distance_m < held.distance_m => *held = near,
+                Some(_) => {}
+                None if near.distance_m <= within_m => found.push(near),
+                None => {}
+            }
+            within_m
+        });
+        found.sort_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
+        found
+    }
+
+    /// The triangles on the way out of a bay, from one on; empty for one that lies in none.
+    pub(crate) fn way_out(&self, triangle: u32) -> impl Iterator<Item = u32> {
+        let next = move |at: &u32| Some(self.outward[*at as usize]).filter(|out| *out != NONE);
+        std::iter::successors(Some(triangle), next)
+    }
+
+    /// Whether no way through a triangle leads on.
+    pub(crate) fn is_in_bay(&self, triangle: u32) -> bool {
+        self.in_bay[triangle as usize]
+    }
+
+    /// Finds what lies beyond each side.
+    fn join(&mut self) {
+        let mut sides: HashMap<(u32, u32), u32> = HashMap::with_capacity(self.corners.len() * 3);
+        for (number, corners) in (0_u32..).zip(&self.corners) {
+            for side in 0..3 {
+                sides.insert((corners[side], corners[(side + 1) % 3]), number);
+            }
+        }
+        let beyond = |corners: &[u32; 3]| {
+            [0, 1, 2].map(|side| sides.get(&(corners[(side + 1) % 3], corners[side])).copied().unwrap_or(NONE))
+        };
+        self.beyond = self.corners.iter().map(beyond).collect();
+        self.find_bends();
+    }
+
+    /// A shortest way bends only around closed ground: where the border, with open water to its left, turns right.
+    fn find_bends(&mut self) {
+        // By corner the one before it on the border; a corner that two borders touch may be bent at anyhow.
+        let mut before: HashMap<u32, u32> = HashMap::new();
+        let borders = || {
+            self.corners.iter().zip(&self.beyond).flat_map(|(corners, beyond)| {
+                let closed = (0..3).filter(|side| beyond[*side] == NONE);
+                closed.map(|side| (corners[side], corners[(side + 1) % 3]))
+            })
+        };
+        let mut bends = vec![false; self.points.len()];
+        for (from, to) in borders() {
+            if before.insert(to, from).is_some() {
+                bends[to as usize] = true;
+            }
+        }
+        let at = |corner: u32| self.points[corner as usize];
+        for (from, to) in borders() {
+            if let Some(before) = before.get(&from) {
+                bends[from as usize] |= at(*before).cross(at(from), at(to)) < 0.0;
+            }
+        }
+        self.bends = bends;
+    }
+
+    /// Takes off triangles with one way on until all have two: a way passes through those only if it begins or ends
+    /// there.
+    fn find_bays(&mut self) {
+        let count = self.corners.len();
+        (self.in_bay, self.outward) = (vec![false; count], vec![NONE; count]);
+        let mut ways: Vec<usize> =
+            self.beyond.iter().map(|beyond| beyond.iter().filter(|one| **one != NONE).count()).collect();
+        let mut ends: Vec<u32> = (0..count as u32).filter(|at| ways[*at as usize] <= 1).collect();
+        while let Some(at) = ends.pop() {
+            self.in_bay[at as usize] = true;
+            for next in self.beyond[at as usize].into_iter().filter(|next| *next != NONE) {
+                if !self.in_bay[next as usize] {
+                    self.outward[at as usize] = next;
+                    ways[next as usize] -= 1;
+                    if ways[next as usize] == 1 {
+                        ends.push(next);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The nearest point of a piece of water.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Near {
+    pub(crate) triangle: u32,
+    pub(crate) at: Point,
+    pub(crate) distance_m: f64,
+}
+
+impl Piece {
+    /// `None` of a piece without an area.
+    fn new(rings: &[Vec<GridPoint>]) -> Result<Option<Self>, PlanError> {
+        let mut numbers: HashMap<GridPoint, usize> = HashMap::new();
+        let mut points = Vec::new();
+        let mut sides = Vec::new();
+        for ring in rings {
+            let corners: Vec<usize> = ring
+                .iter()
+                .map(|at| {
+                    *numbers.entry(*at).or_insert_with(|| {
+                        points.push(Point2::new(f64::from(at[0]), f64::from(at[1])));
+                        points.len() - 1
+                    })
+                })
+                .collect();
+            let next = corners.iter().cycle().skip(1);
+            sides.extend(corners.iter().zip(next).map(|(a, b)| [*a, *b]).filter(|[a, b]| a != b));
+        }
+        let mut conflicts = 0;
+        let all = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(points, sides, |_| conflicts += 1);
+        let all = all.map_err(|error| PlanError::Geometry(error.to_string()))?;
+        if conflicts > 0 {
+            return Err(PlanError::Geometry(format!("{conflicts} borders cross each other")));
+        }
+        Ok(Self::of_inner(&all))
+    }
+
+    /// The triangles on the inner side of the borders: those that an odd number of borders parts from the outside.
+    fn of_inner(all: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Option<Self> {
+        let mut inside: Vec<Option<bool>> = vec![None; all.num_all_faces()];
+        inside[all.outer_face().index()] = Some(false);
+        let mut open = vec![all.outer_face().fix()];
+        let mut triangles = Vec::new();
+        let (mut largest, mut middle) = (0.0, None);
+        while let Some(face) = open.pop() {
+            let here = inside[face.index()].unwrap_or_default();
+            let face = all.face(face);
+            let edges: Vec<_> = match face.as_inner() {
+                Some(triangle) => triangle.adjacent_edges().to_vec(),
+                None => all.convex_hull().map(|edge| if edge.is_outer_edge() { edge } else { edge.rev() }).collect(),
+            };
+            if let Some(triangle) = face.as_inner().filter(|_| here) {
+                // Corners are whole numbers of the grid.
+                let corners = triangle.positions().map(|at| [at.x as i32, at.y as i32]);
+                let area = triangle.area();
+                if area > largest {
+                    let at = triangle.center();
+                    largest = area;
+                    middle = Some(Point { x: at.x / 100.0, y: at.y / 100.0 });
+                }
+                triangles.push(corners);
+            }
+            for edge in edges {
+                let other = edge.rev().face();
+                if inside[other.index()].is_none() {
+                    inside[other.index()] = Some(here ^ edge.is_constraint_edge());
+                    open.push(other.fix());
+                }
+            }
+        }
+        middle.map(|inside| Self { triangles, inside })
+    }
+}

@@ -1,0 +1,166 @@
+//! From barriers to the water that keeps clear of them.
+//!
+//! Each line is thinned within a tolerance, widened to what lies within clearance and tolerance of it, and cut out of
+//! the region: what is left are pieces of open water and of closed ground, which the chart tells apart. Circles become
+//! polygons around them, never inside, so that the result keeps at least as far off as was asked.
+
+use crate::plane::{Plane, Point};
+use crate::{Cancel, PlanError};
+use charts::coverage::{Vertex, degrees};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay::{Overlay, ShapeType};
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::i_float::int::point::IntPoint;
+
+/// Cuts are made on a grid of centimetres, which covers ±5,000 km in 30 bits.
+const PER_METRE: f64 = 100.0;
+/// Corners of the polygon around a circle.
+const CORNERS: usize = 24;
+/// What the depth index takes a corridor wider than asked for rounding and the bow of geodesics, twice over, and the
+/// rounding to the grid here (m).
+const SLACK_M: f64 = 0.3;
+/// Sides of the chart are straight in longitude and latitude; in pieces so long they bow by 4 cm at 63° (m).
+pub(crate) const LONGEST_SIDE_M: f64 = 1_000.0;
+/// Lines are thinned by this share of the clearance, but within these bounds (m).
+const THINNED: f64 = 0.02;
+const LEAST_THINNED_M: f64 = 0.05;
+const MOST_THINNED_M: f64 = 1.0;
+
+/// A corner on the grid.
+pub(crate) type GridPoint = [i32; 2];
+
+/// Pieces of a region between barriers: each an outer ring and its holes, not closed by a repeated corner.
+pub(crate) type Pieces = Vec<Vec<Vec<GridPoint>>>;
+
+/// A region as its corners: least and greatest (m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Region {
+    pub(crate) min: Point,
+    pub(crate) max: Point,
+}
+
+pub(crate) fn metres(at: GridPoint) -> Point {
+    Point { x: f64::from(at[0]) / PER_METRE, y: f64::from(at[1]) / PER_METRE }
+}
+
+fn on_grid(at: Point) -> IntPoint<i32> {
+    // Saturates beyond the region, which is within ±5,000 km.
+    IntPoint::new((at.x * PER_METRE).round() as i32, (at.y * PER_METRE).round() as i32)
+}
+
+/// The lines of a chart in the plane, their long sides in pieces.
+pub(crate) fn project(lines: &[Vec<Vertex>], plane: &Plane) -> Vec<Vec<Point>> {
+    lines.iter().map(|line| project_line(line, plane)).collect()
+}
+
+fn project_line(line: &[Vertex], plane: &Plane) -> Vec<Point> {
+    let at = |lon_deg: f64, lat_deg: f64| {
+        units::LatLon::from_deg(lat_deg, lon_deg).map(|place| plane.point(place)).unwrap_or_default()
+    };
+    let mut points: Vec<Point> = Vec::with_capacity(line.len());
+    let mut before = None;
+    for vertex in line {
+        let here = degrees(*vertex);
+        let point = at(here.lon_deg, here.lat_deg);
+        if let (Some(last), Some(from)) = (points.last().copied(), before) {
+            let from: charts::s57::GeoPoint = from;
+            let pieces = (last.distance_m(point) / LONGEST_SIDE_M).ceil().clamp(1.0, 100_000.0) as u32;
+            for piece in 1..pieces {
+                let share = f64::from(piece) / f64::from(pieces);
+                points.push(at(
+                    from.lon_deg + (here.lon_deg - from.lon_deg) * share,
+                    from.lat_deg + (here.lat_deg - from.lat_deg) * share,
+                ));
+            }
+        }
+        points.push(point);
+        before = Some(here);
+    }
+    points
+}
+
+/// Cuts what lies within `clearance_m` of lines out of a region.
+pub(crate) fn cut_out(
+    region: Region,
+    lines: &[Vec<Point>],
+    clearance_m: f64,
+    cancel: &Cancel<'_>,
+) -> Result<Pieces, PlanError> {
+    let thinned_m = (clearance_m * THINNED).clamp(LEAST_THINNED_M, MOST_THINNED_M);
+    let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
+    let mut overlay: Overlay<i32> = Overlay::new(lines.len() * 64);
+    let Region { min, max } = region;
+    let corners = [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }].map(on_grid);
+    overlay.add_contour(&corners, ShapeType::Subject);
+    let mut contour = Vec::new();
+    for line in lines {
+        cancel.check()?;
+        brush.draw(&thin(line, thinned_m), &mut contour, |contour| overlay.add_contour(contour, ShapeType::Clip));
+    }
+    cancel.check()?;
+    let pieces = overlay.overlay(OverlayRule::Difference, FillRule::NonZero);
+    let ring = |ring: Vec<IntPoint<i32>>| ring.into_iter().map(|at| [at.x, at.y]).collect();
+    Ok(pieces.into_iter().map(|piece| piece.into_iter().map(ring).collect()).collect())
+}
+
+/// A polygon around a circle that is drawn along lines.
+struct Brush {
+    corners: [Point; CORNERS],
+}
+
+impl Brush {
+    fn new(radius_m: f64) -> Self {
+        let step_rad = std::f64::consts::TAU / CORNERS as f64;
+        let outer_m = radius_m / (step_rad / 2.0).cos();
+        let corner = |n: usize| {
+            let (sin, cos) = (step_rad * n as f64).sin_cos();
+            Point { x: outer_m * cos, y: outer_m * sin }
+        };
+        Self { corners: std::array::from_fn(corner) }
+    }
+
+    /// Gives the hull of the brush over each side of a line.
+    fn draw(&self, line: &[Point], contour: &mut Vec<IntPoint<i32>>, mut give: impl FnMut(&[IntPoint<i32>])) {
+        let at = |centre: Point, n: usize| {
+            let corner = self.corners[n % CORNERS];
+            on_grid(Point { x: centre.x + corner.x, y: centre.y + corner.y })
+        };
+        if let [point] = line {
+            contour.clear();
+            contour.extend((0..CORNERS).map(|n| at(*point, n)));
+            give(contour);
+        }
+        for side in line.windows(2) {
+            let (a, b) = (side[0], side[1]);
+            let ahead_rad = (b.y - a.y).atan2(b.x - a.x);
+            // The corner farthest to the right of the way, and the opposite one, belong to both ends.
+            let right = (ahead_rad / std::f64::consts::TAU - 0.25) * CORNERS as f64;
+            let right = right.round().rem_euclid(CORNERS as f64) as usize;
+            contour.clear();
+            let half = CORNERS / 2;
+            contour.extend((0..=half).map(|n| at(b, right + n)));
+            contour.extend((half..=CORNERS).map(|n| at(a, right + n)));
+            give(contour);
+        }
+    }
+}
+
+/// Leaves out what lies within a tolerance of the rest (U. Ramer 1972; D. Douglas and T. Peucker 1973).
+fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
+    if line.len() < 3 {
+        return line.to_vec();
+    }
+    let mut kept = vec![false; line.len()];
+    let last = line.len() - 1;
+    (kept[0], kept[last]) = (true, true);
+    let mut spans = vec![(0, last)];
+    while let Some((from, to)) = spans.pop() {
+        let far = (from + 1..to).map(|at| (line[at].distance_m(line[at].nearest_on(line[from], line[to])), at));
+        let Some((off_m, at)) = far.max_by(|one, other| one.0.total_cmp(&other.0)) else { continue };
+        if off_m > tolerance_m {
+            kept[at] = true;
+            spans.extend([(from, at), (at, to)]);
+        }
+    }
+    line.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
+}

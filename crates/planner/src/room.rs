@@ -1,0 +1,192 @@
+//! Sea room: the water that is deep enough and far enough from dangers, ready to be searched.
+
+use crate::boxes::{Bounds, Boxes};
+use crate::mesh::Mesh;
+use crate::needs::{Needs, NeedsError};
+use crate::obstacles::{Region, cut_out, project};
+use crate::plane::{Plane, Point};
+use crate::Cancel;
+use charts::depth_index::{DepthIndex, GeoBox};
+use units::LatLon;
+
+/// Around the whole chart (m).
+const MARGIN_M: f64 = 500.0;
+/// Points on each border of a box that is brought from the plane to the globe or back.
+const BORDER_POINTS: u32 = 16;
+
+/// Why there is no sea room.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// Needs that nothing can meet.
+    #[error(transparent)]
+    Needs(#[from] NeedsError),
+    /// Nobody waits for it any more.
+    #[error("the answer is no longer wanted")]
+    Cancelled,
+    /// The chart's geometry could not be divided.
+    #[error("the chart cannot be divided for planning: {0}; report this with the charts' names")]
+    Geometry(String),
+}
+
+/// Water that meets certain needs, in a region.
+#[derive(Debug, Clone)]
+pub struct SeaRoom {
+    needs: Needs,
+    plane: Plane,
+    pub(crate) region: Region,
+    pub(crate) mesh: Mesh,
+    barriers: Vec<[Point; 2]>,
+    tree: Boxes,
+}
+
+impl SeaRoom {
+    /// Prepares the water of a whole chart.
+    ///
+    /// # Errors
+    /// When the needs are out of range, the geometry is damaged, or nobody waits any more.
+    pub fn of_chart(index: &DepthIndex, needs: &Needs, cancel: &Cancel<'_>) -> Result<Self, PlanError> {
+        let Some(extent) = index.extent() else { return Self::around(index, needs, nowhere(), (0.0, 0.0), cancel) };
+        let middle = middle_of(&extent);
+        let plane = Plane::new(middle);
+        let border = border_of([extent.west_deg, extent.south_deg], [extent.east_deg, extent.north_deg]);
+        let points = border.filter_map(|[lon, lat]| LatLon::from_deg(lat, lon).ok()).map(|place| plane.point(place));
+        let bounds = Bounds::of(&points.collect::<Vec<_>>());
+        let half = |min: f64, max: f64| min.abs().max(max.abs()) + MARGIN_M + needs.reach_m();
+        let halves = (half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y));
+        Self::around(index, needs, middle, halves, cancel)
+    }
+
+    /// Prepares the water as far as so many metres east and west, and north and south, of a place.
+    ///
+    /// # Errors
+    /// When the needs are out of range, the geometry is damaged, or nobody waits any more.
+    pub fn around(
+        index: &DepthIndex,
+        needs: &Needs,
+        middle: LatLon,
+        (east_m, north_m): (f64, f64),
+        cancel: &Cancel<'_>,
+    ) -> Result<Self, PlanError> {
+        needs.validate()?;
+        let plane = Plane::new(middle);
+        let region = Region { min: Point { x: -east_m, y: -north_m }, max: Point { x: east_m, y: north_m } };
+        let reach_m = needs.reach_m();
+        let barriers = index.barriers(&needs.demand, &box_of(region, &plane, 2.0 * reach_m + MARGIN_M));
+        cancel.check()?;
+        let lines = project(&barriers.lines, &plane);
+        let pieces = cut_out(region, &lines, reach_m + barriers.wider_m, cancel)?;
+        // The chart itself says which pieces are open: by the very question that legs are asked.
+        let is_open = |at: Point| index.shallowest_within(plane.place(at), needs.clearance_m, &needs.demand).navigable;
+        let mesh = Mesh::new(&pieces, is_open, cancel)?;
+        let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
+        let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
+        Ok(Self { needs: *needs, plane, region, mesh, barriers, tree: Boxes::new(&bounds) })
+    }
+
+    /// What it was made for.
+    pub fn needs(&self) -> &Needs {
+        &self.needs
+    }
+
+    /// Number of its triangles.
+    pub fn triangles(&self) -> usize {
+        self.mesh.corners.len()
+    }
+
+    pub(crate) fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
+    /// A way between two points that leaves the region is at least so long (m).
+    pub(crate) fn least_way_out_m(&self, from: Point, to: Point) -> f64 {
+        let Region { min, max } = self.region;
+        // By way of a border: straight to the mirror image of the goal behind it.
+        let across = |a: f64, b: f64, along: f64| (a + b).hypot(along);
+        let (dx, dy) = ((to.x - from.x).abs(), (to.y - from.y).abs());
+        let borders = [
+            across(from.x - min.x, to.x - min.x, dy),
+            across(max.x - from.x, max.x - to.x, dy),
+            across(from.y - min.y, to.y - min.y, dx),
+            across(max.y - from.y, max.y - to.y, dx),
+        ];
+        borders.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// How far a leg keeps from the nearest barrier (m), and where; `None` if there is none within `within_m`.
+    pub(crate) fn clearance(&self, from: Point, to: Point, within_m: f64) -> Option<(f64, Point)> {
+        let mut nearest: Option<(f64, Point)> = None;
+        self.tree.nearest(&Bounds::of(&[from, to]), within_m, |side| {
+            let [a, b] = self.barriers[side as usize];
+            let (distance_m, at) = distance(from, to, a, b);
+            if distance_m <= within_m && nearest.is_none_or(|(held_m, _)| distance_m < held_m) {
+                nearest = Some((distance_m, at));
+            }
+            nearest.map_or(within_m, |(held_m, _)| held_m)
+        });
+        nearest
+    }
+}
+
+fn nowhere() -> LatLon {
+    LatLon::from_deg(0.0, 0.0).expect("invariant: 0, 0 is a place")
+}
+
+fn middle_of(extent: &GeoBox) -> LatLon {
+    let lat_deg = f64::midpoint(extent.south_deg, extent.north_deg);
+    let lon_deg = f64::midpoint(extent.west_deg, extent.east_deg);
+    LatLon::from_deg(lat_deg, lon_deg).unwrap_or_else(|_| nowhere())
+}
+
+/// Points on the border of a box of two corners.
+fn border_of(min: [f64; 2], max: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    (0..=BORDER_POINTS).flat_map(move |n| {
+        let share = f64::from(n) / f64::from(BORDER_POINTS);
+        let (x, y) = (min[0] + (max[0] - min[0]) * share, min[1] + (max[1] - min[1]) * share);
+        [[x, min[1]], [x, max[1]], [min[0], y], [max[0], y]]
+    })
+}
+
+/// A box on the globe that holds a region and so much around it.
+fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
+    let Region { min, max } = region;
+    // Between the points that are looked at, the border of the box bows by far less than a share of its size.
+    let more_m = margin_m + 0.02 * (max.x - min.x).max(max.y - min.y);
+    let border = border_of([min.x - more_m, min.y - more_m], [max.x + more_m, max.y + more_m]);
+    let middle = plane.place(Point::default());
+    let mut found = GeoBox { west_deg: 0.0, east_deg: 0.0, south_deg: middle.lat_deg(), north_deg: middle.lat_deg() };
+    for [x, y] in border {
+        let place = plane.place(Point { x, y });
+        let east_deg = units::wrap_pi(place.lon_rad() - middle.lon_rad()).to_degrees();
+        found.west_deg = found.west_deg.min(east_deg);
+        found.east_deg = found.east_deg.max(east_deg);
+        found.south_deg = found.south_deg.min(place.lat_deg());
+        found.north_deg = found.north_deg.max(place.lat_deg());
+    }
+    if found.east_deg - found.west_deg > 350.0 || found.north_deg > 88.0 || found.south_deg < -88.0 {
+        return GeoBox { west_deg: -180.0, east_deg: 180.0, ..found };
+    }
+    let lon_deg = |east_deg: f64| units::wrap_pi(middle.lon_rad() + east_deg.to_radians()).to_degrees();
+    GeoBox { west_deg: lon_deg(found.west_deg), east_deg: lon_deg(found.east_deg), ..found }
+}
+
+/// The sides of a line; a point is a side without length.
+fn sides(line: &[Point]) -> impl Iterator<Item = [Point; 2]> {
+    let single = (line.len() == 1).then(|| [line[0], line[0]]);
+    line.windows(2).map(|pair| [pair[0], pair[1]]).chain(single)
+}
+
+/// Distance of two segments (m) and the point of the second that is nearest.
+fn distance(from: Point, to: Point, a: Point, b: Point) -> (f64, Point) {
+    let (of_a, of_b) = (from.cross(to, a), from.cross(to, b));
+    let (of_from, of_to) = (a.cross(b, from), a.cross(b, to));
+    if of_a * of_b < 0.0 && of_from * of_to < 0.0 {
+        return (0.0, a.towards(b, of_a / (of_a - of_b)));
+    }
+    let ends = [
+        (a.distance_m(a.nearest_on(from, to)), a),
+        (b.distance_m(b.nearest_on(from, to)), b),
+        (from.distance_m(from.nearest_on(a, b)), from.nearest_on(a, b)),
+        (to.distance_m(to.nearest_on(a, b)), to.nearest_on(a, b)),
+    ];
+    ends.into_iter().fold((f64::INFINITY, a), |best, one| if one.0 < best.0 { one } else { best })
+}

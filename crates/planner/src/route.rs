@@ -1,0 +1,304 @@
+//! What is asked, and what comes of it: a way in legs, or why there is none.
+
+use crate::needs::{Needs, NeedsError};
+use crate::obstacles;
+use crate::plane::Point;
+use crate::room::{PlanError, SeaRoom};
+use crate::search::{self, Effort};
+use crate::tidy::tidy;
+use crate::Cancel;
+use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Water};
+use geographiclib_rs::{Geodesic, InverseGeodesic};
+use std::fmt;
+use units::LatLon;
+
+/// Farther than this from every danger is not measured (m).
+const FAR_M: f64 = 5_000.0;
+/// A leg that the chart does not confirm as one geodesic is halved so often at most: a long one bows in the plane.
+const MOST_HALVINGS: u32 = 7;
+/// Beyond the allowed distance, water is looked for so far, to say where it is (m).
+const LOOK_M: f64 = 50_000.0;
+
+/// From where to where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Request {
+    /// Start.
+    pub from: LatLon,
+    /// Goal.
+    pub to: LatLon,
+    /// A start or goal in closed water is moved to the nearest open water if that is not farther off (m).
+    pub move_up_to_m: f64,
+    /// Corners are joined where legs would be shorter (m).
+    pub least_leg_m: f64,
+}
+
+impl Request {
+    /// With ends that may be moved by 1 km, and legs of 15 m and more.
+    pub fn new(from: LatLon, to: LatLon) -> Self {
+        Self { from, to, move_up_to_m: 1_000.0, least_leg_m: 15.0 }
+    }
+}
+
+/// One of the two ends of a way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// Where it begins.
+    Start,
+    /// Where it leads.
+    Goal,
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Start => "the start",
+            Self::Goal => "the goal",
+        })
+    }
+}
+
+/// An end that lay in closed water.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moved {
+    /// Where it was asked for.
+    pub from: LatLon,
+    /// Where the way begins or ends instead.
+    pub to: LatLon,
+    /// How far that is (m).
+    pub distance_m: f64,
+    /// What there is where it was asked for.
+    pub water: Water,
+}
+
+/// A leg of a way, and what the chart has around it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RouteLeg {
+    /// Start.
+    pub from: LatLon,
+    /// End.
+    pub to: LatLon,
+    /// Length (m).
+    pub length_m: f64,
+    /// The worst within the clearance: least depth, what is left of it, and where.
+    pub worst: DepthAnswer,
+    /// Distance to the nearest thing that does not meet the needs (m); `None` beyond 5 km.
+    pub clearance_m: Option<f64>,
+}
+
+/// A way that the chart confirms leg by leg.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Route {
+    /// The legs, in order; none where start and goal are one place.
+    pub legs: Vec<RouteLeg>,
+    /// Where it begins; the legs' ends follow.
+    pub start: LatLon,
+    /// Length (m).
+    pub length_m: f64,
+    /// The start, if it was moved.
+    pub moved_start: Option<Moved>,
+    /// The goal, if it was moved.
+    pub moved_goal: Option<Moved>,
+    /// What finding it took.
+    pub effort: Effort,
+}
+
+impl Route {
+    /// All corners, ends included.
+    pub fn places(&self) -> impl Iterator<Item = LatLon> {
+        std::iter::once(self.start).chain(self.legs.iter().map(|leg| leg.to))
+    }
+
+    /// Least charted depth within the clearance of the way (m).
+    pub fn least_depth_m(&self) -> Option<f64> {
+        self.legs.iter().filter_map(|leg| leg.worst.water.least_m()).min_by(f64::total_cmp)
+    }
+
+    /// Distance to the nearest thing that does not meet the needs (m); `None` beyond 5 km.
+    pub fn least_clearance_m(&self) -> Option<f64> {
+        self.legs.iter().filter_map(|leg| leg.clearance_m).min_by(f64::total_cmp)
+    }
+}
+
+/// Why there is no way.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// Needs that nothing can meet.
+    #[error(transparent)]
+    Needs(#[from] NeedsError),
+    /// An end lies in closed water, farther from open water than it may be moved.
+    #[error("{}", closed_text(*.end, *.water, *.nearest_m, *.allowed_m))]
+    Closed {
+        /// Which.
+        end: End,
+        /// What there is.
+        water: Water,
+        /// How far open water is (m); `None` if there is none within 50 km.
+        nearest_m: Option<f64>,
+        /// How far it may be moved (m).
+        allowed_m: f64,
+    },
+    /// Both ends lie in open water, and nothing open connects them.
+    #[error(
+        "no way that is deep enough and clear by as much connects them: from the start one comes within {gap_m:.0} m of \
+         the goal"
+    )]
+    NoWay {
+        /// The place nearest to the goal that can be reached.
+        nearest: LatLon,
+        /// How far that is from the goal (m).
+        gap_m: f64,
+    },
+    /// A way was found that the chart does not confirm. It is not given.
+    #[error("a way was found that the chart does not confirm near {at}; nothing unsafe is given. Report this")]
+    NotConfirmed {
+        /// Where.
+        at: String,
+    },
+    /// Planning failed.
+    #[error(transparent)]
+    Plan(PlanError),
+}
+
+impl From<PlanError> for Refusal {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::Needs(error) => Self::Needs(error),
+            other => Self::Plan(other),
+        }
+    }
+}
+
+fn closed_text(end: End, water: Water, nearest_m: Option<f64>, allowed_m: f64) -> String {
+    let here = match water {
+        Water::Land => "on land".to_owned(),
+        Water::Obstacle => "at an obstacle".to_owned(),
+        Water::UnknownDepth => "at a danger of unknown depth".to_owned(),
+        Water::NoData => "where nothing is charted".to_owned(),
+        Water::TooLow { .. } => "under something that is too low".to_owned(),
+        Water::Depth { least_m, .. } => format!("where the charted depth is {least_m:.1} m, or too near a danger"),
+    };
+    match nearest_m {
+        Some(nearest_m) => format!(
+            "{end} lies {here}; the nearest open water is {nearest_m:.0} m off, and it may be moved by {allowed_m:.0} m"
+        ),
+        None => format!("{end} lies {here}, and no open water is near"),
+    }
+}
+
+/// An end in open water.
+#[derive(Debug, Clone, Copy)]
+struct Stand {
+    at: Point,
+    triangle: u32,
+    moved: Option<Moved>,
+}
+
+/// A question to one room.
+pub(crate) struct Question<'a> {
+    pub(crate) room: &'a SeaRoom,
+    pub(crate) index: &'a DepthIndex,
+    pub(crate) request: &'a Request,
+    pub(crate) cancel: &'a Cancel<'a>,
+}
+
+impl Question<'_> {
+    pub(crate) fn answer(&self) -> Result<Route, Refusal> {
+        let (start, goal) = self.stands()?;
+        let mesh = &self.room.mesh;
+        let ends = [start, goal].map(|end| (mesh.within(end.triangle, end.at), end.triangle));
+        let found = search::shortest(mesh, ends[0], ends[1], self.cancel)?;
+        let Some((mut way, effort)) = found else { return Err(self.no_way(start)) };
+        (way[0], *way.last_mut().expect("invariant: a way has ends")) = (start.at, goal.at);
+        let way = tidy(&way, self.request.least_leg_m, |from, to| self.is_clear(from, to));
+        let mut legs = Vec::with_capacity(way.len());
+        for leg in way.windows(2) {
+            self.cancel.check()?;
+            self.confirm(leg[0], leg[1], MOST_HALVINGS, &mut legs)?;
+        }
+        let start_place = legs.first().map_or(self.room.plane().place(start.at), |leg: &RouteLeg| leg.from);
+        let length_m = legs.iter().map(|leg| leg.length_m).sum();
+        let (moved_start, moved_goal) = (start.moved, goal.moved);
+        Ok(Route { legs, start: start_place, length_m, moved_start, moved_goal, effort })
+    }
+
+    /// Both ends in open water, in the same piece of it if there is a choice.
+    fn stands(&self) -> Result<(Stand, Stand), Refusal> {
+        let starts = self.stand(End::Start, self.request.from)?;
+        let goals = self.stand(End::Goal, self.request.to)?;
+        let piece = |stand: &Stand| self.room.mesh.piece[stand.triangle as usize];
+        let pairs = starts.iter().flat_map(|start| goals.iter().map(move |goal| (*start, *goal)));
+        let moved_m = |stand: &Stand| stand.moved.map_or(0.0, |moved| moved.distance_m);
+        let together = pairs.filter(|(start, goal)| piece(start) == piece(goal));
+        let best = together.min_by(|one, other| {
+            (moved_m(&one.0) + moved_m(&one.1)).total_cmp(&(moved_m(&other.0) + moved_m(&other.1)))
+        });
+        best.map_or_else(|| Err(self.no_way(starts[0])), Ok)
+    }
+
+    /// Where an end may stand: at its place, or at the nearest points of pieces of open water; at least one.
+    fn stand(&self, end: End, place: LatLon) -> Result<Vec<Stand>, Refusal> {
+        let Question { room, index, request, .. } = self;
+        let at = room.plane().point(place);
+        if let Some(triangle) = room.mesh.locate(at) {
+            return Ok(vec![Stand { at, triangle, moved: None }]);
+        }
+        let water = index.shallowest_within(place, 0.0, &room.needs().demand).water;
+        let near = room.mesh.nearest(at, request.move_up_to_m);
+        let stands: Vec<Stand> = near
+            .into_iter()
+            .map(|near| {
+                let to = room.mesh.within(near.triangle, near.at);
+                let moved = Moved { from: place, to: room.plane().place(to), distance_m: near.distance_m, water };
+                Stand { at: to, triangle: near.triangle, moved: Some(moved) }
+            })
+            .collect();
+        if stands.is_empty() {
+            let nearest_m = room.mesh.nearest(at, LOOK_M).first().map(|near| near.distance_m);
+            return Err(Refusal::Closed { end, water, nearest_m, allowed_m: request.move_up_to_m });
+        }
+        Ok(stands)
+    }
+
+    fn no_way(&self, start: Stand) -> Refusal {
+        let room = self.room;
+        let goal = room.plane().point(self.request.to);
+        let piece = room.mesh.piece[start.triangle as usize];
+        let near = room.mesh.nearest(goal, f64::INFINITY);
+        let near = near.into_iter().find(|near| room.mesh.piece[near.triangle as usize] == piece);
+        let (at, gap_m) = near.map_or((start.at, start.at.distance_m(goal)), |near| (near.at, near.distance_m));
+        Refusal::NoWay { nearest: room.plane().place(at), gap_m }
+    }
+
+    fn is_clear(&self, from: Point, to: Point) -> bool {
+        self.worst(from, to).2.navigable
+    }
+
+    fn worst(&self, from: Point, to: Point) -> (LatLon, LatLon, DepthAnswer) {
+        let plane = self.room.plane();
+        let (from, to) = (plane.place(from), plane.place(to));
+        let Needs { demand, clearance_m } = self.room.needs();
+        (from, to, self.index.shallowest_along(Leg { from, to }, *clearance_m, demand))
+    }
+
+    /// Adds a leg that the chart confirms, in two parts where its geodesic bows too far.
+    fn confirm(&self, from: Point, to: Point, halvings: u32, legs: &mut Vec<RouteLeg>) -> Result<(), Refusal> {
+        let (start, end, worst) = self.worst(from, to);
+        if !worst.navigable {
+            if halvings == 0 || from.distance_m(to) < obstacles::LONGEST_SIDE_M {
+                let at = format!("{:.6}, {:.6}", worst.at.lat_deg(), worst.at.lon_deg());
+                return Err(Refusal::NotConfirmed { at });
+            }
+            let middle = from.towards(to, 0.5);
+            self.confirm(from, middle, halvings - 1, legs)?;
+            return self.confirm(middle, to, halvings - 1, legs);
+        }
+        let clearance_m = self.room.clearance(from, to, FAR_M).map(|(clearance_m, _)| clearance_m);
+        legs.push(RouteLeg { from: start, to: end, length_m: geodesic_m(start, end), worst, clearance_m });
+        Ok(())
+    }
+}
+
+/// Length of the geodesic (m).
+pub(crate) fn geodesic_m(from: LatLon, to: LatLon) -> f64 {
+    Geodesic::wgs84().inverse(from.lat_deg(), from.lon_deg(), to.lat_deg(), to.lon_deg())
+}
