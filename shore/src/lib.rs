@@ -8,7 +8,8 @@
 //! - [`commands`]: control, orders, STOP, steering by hand; [`alarms`]; [`reports`] of vessels.
 //! - [`links`]: the vessel link's sessions; the sockets are the server's.
 //! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
-//! - [`charts`], [`plans`], [`identity`]: the sea chart, plans as people draw them, accounts and the audit log.
+//! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
+//!   and the audit log.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
 //! settings of its own.
@@ -31,6 +32,7 @@ pub mod private;
 pub mod recorder;
 pub mod reports;
 pub mod router;
+pub mod routing;
 mod selection;
 mod settings;
 pub mod sinks;
@@ -54,6 +56,7 @@ use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
 use crate::router::Router;
+use crate::routing::Routing;
 use crate::sinks::SinkState;
 use imc::Address;
 use tokio::sync::watch;
@@ -80,6 +83,8 @@ pub struct Shore {
     pub imports: Imports,
     /// The sea chart.
     pub charts: Charts,
+    /// Routes on the sea chart.
+    pub routing: Routing,
     /// The vessels that came in by the link.
     pub links: Links,
     /// Who steers which vessel by hand.

@@ -12,6 +12,7 @@ use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
 use crate::router::Router;
+use crate::routing::Routing;
 use crate::settings::Settings;
 use crate::sinks::Sinks;
 use crate::{Shore, folder, private};
@@ -129,6 +130,7 @@ impl Opened {
             history,
             imports,
             charts,
+            routing: Routing::default(),
             links,
             helms,
             router,

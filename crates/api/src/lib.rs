@@ -18,6 +18,7 @@ mod history;
 mod live;
 mod people;
 mod plans;
+mod routing;
 mod samples;
 mod teleop;
 mod told;
@@ -51,6 +52,7 @@ pub use plans::{
     PlanPlace, PlanQuery, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask, PlanTrouble,
     PlanUploadAsk, SpeedUnit, StoredPlan,
 };
+pub use routing::{SeaRoute, SeaRouteAnswer, SeaRouteAsk, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal};
 pub use samples::{
     Buckets, BucketsQuery, Label, Next, SampleRow, Samples, SamplesQuery, Series, SeriesField, SeriesQuery,
     ValueKind,

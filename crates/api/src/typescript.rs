@@ -11,9 +11,10 @@ use crate::{
     ParameterAbout, ParameterTold, Permission, Person, PlanAboard, PlanChange, PlanCheck, PlanCost,
     PlanDocument, PlanGiven, PlanLeg, PlanPlace, PlanRevision, PlanSpeed, PlanStep, PlanSummary, PlanTask,
     PlanTrouble, PlanUnderWay, PlanUploadAsk, PlansAboard, ReceiverClock, Recorded, RecordedDay, Recording,
-    Role, RouteLeg, SampleRow, Samples, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan,
-    Subscription, System, TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token, TokenMade,
-    TrackPoint, Update, ValueKind, Vessel, VesselAsk, VesselAsked, VesselChart, VesselParameters,
+    Role, RouteLeg, SampleRow, Samples, SeaRoute, SeaRouteAnswer, SeaRouteAsk, SeaRouteLeg, SeaRouteMoved,
+    SeaRouteRefusal, Series, SeriesField, Session, ShelveAsk, SpeedUnit, StoredPlan, Subscription, System,
+    TeleopPhase, TeleopSample, TeleopSay, TeleopStop, TeleopTold, Token, TokenMade, TrackPoint, Update,
+    ValueKind, Vessel, VesselAsk, VesselAsked, VesselChart, VesselParameters,
 };
 use ts_rs::TS;
 
@@ -112,6 +113,12 @@ fn text() -> String {
         RouteLeg::decl(),
         SampleRow::decl(),
         Samples::decl(),
+        SeaRoute::decl(),
+        SeaRouteAnswer::decl(),
+        SeaRouteAsk::decl(),
+        SeaRouteLeg::decl(),
+        SeaRouteMoved::decl(),
+        SeaRouteRefusal::decl(),
         Series::decl(),
         SeriesField::decl(),
         Session::decl(),

@@ -21,7 +21,8 @@ fn main() {
             .take_while(|file| folder.join(file).exists())
             .map(|file| (file.clone(), read(&file)))
             .collect();
-        let updates: Vec<NamedBytes<'_>> = updates.iter().map(|(name, bytes)| NamedBytes { name, bytes }).collect();
+        let updates: Vec<NamedBytes<'_>> =
+            updates.iter().map(|(name, bytes)| NamedBytes { name, bytes }).collect();
         let file = format!("{name}.000");
         builder.add_cell(&Cell::read(NamedBytes { name: &file, bytes: &base }, &updates).unwrap()).unwrap();
     }
@@ -60,11 +61,18 @@ fn main() {
                 println!("NOT CONFIRMED {a:?} {b:?} {at}");
             }
             Err(other) => {
-                if no < 5 { println!("{other}"); }
+                if no < 5 {
+                    println!("{other}");
+                }
                 no += 1
             }
         }
     }
     all.sort_by_key(|one| one.0);
-    println!("ok {ok} no {no} bad {bad}; p50 {:?} p99 {:?} max {:?}", all[all.len() / 2], all[all.len() * 99 / 100], all[all.len() - 1]);
+    println!(
+        "ok {ok} no {no} bad {bad}; p50 {:?} p99 {:?} max {:?}",
+        all[all.len() / 2],
+        all[all.len() * 99 / 100],
+        all[all.len() - 1]
+    );
 }

@@ -32,5 +32,5 @@ pub use needs::{Needs, NeedsError};
 pub use plane::{Plane, Point};
 pub use room::{PlanError, SeaRoom};
 pub use route::{End, Moved, Refusal, Request, Route, RouteLeg};
-pub use router::Router;
+pub use router::{Passable, Router};
 pub use search::Effort;

@@ -104,7 +104,8 @@ impl Mesh {
         self.tree.nearest(&Bounds { min: at, max: at }, within_m, |triangle| {
             let [a, b, c] = self.triangle(triangle);
             let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| at.nearest_on(from, to));
-            let on = sides.into_iter().min_by(|one, other| at.distance_m(*one).total_cmp(&at.distance_m(*other)));
+            let on =
+                sides.into_iter().min_by(|one, other| at.distance_m(*one).total_cmp(&at.distance_m(*other)));
             let on = on.unwrap_or(a);
             let near = Near { triangle, at: on, distance_m: at.distance_m(on) };
             let piece = |one: &Near| self.piece[one.triangle as usize];
@@ -140,7 +141,8 @@ impl Mesh {
             }
         }
         let beyond = |corners: &[u32; 3]| {
-            [0, 1, 2].map(|side| sides.get(&(corners[(side + 1) % 3], corners[side])).copied().unwrap_or(NONE))
+            [0, 1, 2]
+                .map(|side| sides.get(&(corners[(side + 1) % 3], corners[side])).copied().unwrap_or(NONE))
         };
         self.beyond = self.corners.iter().map(beyond).collect();
         self.find_bends();
@@ -222,7 +224,9 @@ impl Piece {
             sides.extend(corners.iter().zip(next).map(|(a, b)| [*a, *b]).filter(|[a, b]| a != b));
         }
         let mut conflicts = 0;
-        let all = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(points, sides, |_| conflicts += 1);
+        let all = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(points, sides, |_| {
+            conflicts += 1
+        });
         let all = all.map_err(|error| PlanError::Geometry(error.to_string()))?;
         if conflicts > 0 {
             return Err(PlanError::Geometry(format!("{conflicts} borders cross each other")));
@@ -242,7 +246,10 @@ impl Piece {
             let face = all.face(face);
             let edges: Vec<_> = match face.as_inner() {
                 Some(triangle) => triangle.adjacent_edges().to_vec(),
-                None => all.convex_hull().map(|edge| if edge.is_outer_edge() { edge } else { edge.rev() }).collect(),
+                None => all
+                    .convex_hull()
+                    .map(|edge| if edge.is_outer_edge() { edge } else { edge.rev() })
+                    .collect(),
             };
             if let Some(triangle) = face.as_inner().filter(|_| here) {
                 // Corners are whole numbers of the grid.

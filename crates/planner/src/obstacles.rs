@@ -39,6 +39,32 @@ pub(crate) struct Region {
     pub(crate) max: Point,
 }
 
+impl Region {
+    /// The part of a segment that lies within (Y.-D. Liang and B. A. Barsky 1984).
+    fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
+        let (dx, dy) = (b.x - a.x, b.y - a.y);
+        let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+        let sides = [
+            (-dx, a.x - self.min.x),
+            (dx, self.max.x - a.x),
+            (-dy, a.y - self.min.y),
+            (dy, self.max.y - a.y),
+        ];
+        for (outward, room) in sides {
+            if outward == 0.0 {
+                if room < 0.0 {
+                    return None;
+                }
+            } else if outward < 0.0 {
+                enters = enters.max(room / outward);
+            } else {
+                leaves = leaves.min(room / outward);
+            }
+        }
+        (enters <= leaves).then(|| (a.towards(b, enters), a.towards(b, leaves)))
+    }
+}
+
 pub(crate) fn metres(at: GridPoint) -> Point {
     Point { x: f64::from(at[0]) / PER_METRE, y: f64::from(at[1]) / PER_METRE }
 }
@@ -90,12 +116,19 @@ pub(crate) fn cut_out(
     let brush = Brush::new(clearance_m + thinned_m + SLACK_M);
     let mut overlay: Overlay<i32> = Overlay::new(lines.len() * 64);
     let Region { min, max } = region;
+    let near_m = 2.0 * brush.radius_m + 10.0;
+    let near = Region {
+        min: Point { x: min.x - near_m, y: min.y - near_m },
+        max: Point { x: max.x + near_m, y: max.y + near_m },
+    };
     let corners = [min, Point { x: max.x, y: min.y }, max, Point { x: min.x, y: max.y }].map(on_grid);
     overlay.add_contour(&corners, ShapeType::Subject);
     let mut contour = Vec::new();
     for line in lines {
         cancel.check()?;
-        brush.draw(&thin(line, thinned_m), &mut contour, |contour| overlay.add_contour(contour, ShapeType::Clip));
+        brush.draw(&thin(line, thinned_m), &near, &mut contour, |contour| {
+            overlay.add_contour(contour, ShapeType::Clip)
+        });
     }
     cancel.check()?;
     let pieces = overlay.overlay(OverlayRule::Difference, FillRule::NonZero);
@@ -105,6 +138,7 @@ pub(crate) fn cut_out(
 
 /// A polygon around a circle that is drawn along lines.
 struct Brush {
+    radius_m: f64,
     corners: [Point; CORNERS],
 }
 
@@ -116,22 +150,30 @@ impl Brush {
             let (sin, cos) = (step_rad * n as f64).sin_cos();
             Point { x: outer_m * cos, y: outer_m * sin }
         };
-        Self { corners: std::array::from_fn(corner) }
+        Self { radius_m, corners: std::array::from_fn(corner) }
     }
 
-    /// Gives the hull of the brush over each side of a line.
-    fn draw(&self, line: &[Point], contour: &mut Vec<IntPoint<i32>>, mut give: impl FnMut(&[IntPoint<i32>])) {
+    /// Gives the hull of the brush over each side of a line, as far as the side lies in a region.
+    fn draw(
+        &self,
+        line: &[Point],
+        near: &Region,
+        contour: &mut Vec<IntPoint<i32>>,
+        mut give: impl FnMut(&[IntPoint<i32>]),
+    ) {
         let at = |centre: Point, n: usize| {
             let corner = self.corners[n % CORNERS];
             on_grid(Point { x: centre.x + corner.x, y: centre.y + corner.y })
         };
-        if let [point] = line {
+        if let [point] = line
+            && near.clip(*point, *point).is_some()
+        {
             contour.clear();
             contour.extend((0..CORNERS).map(|n| at(*point, n)));
             give(contour);
         }
         for side in line.windows(2) {
-            let (a, b) = (side[0], side[1]);
+            let Some((a, b)) = near.clip(side[0], side[1]) else { continue };
             let ahead_rad = (b.y - a.y).atan2(b.x - a.x);
             // The corner farthest to the right of the way, and the opposite one, belong to both ends.
             let right = (ahead_rad / std::f64::consts::TAU - 0.25) * CORNERS as f64;
@@ -155,7 +197,8 @@ fn thin(line: &[Point], tolerance_m: f64) -> Vec<Point> {
     (kept[0], kept[last]) = (true, true);
     let mut spans = vec![(0, last)];
     while let Some((from, to)) = spans.pop() {
-        let far = (from + 1..to).map(|at| (line[at].distance_m(line[at].nearest_on(line[from], line[to])), at));
+        let far =
+            (from + 1..to).map(|at| (line[at].distance_m(line[at].nearest_on(line[from], line[to])), at));
         let Some((off_m, at)) = far.max_by(|one, other| one.0.total_cmp(&other.0)) else { continue };
         if off_m > tolerance_m {
             kept[at] = true;

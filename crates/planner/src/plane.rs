@@ -98,7 +98,8 @@ impl Plane {
         let (sin_c_by_r, cos_c) = (2.0 / (1.0 + square), (1.0 - square) / (1.0 + square));
         let sin_chi = (cos_c * self.sin_chi0 + y * sin_c_by_r * self.cos_chi0).clamp(-1.0, 1.0);
         let l_rad = (x * sin_c_by_r).atan2(self.cos_chi0 * cos_c - y * self.sin_chi0 * sin_c_by_r);
-        let lat_rad = latitude_rad(((1.0 + sin_chi) / (self.c * (1.0 - sin_chi).max(1e-15))).ln() / (2.0 * self.n));
+        let lat_rad =
+            latitude_rad(((1.0 + sin_chi) / (self.c * (1.0 - sin_chi).max(1e-15))).ln() / (2.0 * self.n));
         let lon_rad = wrap_pi(self.middle.lon_rad() + l_rad / self.n);
         // Only a point that is no number has no place.
         LatLon::from_rad(lat_rad, lon_rad).unwrap_or(self.middle)

@@ -1,11 +1,11 @@
 //! Sea room: the water that is deep enough and far enough from dangers, ready to be searched.
 
+use crate::Cancel;
 use crate::boxes::{Bounds, Boxes};
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles::{Region, cut_out, project};
 use crate::plane::{Plane, Point};
-use crate::Cancel;
 use charts::depth_index::{DepthIndex, GeoBox};
 use units::LatLon;
 
@@ -45,11 +45,14 @@ impl SeaRoom {
     /// # Errors
     /// When the needs are out of range, the geometry is damaged, or nobody waits any more.
     pub fn of_chart(index: &DepthIndex, needs: &Needs, cancel: &Cancel<'_>) -> Result<Self, PlanError> {
-        let Some(extent) = index.extent() else { return Self::around(index, needs, nowhere(), (0.0, 0.0), cancel) };
+        let Some(extent) = index.extent() else {
+            return Self::around(index, needs, nowhere(), (0.0, 0.0), cancel);
+        };
         let middle = middle_of(&extent);
         let plane = Plane::new(middle);
         let border = border_of([extent.west_deg, extent.south_deg], [extent.east_deg, extent.north_deg]);
-        let points = border.filter_map(|[lon, lat]| LatLon::from_deg(lat, lon).ok()).map(|place| plane.point(place));
+        let points =
+            border.filter_map(|[lon, lat]| LatLon::from_deg(lat, lon).ok()).map(|place| plane.point(place));
         let bounds = Bounds::of(&points.collect::<Vec<_>>());
         let half = |min: f64, max: f64| min.abs().max(max.abs()) + MARGIN_M + needs.reach_m();
         let halves = (half(bounds.min.x, bounds.max.x), half(bounds.min.y, bounds.max.y));
@@ -76,7 +79,8 @@ impl SeaRoom {
         let lines = project(&barriers.lines, &plane);
         let pieces = cut_out(region, &lines, reach_m + barriers.wider_m, cancel)?;
         // The chart itself says which pieces are open: by the very question that legs are asked.
-        let is_open = |at: Point| index.shallowest_within(plane.place(at), needs.clearance_m, &needs.demand).navigable;
+        let is_open =
+            |at: Point| index.shallowest_within(plane.place(at), needs.clearance_m, &needs.demand).navigable;
         let mesh = Mesh::new(&pieces, is_open, cancel)?;
         let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
@@ -153,7 +157,8 @@ fn box_of(region: Region, plane: &Plane, margin_m: f64) -> GeoBox {
     let more_m = margin_m + 0.02 * (max.x - min.x).max(max.y - min.y);
     let border = border_of([min.x - more_m, min.y - more_m], [max.x + more_m, max.y + more_m]);
     let middle = plane.place(Point::default());
-    let mut found = GeoBox { west_deg: 0.0, east_deg: 0.0, south_deg: middle.lat_deg(), north_deg: middle.lat_deg() };
+    let mut found =
+        GeoBox { west_deg: 0.0, east_deg: 0.0, south_deg: middle.lat_deg(), north_deg: middle.lat_deg() };
     for [x, y] in border {
         let place = plane.place(Point { x, y });
         let east_deg = units::wrap_pi(place.lon_rad() - middle.lon_rad()).to_degrees();

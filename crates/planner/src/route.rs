@@ -1,14 +1,13 @@
 //! What is asked, and what comes of it: a way in legs, or why there is none.
 
+use crate::Cancel;
 use crate::needs::{Needs, NeedsError};
 use crate::obstacles;
 use crate::plane::Point;
 use crate::room::{PlanError, SeaRoom};
 use crate::search::{self, Effort};
 use crate::tidy::tidy;
-use crate::Cancel;
 use charts::depth_index::{DepthAnswer, DepthIndex, Leg, Water};
-use geographiclib_rs::{Geodesic, InverseGeodesic};
 use std::fmt;
 use units::LatLon;
 
@@ -103,6 +102,21 @@ pub struct Route {
 }
 
 impl Route {
+    /// This way and another that begins where it ends, as one.
+    #[must_use]
+    pub fn then(mut self, next: Self) -> Self {
+        self.length_m += next.length_m;
+        self.legs.extend(next.legs);
+        self.moved_goal = next.moved_goal;
+        self.effort = self.effort.and(next.effort);
+        self
+    }
+
+    /// Where it ends.
+    pub fn goal(&self) -> LatLon {
+        self.legs.last().map_or(self.start, |leg| leg.to)
+    }
+
     /// All corners, ends included.
     pub fn places(&self) -> impl Iterator<Item = LatLon> {
         std::iter::once(self.start).chain(self.legs.iter().map(|leg| leg.to))
@@ -149,7 +163,9 @@ pub enum Refusal {
         gap_m: f64,
     },
     /// A way was found that the chart does not confirm. It is not given.
-    #[error("a way was found that the chart does not confirm near {at}; nothing unsafe is given. Report this")]
+    #[error(
+        "a way was found that the chart does not confirm near {at}; nothing unsafe is given. Report this"
+    )]
     NotConfirmed {
         /// Where.
         at: String,
@@ -175,7 +191,9 @@ fn closed_text(end: End, water: Water, nearest_m: Option<f64>, allowed_m: f64) -
         Water::UnknownDepth => "at a danger of unknown depth".to_owned(),
         Water::NoData => "where nothing is charted".to_owned(),
         Water::TooLow { .. } => "under something that is too low".to_owned(),
-        Water::Depth { least_m, .. } => format!("where the charted depth is {least_m:.1} m, or too near a danger"),
+        Water::Depth { least_m, .. } => {
+            format!("where the charted depth is {least_m:.1} m, or too near a danger")
+        }
     };
     match nearest_m {
         Some(nearest_m) => format!(
@@ -248,7 +266,8 @@ impl Question<'_> {
             .into_iter()
             .map(|near| {
                 let to = room.mesh.within(near.triangle, near.at);
-                let moved = Moved { from: place, to: room.plane().place(to), distance_m: near.distance_m, water };
+                let moved =
+                    Moved { from: place, to: room.plane().place(to), distance_m: near.distance_m, water };
                 Stand { at: to, triangle: near.triangle, moved: Some(moved) }
             })
             .collect();
@@ -265,7 +284,8 @@ impl Question<'_> {
         let piece = room.mesh.piece[start.triangle as usize];
         let near = room.mesh.nearest(goal, f64::INFINITY);
         let near = near.into_iter().find(|near| room.mesh.piece[near.triangle as usize] == piece);
-        let (at, gap_m) = near.map_or((start.at, start.at.distance_m(goal)), |near| (near.at, near.distance_m));
+        let (at, gap_m) =
+            near.map_or((start.at, start.at.distance_m(goal)), |near| (near.at, near.distance_m));
         Refusal::NoWay { nearest: room.plane().place(at), gap_m }
     }
 
@@ -281,7 +301,13 @@ impl Question<'_> {
     }
 
     /// Adds a leg that the chart confirms, in two parts where its geodesic bows too far.
-    fn confirm(&self, from: Point, to: Point, halvings: u32, legs: &mut Vec<RouteLeg>) -> Result<(), Refusal> {
+    fn confirm(
+        &self,
+        from: Point,
+        to: Point,
+        halvings: u32,
+        legs: &mut Vec<RouteLeg>,
+    ) -> Result<(), Refusal> {
         let (start, end, worst) = self.worst(from, to);
         if !worst.navigable {
             if halvings == 0 || from.distance_m(to) < obstacles::LONGEST_SIDE_M {
@@ -293,12 +319,13 @@ impl Question<'_> {
             return self.confirm(middle, to, halvings - 1, legs);
         }
         let clearance_m = self.room.clearance(from, to, FAR_M).map(|(clearance_m, _)| clearance_m);
-        legs.push(RouteLeg { from: start, to: end, length_m: geodesic_m(start, end), worst, clearance_m });
+        legs.push(RouteLeg {
+            from: start,
+            to: end,
+            length_m: Leg { from: start, to: end }.length_m(),
+            worst,
+            clearance_m,
+        });
         Ok(())
     }
-}
-
-/// Length of the geodesic (m).
-pub(crate) fn geodesic_m(from: LatLon, to: LatLon) -> f64 {
-    Geodesic::wgs84().inverse(from.lat_deg(), from.lon_deg(), to.lat_deg(), to.lon_deg())
 }

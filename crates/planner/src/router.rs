@@ -1,11 +1,11 @@
 //! Answers requests on a chart, and keeps the sea room that it made for them.
 
+use crate::Cancel;
 use crate::needs::Needs;
 use crate::plane::Plane;
 use crate::room::{PlanError, SeaRoom};
 use crate::route::{Question, Refusal, Request, Route};
-use crate::Cancel;
-use charts::depth_index::DepthIndex;
+use charts::depth_index::{Demand, DepthIndex, Leg};
 use std::sync::{Arc, Mutex, PoisonError};
 use units::LatLon;
 
@@ -14,6 +14,8 @@ const WHOLE_VERTICES: usize = 600_000;
 const WHOLE_DEG: f64 = 8.0;
 /// Rooms that are kept; the one not asked for longest goes first.
 const MOST_ROOMS: usize = 8;
+/// Trials for what would do where there is no way.
+const TRIALS: u32 = 5;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
 
@@ -51,7 +53,8 @@ impl Router {
     /// Over a chart.
     pub fn new(index: Arc<DepthIndex>) -> Self {
         let narrow = index.extent().is_none_or(|extent| {
-            extent.east_deg - extent.west_deg <= 3.0 * WHOLE_DEG && extent.north_deg - extent.south_deg <= WHOLE_DEG
+            extent.east_deg - extent.west_deg <= 3.0 * WHOLE_DEG
+                && extent.north_deg - extent.south_deg <= WHOLE_DEG
         });
         let whole = narrow && index.vertex_count() <= WHOLE_VERTICES;
         Self { index, whole, rooms: Mutex::default() }
@@ -87,6 +90,75 @@ impl Router {
         }
     }
 
+    /// The shortest way by way of all these places, in order; the request says what holds for each stretch.
+    ///
+    /// # Errors
+    /// The number of the first stretch, from 0, that has no way, and why.
+    pub fn route_by(
+        &self,
+        places: &[LatLon],
+        request: &Request,
+        needs: &Needs,
+        cancel: &Cancel<'_>,
+    ) -> Result<Route, (usize, Refusal)> {
+        let (from, onward) = match places {
+            [from, onward @ ..] if !onward.is_empty() => (*from, onward.to_vec()),
+            _ => (request.from, vec![request.to]),
+        };
+        let mut whole: Option<Route> = None;
+        for (stretch, to) in onward.into_iter().enumerate() {
+            let from = whole.as_ref().map_or(from, Route::goal);
+            let next = self.route(&Request { from, to, ..*request }, needs, cancel);
+            let next = next.map_err(|refusal| (stretch, refusal))?;
+            whole = Some(match whole {
+                Some(before) => before.then(next),
+                None => next,
+            });
+        }
+        whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))
+    }
+
+    /// Where there is no way: the greatest least depth at which there is one with this clearance, and the greatest
+    /// clearance with this depth (both in metres, each found by a few trials).
+    ///
+    /// # Errors
+    /// When nobody waits any more.
+    pub fn passable(
+        &self,
+        request: &Request,
+        needs: &Needs,
+        cancel: &Cancel<'_>,
+    ) -> Result<Passable, PlanError> {
+        let depth_m = greatest(needs.demand.needed_m(), |depth_m| {
+            let demand = Demand { draught_m: depth_m, squat_m: 0.0, reserve_m: 0.0, ..needs.demand };
+            let route = self.try_room(request, &Needs { demand, ..*needs }, cancel)?;
+            Ok(route.map(|route| route.least_depth_m().unwrap_or(depth_m)))
+        })?;
+        let clearance_m = greatest(needs.clearance_m, |clearance_m| {
+            let route = self.try_room(request, &Needs { clearance_m, ..*needs }, cancel)?;
+            let own_m =
+                |route: &Route| route.least_clearance_m().map(|all_m| all_m - needs.demand.position_m);
+            Ok(route.map(|route| own_m(&route).unwrap_or(clearance_m).max(clearance_m)))
+        })?;
+        Ok(Passable { depth_m, clearance_m })
+    }
+
+    /// The way in water that is prepared for this alone.
+    fn try_room(
+        &self,
+        request: &Request,
+        needs: &Needs,
+        cancel: &Cancel<'_>,
+    ) -> Result<Option<Route>, PlanError> {
+        let square = if self.whole { None } else { squares(request).next() };
+        let room = Self::prepare(&self.index, &Key { needs: *needs, region: square }, cancel)?;
+        match (Question { room: &room, index: &self.index, request, cancel }).answer() {
+            Ok(route) => Ok(Some(route)),
+            Err(Refusal::Plan(error)) => Err(error),
+            Err(_) => Ok(None),
+        }
+    }
+
     fn ask(
         &self,
         region: Option<Square>,
@@ -111,13 +183,7 @@ impl Router {
                 return Ok(kept.room);
             }
         }
-        let room = match key.region {
-            None => SeaRoom::of_chart(&self.index, &key.needs, cancel)?,
-            Some(Square { middle, half_m }) => {
-                SeaRoom::around(&self.index, &key.needs, middle, (half_m, half_m), cancel)?
-            }
-        };
-        let room = Arc::new(room);
+        let room = Arc::new(Self::prepare(&self.index, &key, cancel)?);
         let mut rooms = lock();
         if rooms.len() >= MOST_ROOMS {
             rooms.remove(0);
@@ -125,11 +191,49 @@ impl Router {
         rooms.push(Kept { key, room: Arc::clone(&room) });
         Ok(room)
     }
+
+    fn prepare(index: &DepthIndex, key: &Key, cancel: &Cancel<'_>) -> Result<SeaRoom, PlanError> {
+        match key.region {
+            None => SeaRoom::of_chart(index, &key.needs, cancel),
+            Some(Square { middle, half_m }) => {
+                SeaRoom::around(index, &key.needs, middle, (half_m, half_m), cancel)
+            }
+        }
+    }
+}
+
+/// What would do where there is no way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passable {
+    /// The greatest least depth (m); `None` where not even 0 m does.
+    pub depth_m: Option<f64>,
+    /// The greatest clearance (m); `None` where not even none does.
+    pub clearance_m: Option<f64>,
+}
+
+/// The greatest value below `wanted` that a trial is known to reach: what it gives is what its way really has.
+fn greatest(
+    wanted: f64,
+    mut reached: impl FnMut(f64) -> Result<Option<f64>, PlanError>,
+) -> Result<Option<f64>, PlanError> {
+    let Some(mut best) = reached(0.0)? else { return Ok(None) };
+    let mut too_much = wanted;
+    for _ in 0..TRIALS {
+        let middle = f64::midpoint(best, too_much);
+        if too_much - best < 0.02 * wanted {
+            break;
+        }
+        match reached(middle)? {
+            Some(more) => best = more.max(middle),
+            None => too_much = middle,
+        }
+    }
+    Ok(Some(best.min(wanted)))
 }
 
 /// The regions that hold both ends with room around them, the smallest first.
 fn squares(request: &Request) -> impl Iterator<Item = Square> + use<'_> {
-    let straight_m = crate::route::geodesic_m(request.from, request.to);
+    let straight_m = Leg { from: request.from, to: request.to }.length_m();
     let plane = Plane::new(request.from);
     let middle = plane.place(plane.point(request.from).towards(plane.point(request.to), 0.5));
     let fits = move |half_m: &f64| *half_m >= 0.75 * straight_m + 5_000.0;

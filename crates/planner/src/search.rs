@@ -47,7 +47,10 @@ struct Interval {
 enum Step {
     Through(Interval),
     /// To the goal, by a point of the last side if it is not seen from the root.
-    Arrive { root: u32, by: Option<Point> },
+    Arrive {
+        root: u32,
+        by: Option<Point>,
+    },
 }
 
 /// What a search did.
@@ -57,6 +60,12 @@ pub struct Effort {
     pub intervals: usize,
     /// Intervals that were put by for later.
     pub waiting: usize,
+}
+
+impl Effort {
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { intervals: self.intervals + other.intervals, waiting: self.waiting + other.waiting }
+    }
 }
 
 struct Search<'a> {
@@ -209,11 +218,13 @@ impl Search<'_> {
             // The apex in line with an end: what lies beyond is reached around that end only.
             if off_left == 0.0 {
                 let bent = self.bend(root, left, left_corner, at_left);
-                next[2] = bent.and_then(|bent| self.across(triangle, left_side, bent, full_left.0, full_left.1));
+                next[2] =
+                    bent.and_then(|bent| self.across(triangle, left_side, bent, full_left.0, full_left.1));
             }
             if off_right == 0.0 {
                 let bent = self.bend(root, right, right_corner, at_right);
-                next[3] = bent.and_then(|bent| self.across(triangle, right_side, bent, full_right.0, full_right.1));
+                next[3] =
+                    bent.and_then(|bent| self.across(triangle, right_side, bent, full_right.0, full_right.1));
             }
         }
         next
@@ -272,7 +283,13 @@ impl Search<'_> {
     /// Whether every point of an interval is reached by a shorter way than from this root: to an end of the side, then
     /// along the side. Going along, that way grows at least as fast as the one from the root, so that the far end of
     /// the interval decides. A way straight to the end itself is noted.
-    fn is_shorter_along(&mut self, (end, is_near_end): (u32, bool), near: Point, far: Point, root: u32) -> bool {
+    fn is_shorter_along(
+        &mut self,
+        (end, is_near_end): (u32, bool),
+        near: Point,
+        far: Point,
+        root: u32,
+    ) -> bool {
         let Root { at: eye, length_m, .. } = self.roots[root as usize];
         let seen_m = self.seen_m[end as usize];
         if is_near_end {
@@ -303,9 +320,8 @@ impl Search<'_> {
             None
         };
         let by = by.filter(|by| by.distance_m(root.at) > SAME_M);
-        let rest_m = by.map_or(root.at.distance_m(self.goal), |by| {
-            root.at.distance_m(by) + by.distance_m(self.goal)
-        });
+        let rest_m =
+            by.map_or(root.at.distance_m(self.goal), |by| root.at.distance_m(by) + by.distance_m(self.goal));
         self.push(root.length_m + rest_m, Step::Arrive { root: interval.root, by });
     }
 

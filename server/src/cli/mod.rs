@@ -7,6 +7,7 @@ mod doctor;
 mod files;
 mod names;
 mod people;
+mod plan;
 mod say;
 mod serve;
 mod tls;
@@ -81,6 +82,8 @@ enum Command {
     Prune(data::PruneArguments),
     /// The sea chart: import, list, ask for depths, export.
     Chart(chart::ChartArguments),
+    /// Plans without a running server: routes on the sea chart.
+    Plan(plan::PlanArguments),
     /// Look whether all is well, and say what to do where it is not.
     Doctor(doctor::DoctorArguments),
     /// Print a configuration file with every key, its default and what it means.
@@ -94,7 +97,10 @@ enum Command {
 impl Command {
     /// Whether it writes to the data folder or a backup of it, and not to a file that somebody asked for.
     fn keeps_data(&self) -> bool {
-        !matches!(self, Self::Export(_) | Self::Chart(_) | Self::Doctor(_) | Self::Config { .. })
+        !matches!(
+            self,
+            Self::Export(_) | Self::Chart(_) | Self::Plan(_) | Self::Doctor(_) | Self::Config { .. }
+        )
     }
 }
 
@@ -138,6 +144,7 @@ pub fn main() -> ExitCode {
         Command::Restore(arguments) => data::restore(&common, &arguments),
         Command::Prune(arguments) => data::prune(&common, &arguments),
         Command::Chart(arguments) => chart::chart(&common, &arguments),
+        Command::Plan(arguments) => plan::plan(&common, &arguments),
         Command::Doctor(arguments) => doctor::doctor(&common, &arguments),
         Command::Config { effective: false } => {
             say!("{}", config::DOCUMENTED.trim_end());

@@ -4,7 +4,10 @@ use super::error::ApiError;
 use super::extract::{Asked, InBody, InPath};
 use super::guard::Who;
 use crate::AppState;
-use api::{ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery};
+use api::{
+    ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, SeaRouteAnswer,
+    SeaRouteAsk,
+};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
@@ -114,6 +117,17 @@ pub(crate) async fn corridor(
         charts::corridor(&set, &limits, &points, half_width_m).map_err(|why| unreadable(&why))
     };
     slow(work).await?.map(Json)
+}
+
+/// `POST /api/v1/chart/route`.
+pub(crate) async fn route(
+    State(state): State<AppState>,
+    Who(who): Who,
+    InBody(ask): InBody<SeaRouteAsk>,
+) -> Result<Json<SeaRouteAnswer>, ApiError> {
+    let set = there(&state)?;
+    let limits = state.shore.grounding.limits(&who, ask.vessel).await;
+    Ok(Json(state.shore.routing.route(set, ask, limits).await?))
 }
 
 fn there(state: &AppState) -> Result<Arc<Set>, ApiError> {

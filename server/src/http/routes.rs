@@ -16,8 +16,9 @@ use api::{
     LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
     PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
     PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
-    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
-    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    SeaRouteAnswer, SeaRouteAsk, Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System,
+    TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked,
+    VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -437,6 +438,15 @@ fn chart() -> Vec<Route> {
             .takes::<ChartCorridorAsk>()
             .gives::<ChartCorridor>()
             .packed(),
+        Route::post(
+            "/api/v1/chart/route",
+            viewer,
+            "The shortest route that keeps to deep water and clear of dangers, or why there is none.",
+            charts::route,
+        )
+        .takes::<SeaRouteAsk>()
+        .gives::<SeaRouteAnswer>()
+        .packed(),
     ]
 }
 

@@ -25,6 +25,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use mission::Plan;
 use mission::check_plan;
+use planner::Router;
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::MetadataExt as _;
@@ -83,7 +84,9 @@ pub struct Set {
     /// The charts by name.
     pub charts: Vec<Chart>,
     /// How deep it is.
-    pub index: DepthIndex,
+    pub index: Arc<DepthIndex>,
+    /// Plans routes on it.
+    pub router: Router,
     /// What vessels get of it; nothing where that cannot be read.
     parcel: Option<Arc<Parcel>>,
     path: PathBuf,
@@ -208,10 +211,12 @@ fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
     let parcel = Parcel::open(path, &loaded).inspect_err(|error| {
         tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
     });
+    let index = Arc::new(loaded.sealed.index);
     Ok(Set {
         digest: hex::encode(loaded.sealed.digest),
         charts: ChartDb::open(path)?.charts()?,
-        index: loaded.sealed.index,
+        router: Router::new(Arc::clone(&index)),
+        index,
         parcel: parcel.ok().map(Arc::new),
         path: path.to_owned(),
         sheet: OnceLock::new(),

@@ -98,7 +98,8 @@ impl DepthIndex {
         let Some((errors, widen)) = demand.trust.errors() else { return (None, 0.0) };
         let mut zones = self.objects.iter().filter(|one| one.role == Role::Quality).map(|one| one.zone);
         let unassessed = !self.unassessed.is_empty();
-        let worst = if unassessed { 6 } else { zones.try_fold(1, |worst, zone| Some(worst.max(zone?))).unwrap_or(6) };
+        let worst =
+            if unassessed { 6 } else { zones.try_fold(1, |worst, zone| Some(worst.max(zone?))).unwrap_or(6) };
         let error = errors[usize::from(worst.clamp(1, 6)) - 1];
         (Some(error), if widen { error.horizontal_m } else { 0.0 })
     }
@@ -153,7 +154,11 @@ fn chains(mut runs: Vec<Run>) -> Vec<Run> {
     let mut chains: Vec<Run> = Vec::new();
     for run in runs {
         match chains.last_mut() {
-            Some(last) if last.object == run.object && last.first + last.count - 1 == run.first && last.count > 1 => {
+            Some(last)
+                if last.object == run.object
+                    && last.first + last.count - 1 == run.first
+                    && last.count > 1 =>
+            {
                 last.count += run.count - 1;
             }
             Some(last) if *last == run => {}

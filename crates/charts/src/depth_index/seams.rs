@@ -152,7 +152,10 @@ fn doubtful_skins(index: &DepthIndex) -> (Vec<bool>, Vec<Segment>) {
 }
 
 /// The sides of an area, the lesser end first: 1 where the area lies to the right of the way from there, else -1.
-pub(super) fn sides(index: &DepthIndex, area: super::places::AreaEntry) -> impl Iterator<Item = (Vertex, Vertex, i32)> {
+pub(super) fn sides(
+    index: &DepthIndex,
+    area: super::places::AreaEntry,
+) -> impl Iterator<Item = (Vertex, Vertex, i32)> {
     let rings = index.areas.rings_of(area);
     let size = |ring: &super::ring::Ring| twice_area(ring.vertices(&index.areas.vertices));
     // The largest ring is the outer one, the others are its holes.

@@ -59,7 +59,7 @@ pub(super) struct CorridorArguments {
 }
 
 /// A place like `63.45,10.38`.
-pub(super) fn place(text: &str) -> Result<LatLon, String> {
+pub(in crate::cli) fn place(text: &str) -> Result<LatLon, String> {
     let (lat, lon) = text.split_once(',').ok_or("write LAT,LON in degrees, like 63.4517,10.3834")?;
     let number =
         |text: &str| text.trim().parse::<f64>().map_err(|_| format!("{text:?} is no number of degrees"));
@@ -82,7 +82,7 @@ impl Needs {
     }
 }
 
-pub(super) fn index(db: &Path) -> anyhow::Result<DepthIndex> {
+pub(in crate::cli) fn index(db: &Path) -> anyhow::Result<DepthIndex> {
     let loaded = chartdb::load_index(db)?;
     if let Some(why) = loaded.rebuilt {
         complain!("{why}; made again from the charts");

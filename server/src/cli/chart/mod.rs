@@ -6,6 +6,8 @@ mod export;
 mod keep;
 mod sync;
 
+pub(super) use ask::{index, place};
+
 use super::Common;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;

@@ -1,0 +1,116 @@
+//! Routes on the sea chart.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// From where to where, and how deep and how far off.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteAsk {
+    /// Latitude and longitude (°) of the start, of places to pass in this order, and of the goal; 2 to 50.
+    pub points: Vec<[f64; 2]>,
+    /// IMC address of the vessel whose limits hold; null for those of the server.
+    #[serde(default)]
+    pub vessel: Option<u16>,
+    /// Least depth (m); null for what the guard demands.
+    #[serde(default)]
+    pub least_depth_m: Option<f64>,
+    /// How far to keep from all that is not deep enough (m); null for what the guard demands.
+    #[serde(default)]
+    pub clearance_m: Option<f64>,
+    /// Speed that the duration is reckoned with (m/s); null for 1.5.
+    #[serde(default)]
+    pub speed_mps: Option<f64>,
+    /// Where there is no route, look for the depth and the clearance at which there is one; takes some seconds.
+    #[serde(default)]
+    pub explain: bool,
+}
+
+/// A route, or why there is none. Exactly one of both is there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteAnswer {
+    /// Least depth that was asked for (m).
+    pub asked_depth_m: f64,
+    /// Clearance that was asked for (m).
+    pub asked_clearance_m: f64,
+    /// The route.
+    pub route: Option<SeaRoute>,
+    /// Why there is none.
+    pub refusal: Option<SeaRouteRefusal>,
+    /// What planning took (ms).
+    pub took_ms: f64,
+}
+
+/// A route whose every leg the chart confirms.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRoute {
+    /// Latitude and longitude (°) of its corners, start and goal included.
+    pub points: Vec<[f64; 2]>,
+    /// From each point to the next.
+    pub legs: Vec<SeaRouteLeg>,
+    /// Length (m).
+    pub length_m: f64,
+    /// How long it takes at the speed (s).
+    pub duration_s: f64,
+    /// Least charted depth within the clearance (m).
+    pub least_depth_m: Option<f64>,
+    /// Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+    pub least_clearance_m: Option<f64>,
+    /// Ends that lay in closed water and were moved to the nearest open water.
+    pub moved: Vec<SeaRouteMoved>,
+    /// Whether the guard lets a vessel sail every leg by itself.
+    pub guarded: bool,
+    /// Why not, for people.
+    pub guard_text: Option<String>,
+}
+
+/// A leg of a route.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteLeg {
+    /// Length (m).
+    pub length_m: f64,
+    /// Course over ground at its start (°), clockwise from true north.
+    pub course_deg: f64,
+    /// Least charted depth within the clearance (m).
+    pub least_depth_m: Option<f64>,
+    /// Where that is: latitude and longitude (°).
+    pub least_depth_at: [f64; 2],
+    /// Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+    pub clearance_m: Option<f64>,
+}
+
+/// An end of a route that was moved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteMoved {
+    /// `start` or `goal`.
+    pub end: String,
+    /// How far (m).
+    pub distance_m: f64,
+    /// Why, for people.
+    pub text: String,
+}
+
+/// Why there is no route.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeaRouteRefusal {
+    /// For programs: `closed_start`, `closed_goal`, `no_way`, `not_confirmed`, `failed`.
+    pub code: String,
+    /// For people: what is in the way, and what to do.
+    pub text: String,
+    /// Which stretch between two of the asked points, from 0.
+    pub stretch: usize,
+    /// The nearest place that can be reached: latitude and longitude (°).
+    pub nearest: Option<[f64; 2]>,
+    /// How far open water, or that place, is from where it was asked for (m).
+    pub gap_m: Option<f64>,
+    /// The greatest least depth (m) at which there is a way with this clearance; null where none was found.
+    pub passable_depth_m: Option<f64>,
+    /// The greatest clearance (m) at which there is a way of this depth; null where none was found.
+    pub passable_clearance_m: Option<f64>,
+}

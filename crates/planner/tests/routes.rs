@@ -1,0 +1,365 @@
+//! Routes against the guard, against the true shortest way found without any mesh, and against each other.
+
+#![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
+
+use charts::coverage::Source;
+use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
+use charts::s57::{Area, Attribute, AttributeCode, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path};
+use guard::{GuardLimits, check_way};
+use planner::{Cancel, End, Needs, Refusal, Request, Route, Router};
+use proptest::prelude::*;
+use std::sync::Arc;
+use testkit::sea::{Ground, Sea};
+use units::{LatLon, LocalFrame, LocalPoint};
+
+const HALF_M: f64 = 2_000.0;
+
+fn middle() -> LatLon {
+    LatLon::from_deg(63.44, 10.35).unwrap()
+}
+
+fn at(north_m: f64, east_m: f64) -> LocalPoint {
+    LocalPoint { north_m, east_m }
+}
+
+fn place(point: LocalPoint) -> LatLon {
+    LocalFrame::new(middle()).to_place(point)
+}
+
+/// As the mathematician wants it: no corners joined, no ends moved.
+fn exact(from: LocalPoint, to: LocalPoint) -> Request {
+    Request { move_up_to_m: 0.0, least_leg_m: 0.0, ..Request::new(place(from), place(to)) }
+}
+
+fn ask(router: &Router, from: LocalPoint, to: LocalPoint, needs: &Needs) -> Result<Route, Refusal> {
+    router.route(&exact(from, to), needs, &Cancel::never())
+}
+
+fn router(sea: &Sea) -> Router {
+    Router::new(Arc::new(sea.index()))
+}
+
+fn is_safe(route: &Route, index: &DepthIndex, needs: &Needs) -> bool {
+    let mut places = route.places();
+    let mut from = places.next().unwrap();
+    places.all(|to| {
+        let leg = Leg { from: std::mem::replace(&mut from, to), to };
+        index.shallowest_along(leg, needs.clearance_m, &needs.demand).navigable
+    })
+}
+
+#[derive(Debug, Clone)]
+struct Shoal {
+    at: LocalPoint,
+    radius_m: f64,
+    corners: u32,
+    depth_m: f64,
+}
+
+fn shoals(most: usize) -> impl Strategy<Value = Vec<Shoal>> {
+    let shoal = (-1700.0..1700.0f64, -1700.0..1700.0f64, 10.0..400.0f64, 3..9u32, -1.0..7.0f64).prop_map(
+        |(north_m, east_m, radius_m, corners, depth_m)| Shoal {
+            at: at(north_m, east_m),
+            radius_m,
+            corners,
+            depth_m,
+        },
+    );
+    prop::collection::vec(shoal, 0..most)
+}
+
+fn sea(shoals: &[Shoal]) -> Sea {
+    shoals.iter().fold(Sea::new(middle(), HALF_M, 30.0), |sea, shoal| {
+        let ground = if shoal.depth_m < 0.0 { Ground::Land } else { Ground::Depth(shoal.depth_m) };
+        sea.with(ground, shoal.at, shoal.radius_m, shoal.corners)
+    })
+}
+
+fn point() -> impl Strategy<Value = LocalPoint> {
+    (-1900.0..1900.0f64, -1900.0..1900.0f64).prop_map(|(north_m, east_m)| at(north_m, east_m))
+}
+
+/// The length of the shortest way by a graph of all that see each other, of points on circles around all corners: as slow
+/// and as plain as can be. Circles have so many points outside of themselves that the way is at most `1/cos(π/64)` longer
+/// there.
+fn reference_m(sea: &Sea, from: LocalPoint, to: LocalPoint, needs: &Needs) -> Option<f64> {
+    const AROUND: u32 = 64;
+    let depth_m = needs.demand.needed_m();
+    let clear_m = needs.clearance_m + 0.3;
+    let closed: Vec<&testkit::sea::Patch> =
+        sea.patches().iter().filter(|one| !one.ground.is_deep(depth_m)).collect();
+    let outer_m = clear_m / (std::f64::consts::PI / f64::from(AROUND)).cos() + 0.01;
+    let around = |corner: LocalPoint| {
+        (0..AROUND)
+            .map(move |n| corner.displaced(std::f64::consts::TAU * f64::from(n) / f64::from(AROUND), outer_m))
+    };
+    let free = |point: &LocalPoint| {
+        HALF_M - point.north_m.abs().max(point.east_m.abs()) > clear_m
+            && closed.iter().all(|patch| patch.distance_m(*point) >= clear_m)
+    };
+    let mut nodes = vec![from, to];
+    nodes.extend(closed.iter().flat_map(|patch| patch.corners.iter().copied().flat_map(around)).filter(free));
+    let clear = |a: LocalPoint, b: LocalPoint| closed.iter().all(|patch| segment_m(patch, a, b) >= clear_m);
+    // Dijkstra without a heap.
+    let mut best_m = vec![f64::INFINITY; nodes.len()];
+    let mut done = vec![false; nodes.len()];
+    best_m[0] = 0.0;
+    loop {
+        let next = (0..nodes.len()).filter(|n| !done[*n]).min_by(|a, b| best_m[*a].total_cmp(&best_m[*b]))?;
+        if next == 1 || best_m[next].is_infinite() {
+            return (next == 1 && best_m[1].is_finite()).then_some(best_m[1]);
+        }
+        done[next] = true;
+        for other in 0..nodes.len() {
+            let length_m = best_m[next] + nodes[next].distance_m(nodes[other]);
+            if !done[other] && length_m < best_m[other] && clear(nodes[next], nodes[other]) {
+                best_m[other] = length_m;
+            }
+        }
+    }
+}
+
+/// Distance of a segment to a convex polygon (m).
+fn segment_m(patch: &testkit::sea::Patch, a: LocalPoint, b: LocalPoint) -> f64 {
+    let cross = |o: LocalPoint, p: LocalPoint, q: LocalPoint| {
+        (p.north_m - o.north_m) * (q.east_m - o.east_m) - (p.east_m - o.east_m) * (q.north_m - o.north_m)
+    };
+    let to_segment = |p: LocalPoint| {
+        let (dn, de) = (b.north_m - a.north_m, b.east_m - a.east_m);
+        let t = ((p.north_m - a.north_m) * dn + (p.east_m - a.east_m) * de) / (dn * dn + de * de).max(1e-12);
+        let t = t.clamp(0.0, 1.0);
+        p.distance_m(at(a.north_m + t * dn, a.east_m + t * de))
+    };
+    let corners = &patch.corners;
+    let crossed = (0..corners.len()).any(|n| {
+        let (c, d) = (corners[n], corners[(n + 1) % corners.len()]);
+        cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0
+    });
+    if crossed {
+        return 0.0;
+    }
+    let ends = patch.distance_m(a).min(patch.distance_m(b));
+    corners.iter().map(|corner| to_segment(*corner)).fold(ends, f64::min)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn every_leg_is_safe_and_the_way_back_is_as_long(
+        shoals in shoals(24), from in point(), to in point(), clearance_m in 0.0..150.0f64, depth_m in 1.0..8.0f64,
+    ) {
+        let (sea, needs) = (sea(&shoals), Needs::depth_and_clearance(depth_m, clearance_m));
+        let router = router(&sea);
+        match ask(&router, from, to, &needs) {
+            Ok(route) => {
+                prop_assert!(is_safe(&route, router.index(), &needs));
+                let straight_m = Leg { from: place(from), to: place(to) }.length_m();
+                prop_assert!(route.length_m >= straight_m - 1e-3);
+                prop_assert!(route.least_depth_m().is_none_or(|least_m| least_m >= depth_m));
+                prop_assert!(route.least_clearance_m().unwrap() >= clearance_m);
+                let back = ask(&router, to, from, &needs).unwrap();
+                prop_assert!((back.length_m - route.length_m).abs() < 1e-3, "{} {}", back.length_m, route.length_m);
+                // Joining corners keeps it safe and costs little.
+                let request = Request::new(place(from), place(to));
+                let tidy = router.route(&request, &needs, &Cancel::never()).unwrap();
+                prop_assert!(is_safe(&tidy, router.index(), &needs));
+                prop_assert!(tidy.length_m >= route.length_m - 1e-3);
+                prop_assert!(tidy.length_m <= 1.02 * route.length_m + 30.0);
+            }
+            Err(Refusal::NoWay { .. } | Refusal::Closed { .. }) => {}
+            Err(other) => prop_assert!(false, "{other}"),
+        }
+    }
+
+    #[test]
+    fn more_demands_make_no_way_shorter(
+        shoals in shoals(16), from in point(), to in point(), clearance_m in 5.0..80.0f64, depth_m in 1.0..5.0f64,
+        deeper_m in 0.0..4.0f64, farther_m in 5.0..60.0f64,
+    ) {
+        let router = router(&sea(&shoals));
+        let plain = ask(&router, from, to, &Needs::depth_and_clearance(depth_m, clearance_m));
+        let deeper = ask(&router, from, to, &Needs::depth_and_clearance(depth_m + deeper_m, clearance_m));
+        let farther = ask(&router, from, to, &Needs::depth_and_clearance(depth_m, clearance_m + farther_m));
+        for strict in [deeper, farther].into_iter().flatten() {
+            let plain = plain.as_ref().unwrap();
+            // Lines are thinned by up to 1 m, by another share for another clearance.
+            prop_assert!(strict.length_m >= plain.length_m - 4.0, "{} {}", strict.length_m, plain.length_m);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn no_way_is_shorter(shoals in shoals(9), from in point(), to in point(), clearance_m in 5.0..100.0f64) {
+        let (sea, needs) = (sea(&shoals), Needs::depth_and_clearance(5.0, clearance_m));
+        let Ok(route) = ask(&router(&sea), from, to, &needs) else { return Ok(()) };
+        let reference_m = reference_m(&sea, from, to, &needs);
+        prop_assert!(reference_m.is_some(), "a way of {} m where the plain search finds none", route.length_m);
+        let reference_m = reference_m.unwrap();
+        // The planner's circles have 24 corners, the reference's 64; the plane of the reference is no geodesic.
+        prop_assert!(route.length_m <= 1.001 * reference_m + 0.02 * clearance_m + 1.0, "{} {reference_m}", route.length_m);
+        prop_assert!(route.length_m >= 0.999 * reference_m - 0.02 * clearance_m - 1.0, "{} {reference_m}", route.length_m);
+    }
+}
+
+#[test]
+fn an_island_is_rounded_on_the_shorter_side() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(100.0, 0.0), 400.0, 32);
+    let needs = Needs::depth_and_clearance(5.0, 25.0);
+    let route = ask(&router(&sea), at(0.0, -1500.0), at(0.0, 1500.0), &needs).unwrap();
+    let frame = LocalFrame::new(middle());
+    let southmost = route.places().map(|place| frame.to_local(place).north_m).fold(0.0, f64::min);
+    assert!((southmost + 325.0).abs() < 5.0, "{southmost}");
+    assert!((25.0..26.5).contains(&route.least_clearance_m().unwrap()), "{:?}", route.least_clearance_m());
+    assert_eq!(route.least_depth_m(), Some(30.0));
+}
+
+#[test]
+fn the_guard_takes_what_was_planned_by_its_own_limits() {
+    let limits = GuardLimits::default();
+    let sea = Sea::new(middle(), HALF_M, 30.0)
+        .with(Ground::Land, at(0.0, 0.0), 300.0, 24)
+        .with(Ground::Depth(3.0), at(400.0, 300.0), 200.0, 7)
+        .with(Ground::Danger, at(-500.0, 100.0), 60.0, 5);
+    let index = Arc::new(sea.index());
+    let needs = Needs { demand: limits.demand(limits.autonomous_m), clearance_m: limits.half_width_m() };
+    let router = Router::new(Arc::clone(&index));
+    let route = ask(&router, at(-100.0, -1000.0), at(200.0, 1200.0), &needs).unwrap();
+    assert!(route.legs.len() > 1);
+    for leg in &route.legs {
+        let check = check_way("leg", leg.from, leg.to, &index, &limits);
+        assert_eq!(check.reason, None, "{check}");
+    }
+}
+
+#[test]
+fn a_gap_is_passed_as_long_as_it_is_wide_enough() {
+    // Two islands 100 m apart, and walls of shallow water to both sides of them.
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 1050.0), 1000.0, 4).with(
+        Ground::Land,
+        at(0.0, -1050.0),
+        1000.0,
+        4,
+    );
+    let router = router(&sea);
+    let (from, to) = (at(-1000.0, 0.0), at(1000.0, 0.0));
+    let through = ask(&router, from, to, &Needs::depth_and_clearance(5.0, 45.0)).unwrap();
+    assert!(through.length_m < 2_010.0, "{}", through.length_m);
+    // Past the outer corners there is no room either: the sea ends 2000 m off.
+    let needs = Needs::depth_and_clearance(5.0, 60.0);
+    let Err(Refusal::NoWay { gap_m, .. }) = ask(&router, from, to, &needs) else { panic!("too narrow") };
+    assert!(gap_m > 900.0, "{gap_m}");
+    let passable = router.passable(&exact(from, to), &needs, &Cancel::never()).unwrap();
+    let clear_m = passable.clearance_m.unwrap();
+    assert!((44.0..50.5).contains(&clear_m), "{clear_m}");
+    assert_eq!(passable.depth_m, None, "land is no question of depth");
+}
+
+#[test]
+fn a_bar_says_which_depth_would_pass() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Depth(3.4), at(0.0, 0.0), 2_800.0, 4);
+    let sea = sea.with(Ground::Depth(30.0), at(-1990.0, 0.0), 5.0, 4);
+    let router = router(&sea);
+    let needs = Needs::depth_and_clearance(5.0, 10.0);
+    let corner = 1_950.0;
+    let answer = ask(&router, at(-corner, -corner), at(corner, corner), &needs);
+    assert!(matches!(answer, Err(Refusal::NoWay { .. })), "{answer:?}");
+    let passable =
+        router.passable(&exact(at(-corner, -corner), at(corner, corner)), &needs, &Cancel::never()).unwrap();
+    assert_eq!(passable.depth_m, Some(3.4));
+}
+
+#[test]
+fn ends_in_closed_water_are_moved_or_refused_with_the_way_out() {
+    let sea = Sea::new(middle(), HALF_M, 30.0).with(Ground::Land, at(0.0, 0.0), 300.0, 24);
+    let router = router(&sea);
+    let needs = Needs::depth_and_clearance(5.0, 20.0);
+    let request =
+        Request { move_up_to_m: 400.0, ..Request::new(place(at(0.0, -250.0)), place(at(0.0, 1500.0))) };
+    let route = router.route(&request, &needs, &Cancel::never()).unwrap();
+    let moved = route.moved_start.unwrap();
+    assert!((68.0..76.0).contains(&moved.distance_m), "{moved:?}");
+    assert_eq!(route.start, moved.to);
+    assert!(is_safe(&route, router.index(), &needs));
+    let strict = Request { move_up_to_m: 50.0, ..request };
+    let Err(Refusal::Closed { end, nearest_m, .. }) = router.route(&strict, &needs, &Cancel::never()) else {
+        panic!("too far to be moved")
+    };
+    assert_eq!(end, End::Start);
+    assert!((68.0..76.0).contains(&nearest_m.unwrap()));
+    let off_chart = Request::new(place(at(0.0, 1500.0)), LatLon::from_deg(50.0, 0.0).unwrap());
+    let refusal = router.route(&off_chart, &needs, &Cancel::never()).unwrap_err();
+    assert!(refusal.to_string().contains("the goal lies where nothing is charted"), "{refusal}");
+}
+
+#[test]
+fn what_nobody_waits_for_is_given_up() {
+    let router = router(&Sea::new(middle(), HALF_M, 30.0));
+    let request = exact(at(0.0, 0.0), at(100.0, 0.0));
+    let needs = Needs::depth_and_clearance(5.0, 10.0);
+    let answer = router.route(&request, &needs, &Cancel::unless(&|| false));
+    assert!(matches!(answer, Err(Refusal::Plan(planner::PlanError::Cancelled))), "{answer:?}");
+    assert!(router.route(&request, &needs, &Cancel::never()).is_ok(), "nothing half-made stays");
+}
+
+#[test]
+fn needs_that_nothing_meets_are_refused_by_name() {
+    let router = router(&Sea::new(middle(), HALF_M, 30.0));
+    for (depth_m, clearance_m, name) in [
+        (f64::NAN, 10.0, "least depth"),
+        (5.0, f64::INFINITY, "clearance"),
+        (5.0, -1.0, "clearance"),
+        (1e9, 5.0, "least depth"),
+    ] {
+        let needs = Needs::depth_and_clearance(depth_m, clearance_m);
+        let refusal = ask(&router, at(0.0, 0.0), at(100.0, 0.0), &needs).unwrap_err();
+        assert!(refusal.to_string().contains(name), "{refusal}");
+    }
+}
+
+#[test]
+fn without_charts_there_is_no_way() {
+    let router = Router::new(Arc::new(DepthIndex::default()));
+    let refusal =
+        ask(&router, at(0.0, 0.0), at(100.0, 0.0), &Needs::depth_and_clearance(5.0, 10.0)).unwrap_err();
+    assert!(matches!(refusal, Refusal::Closed { .. }), "{refusal}");
+}
+
+#[test]
+fn a_way_over_the_date_line() {
+    // Charts end at ±180°, and go on on the other side.
+    let chart = |west: f64, east: f64| {
+        let ring = [(west, -16.6), (west, -16.4), (east, -16.4), (east, -16.6), (west, -16.6)];
+        let points = ring.map(|(lon_deg, lat_deg)| GeoPoint { lon_deg, lat_deg });
+        let area =
+            Area { exteriors: vec![Path { points: points.to_vec(), edges: Vec::new() }], holes: Vec::new() };
+        let feature = |class, code, value: &str| Feature {
+            record: 1,
+            object: ObjectId::default(),
+            class,
+            group: 1,
+            version: 1,
+            attributes: vec![Attribute { code, value: value.to_owned() }],
+            national: Vec::new(),
+            links: Vec::new(),
+            geometry: Geometry::Area(area.clone()),
+        };
+        [
+            feature(ObjectClass::DEPARE, AttributeCode::DRVAL1, "20"),
+            feature(ObjectClass::M_COVR, AttributeCode::CATCOV, "1"),
+        ]
+    };
+    let mut builder = IndexBuilder::new();
+    for (name, west, east) in [("XX5WEST1", 179.9, 180.0), ("XX5EAST1", -180.0, -179.9)] {
+        let source = Source { name: name.to_owned(), band: 5, ..Source::default() };
+        builder.add_features(source, &chart(west, east)).unwrap();
+    }
+    let router = Router::new(Arc::new(builder.build().unwrap()));
+    let (from, to) = (LatLon::from_deg(-16.5, 179.95).unwrap(), LatLon::from_deg(-16.5, -179.95).unwrap());
+    let needs = Needs::depth_and_clearance(5.0, 20.0);
+    let route = router.route(&Request::new(from, to), &needs, &Cancel::never()).unwrap();
+    assert!((10_660.0..10_680.0).contains(&route.length_m), "{}", route.length_m);
+}

@@ -1,0 +1,25 @@
+//! `lutra-server plan`: plans without a running server.
+
+mod route;
+
+use super::Common;
+use clap::{Args, Subcommand};
+
+#[derive(Debug, Args)]
+pub(super) struct PlanArguments {
+    #[command(subcommand)]
+    command: PlanCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum PlanCommand {
+    /// The shortest route on the sea chart that keeps to deep water and clear of dangers.
+    Route(route::RouteArguments),
+}
+
+/// Does as told.
+pub(super) fn plan(common: &Common, arguments: &PlanArguments) -> anyhow::Result<()> {
+    match &arguments.command {
+        PlanCommand::Route(arguments) => route::route(common, arguments),
+    }
+}

@@ -1,0 +1,348 @@
+//! `plan route`: one route, or one for each line of a file.
+
+use crate::cli::Common;
+use crate::cli::chart::{index, place};
+use crate::cli::say::{complain, say};
+use anyhow::{Context as _, anyhow, bail, ensure};
+use api::{PlanDocument, PlanPlace, PlanSpeed, PlanStep, PlanTask, SpeedUnit};
+use charts::depth_index::{ChartTrust, Demand};
+use clap::Args;
+use guard::GuardLimits;
+use planner::{Cancel, Needs, Passable, Refusal, Request, Route, Router};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use shore::plans::{self, Format};
+use std::fs::{self, File};
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+use units::LatLon;
+
+/// Longer lines of a file of pairs are refused (bytes).
+const LONGEST_LINE: usize = 64 * 1024;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  lutra-server plan route --from 63.4402,10.3951 --to 63.4521,10.2870 --min-depth 5 --clearance 25
+  lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
+  lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
+
+Each line of a file of pairs is like {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5,
+\"clearance\": 25}; depth and clearance may be left out. Each gives one line of JSON.
+
+It ends with a failure when there is no route; with --pairs, when a line makes no sense.")]
+pub(super) struct RouteArguments {
+    /// The chart set, a GeoPackage [default: charts.set of the configuration].
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
+    /// Start in degrees.
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true, required_unless_present = "pairs")]
+    from: Option<LatLon>,
+    /// Goal in degrees.
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true, required_unless_present = "pairs")]
+    to: Option<LatLon>,
+    /// A place to pass; may be repeated.
+    #[arg(long, value_name = "LAT,LON", value_parser = place, allow_hyphen_values = true)]
+    via: Vec<LatLon>,
+    /// Routes for a file of start and goal pairs, one JSON object a line; - reads standard input.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "to", "via", "out"])]
+    pairs: Option<PathBuf>,
+    /// Least charted depth (m) [default: charts.autonomous_m of the configuration].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    min_depth: Option<f64>,
+    /// Distance to keep from all that is not so deep (m) [default: what the guard demands].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    clearance: Option<f64>,
+    /// A start or goal in closed water is moved to the nearest open water, by so much at most (m).
+    #[arg(long, value_name = "M", default_value_t = 1000.0)]
+    move_up_to: f64,
+    /// Corners are joined where legs would be shorter (m).
+    #[arg(long, value_name = "M", default_value_t = 15.0)]
+    least_leg: f64,
+    /// Height of the water above chart datum (m).
+    #[arg(long, value_name = "M", default_value_t = 0.0, allow_negative_numbers = true)]
+    water_level: f64,
+    /// Allow for the errors that the chart gives for its depths and positions (CATZOC).
+    #[arg(long)]
+    errors: bool,
+    /// Speed for the duration (m/s).
+    #[arg(long, value_name = "MPS", default_value_t = 1.5)]
+    speed: f64,
+    /// Write the route as a plan to a file: .geojson, .gpx, or .json for an IMC PlanSpecification.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Answer in JSON, for scripts.
+    #[arg(long)]
+    json: bool,
+}
+
+/// One line of a file of pairs.
+#[derive(Debug, Deserialize)]
+struct Pair {
+    #[serde(default)]
+    id: Value,
+    from: [f64; 2],
+    to: [f64; 2],
+    min_depth: Option<f64>,
+    clearance: Option<f64>,
+}
+
+/// What holds for every route of one call.
+struct Terms<'a> {
+    arguments: &'a RouteArguments,
+    limits: GuardLimits,
+    router: Router,
+}
+
+pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Result<()> {
+    ensure!(arguments.speed > 0.0 && arguments.speed.is_finite(), "--speed: give a speed above 0 m/s");
+    for (name, value) in [("--move-up-to", arguments.move_up_to), ("--least-leg", arguments.least_leg)] {
+        ensure!(value >= 0.0 && value.is_finite(), "{name}: give a length of 0 m or more");
+    }
+    let format = arguments.out.as_deref().map(format).transpose()?;
+    let (db, limits) = match &arguments.db {
+        Some(db) => (db.clone(), common.load(Vec::new())?.charts.limits()),
+        None => {
+            let config = common.load(Vec::new())?;
+            (config.chart_set(), config.charts.limits())
+        }
+    };
+    let terms = Terms { arguments, limits, router: Router::new(Arc::new(index(&db)?)) };
+    match &arguments.pairs {
+        Some(pairs) => terms.pairs(pairs),
+        None => terms.one(format),
+    }
+}
+
+fn format(out: &Path) -> anyhow::Result<Format> {
+    match out.extension().and_then(|ending| ending.to_str()) {
+        Some("geojson") => Ok(Format::GeoJson),
+        Some("gpx") => Ok(Format::Gpx),
+        Some("json") => Ok(Format::Imc),
+        _ => bail!("{}: end its name in .geojson, .gpx or .json (IMC PlanSpecification)", out.display()),
+    }
+}
+
+impl Terms<'_> {
+    /// A depth or clearance that is asked for is taken as it is; else the guard's, with its uncertainty of positions.
+    fn needs(&self, min_depth: Option<f64>, clearance: Option<f64>) -> Needs {
+        let limits = &self.limits;
+        let depth_m = min_depth.or(self.arguments.min_depth);
+        let clearance_m = clearance.or(self.arguments.clearance);
+        let plain = depth_m.map_or_else(|| limits.demand(limits.autonomous_m), Demand::least_depth);
+        let demand = Demand {
+            water_level_m: self.arguments.water_level,
+            air_draught_m: limits.air_draught_m,
+            position_m: if clearance_m.is_some() { 0.0 } else { limits.position_m },
+            trust: if self.arguments.errors {
+                ChartTrust::AllErrors(ChartTrust::STANDARD)
+            } else {
+                limits.trust
+            },
+            ..plain
+        };
+        Needs { demand, clearance_m: clearance_m.unwrap_or_else(|| limits.half_width_m()) }
+    }
+
+    fn request(&self, from: LatLon, to: LatLon) -> Request {
+        let RouteArguments { move_up_to, least_leg, .. } = self.arguments;
+        Request { move_up_to_m: *move_up_to, least_leg_m: *least_leg, ..Request::new(from, to) }
+    }
+
+    fn one(&self, format: Option<Format>) -> anyhow::Result<()> {
+        let arguments = self.arguments;
+        let (Some(from), Some(to)) = (arguments.from, arguments.to) else { bail!("give --from and --to") };
+        let needs = self.needs(None, None);
+        let request = self.request(from, to);
+        let places: Vec<LatLon> =
+            [from].into_iter().chain(arguments.via.iter().copied()).chain([to]).collect();
+        let began = Instant::now();
+        match self.router.route_by(&places, &request, &needs, &Cancel::never()) {
+            Ok(route) => {
+                let time_us = began.elapsed().as_micros();
+                if let (Some(out), Some(format)) = (&arguments.out, format) {
+                    write(out, format, &route, arguments.speed)?;
+                }
+                if arguments.json {
+                    say!("{}", self.described(&Value::Null, &route, time_us));
+                } else {
+                    self.tell(&route, &needs);
+                }
+                Ok(())
+            }
+            Err((stretch, refusal)) => {
+                self.refuse(&places[stretch..=stretch + 1], &request, &needs, &refusal)
+            }
+        }
+    }
+
+    fn refuse(
+        &self,
+        ends: &[LatLon],
+        request: &Request,
+        needs: &Needs,
+        refusal: &Refusal,
+    ) -> anyhow::Result<()> {
+        let no_way = matches!(refusal, Refusal::NoWay { .. });
+        let ends = Request { from: ends[0], to: ends[1], ..*request };
+        let passable = no_way.then(|| self.router.passable(&ends, needs, &Cancel::never())).transpose()?;
+        if self.arguments.json {
+            let mut value = refused(&Value::Null, refusal);
+            if let Some(Passable { depth_m, clearance_m }) = passable {
+                value["passable_depth_m"] = json!(depth_m);
+                value["passable_clearance_m"] = json!(clearance_m);
+            }
+            say!("{value}");
+        }
+        let mut text = format!("no route: {refusal}");
+        if let Some(depth_m) = passable.and_then(|passable| passable.depth_m) {
+            text.push_str(&format!("; there is one with --min-depth {depth_m:.1}"));
+        }
+        if let Some(clearance_m) = passable.and_then(|passable| passable.clearance_m) {
+            text.push_str(&format!("; there is one with --clearance {:.0}", clearance_m.floor()));
+        }
+        Err(anyhow!(text))
+    }
+
+    /// One answer a line, in the order of the file.
+    fn pairs(&self, file: &Path) -> anyhow::Result<()> {
+        let reader: Box<dyn std::io::Read> = if file == Path::new("-") {
+            Box::new(std::io::stdin())
+        } else {
+            Box::new(File::open(file).with_context(|| file.display().to_string())?)
+        };
+        let mut reader = BufReader::new(reader);
+        let (mut bad, mut number) = (0, 0_u64);
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            if reader.read_until(b'\n', &mut line).with_context(|| file.display().to_string())? == 0 {
+                break;
+            }
+            number += 1;
+            if line.trim_ascii().is_empty() {
+                continue;
+            }
+            match self.pair(&line) {
+                Ok(answer) => say!("{answer}"),
+                Err(text) => {
+                    bad += 1;
+                    let reason = format!("line {number}: {text}");
+                    let id = serde_json::from_slice::<Value>(&line)
+                        .ok()
+                        .map_or(Value::Null, |value| value["id"].clone());
+                    say!("{}", json!({"id": id, "ok": false, "code": "malformed", "reason": reason}));
+                }
+            }
+        }
+        ensure!(bad == 0, "{}: {bad} lines make no sense; their answers say why", file.display());
+        Ok(())
+    }
+
+    fn pair(&self, line: &[u8]) -> Result<Value, String> {
+        if line.len() > LONGEST_LINE {
+            return Err(format!("it is longer than {LONGEST_LINE} bytes"));
+        }
+        let pair: Pair = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+        let place = |name: &str, [lat, lon]: [f64; 2]| {
+            LatLon::from_deg(lat, lon).map_err(|error| format!("{name}: {lat}, {lon} is no place: {error}"))
+        };
+        let request = self.request(place("from", pair.from)?, place("to", pair.to)?);
+        let needs = self.needs(pair.min_depth, pair.clearance);
+        needs.validate().map_err(|error| error.to_string())?;
+        let began = Instant::now();
+        let answer = self.router.route(&request, &needs, &Cancel::never());
+        let time_us = began.elapsed().as_micros();
+        Ok(match answer {
+            Ok(route) => self.described(&pair.id, &route, time_us),
+            Err(refusal) => {
+                let mut value = refused(&pair.id, &refusal);
+                value["time_us"] = json!(time_us);
+                value
+            }
+        })
+    }
+
+    fn described(&self, id: &Value, route: &Route, time_us: u128) -> Value {
+        let points: Vec<[f64; 2]> = route.places().map(|place| [place.lat_deg(), place.lon_deg()]).collect();
+        let legs: Vec<Value> = route
+            .legs
+            .iter()
+            .map(|leg| {
+                json!({"length_m": leg.length_m, "min_depth_m": leg.worst.water.least_m(),
+                       "margin_m": leg.worst.margin_m, "clearance_m": leg.clearance_m})
+            })
+            .collect();
+        let moved = |moved: Option<planner::Moved>| moved.map(|moved| moved.distance_m);
+        json!({"id": id, "ok": true, "length_m": route.length_m, "time_us": time_us, "points": points,
+               "min_depth_m": route.least_depth_m(), "min_clearance_m": route.least_clearance_m(),
+               "duration_s": route.length_m / self.arguments.speed,
+               "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
+    }
+
+    fn tell(&self, route: &Route, needs: &Needs) {
+        for (moved, end) in [(route.moved_start, "start"), (route.moved_goal, "goal")] {
+            if let Some(moved) = moved {
+                let (lat, lon) = (moved.to.lat_deg(), moved.to.lon_deg());
+                complain!(
+                    "the {end} lies in closed water; moved by {:.0} m to {lat:.6},{lon:.6}",
+                    moved.distance_m
+                );
+            }
+        }
+        for (number, leg) in (1..).zip(&route.legs) {
+            let depth =
+                leg.worst.water.least_m().map_or_else(String::new, |depth| format!("{depth:.1} m deep"));
+            let clear = leg
+                .clearance_m
+                .map_or_else(|| "more than 5000 m".to_owned(), |clear| format!("{clear:.0} m"));
+            let (lat, lon) = (leg.to.lat_deg(), leg.to.lon_deg());
+            say!("{number:>4}  {lat:.6},{lon:.6}  {:>9.1} m  {depth}, clear by {clear}", leg.length_m);
+        }
+        let depth = route.least_depth_m().map_or_else(|| "-".to_owned(), |depth_m| format!("{depth_m:.1} m"));
+        let clear = route.least_clearance_m();
+        let clear = clear.map_or_else(|| "more than 5000 m".to_owned(), |clear_m| format!("{clear_m:.0} m"));
+        let minutes = route.length_m / self.arguments.speed / 60.0;
+        say!(
+            "{:.1} m in {} legs, {minutes:.0} min at {} m/s; least depth {depth}, clear by {clear} (asked: {:.1} m, {:.0} m)",
+            route.length_m,
+            route.legs.len(),
+            self.arguments.speed,
+            needs.demand.needed_m(),
+            needs.clearance_m,
+        );
+    }
+}
+
+fn refused(id: &Value, refusal: &Refusal) -> Value {
+    let mut value = json!({"id": id, "ok": false, "reason": refusal.to_string()});
+    match refusal {
+        Refusal::Closed { end, nearest_m, .. } => {
+            value["code"] = json!(if *end == planner::End::Start { "closed_start" } else { "closed_goal" });
+            value["nearest_open_m"] = json!(nearest_m);
+        }
+        Refusal::NoWay { nearest, gap_m } => {
+            value["code"] = json!("no_way");
+            value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
+            value["gap_m"] = json!(gap_m);
+        }
+        Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
+        Refusal::Needs(_) => value["code"] = json!("malformed"),
+        Refusal::Plan(_) => value["code"] = json!("failed"),
+    }
+    value
+}
+
+fn write(out: &Path, format: Format, route: &Route, speed: f64) -> anyhow::Result<()> {
+    let place = |place: LatLon| PlanPlace { lat_deg: place.lat_deg(), lon_deg: place.lon_deg() };
+    let task = PlanTask::FollowPath { points: route.places().map(place).collect() };
+    let speed = PlanSpeed { value: speed, unit: SpeedUnit::Mps };
+    let plan = PlanDocument {
+        name: "Route".to_owned(),
+        maneuvers: vec![PlanStep { id: "Route".to_owned(), speed, task }],
+        ..PlanDocument::default()
+    };
+    let text = plans::write(&plan, format).map_err(|text| anyhow!("{}: {text}", out.display()))?;
+    fs::write(out, text).with_context(|| out.display().to_string())
+}

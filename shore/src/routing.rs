@@ -1,0 +1,220 @@
+//! Routes on the sea chart for people and programs.
+//!
+//! Planning takes a processor for some milliseconds, and for up to a second where water must be prepared first. So few
+//! plan at once, a bounded number waits, and who goes away is not planned for.
+
+use crate::charts::Set;
+use crate::error::{Error, ErrorKind, Result, slow};
+use api::{SeaRoute, SeaRouteAnswer, SeaRouteAsk, SeaRouteLeg, SeaRouteMoved, SeaRouteRefusal};
+use guard::{GuardLimits, check_way};
+use planner::{Cancel, End, Moved, Needs, Refusal, Request, Route, RouteLeg};
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use tokio::sync::Semaphore;
+use units::{LatLon, LocalFrame, LocalPoint, wrap_two_pi};
+
+/// So many are planned at once.
+const AT_ONCE: usize = 2;
+/// So many more may wait; further ones are told to come again.
+const MOST_WAITING: usize = 64;
+/// Start, places to pass and goal.
+const POINTS: RangeInclusive<usize> = 2..=50;
+/// Speed where none is asked for (m/s).
+const SPEED_MPS: f64 = 1.5;
+
+/// Plans routes; cheap to clone.
+#[derive(Clone)]
+pub struct Routing {
+    working: Arc<Semaphore>,
+    places: Arc<Semaphore>,
+}
+
+impl Default for Routing {
+    fn default() -> Self {
+        let places = Arc::new(Semaphore::new(AT_ONCE + MOST_WAITING));
+        Self { working: Arc::new(Semaphore::new(AT_ONCE)), places }
+    }
+}
+
+/// Says when nobody waits for an answer any more.
+struct Waiting(Arc<AtomicBool>);
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+}
+
+impl Routing {
+    /// The shortest route that keeps to water that is deep enough, by these limits where the question leaves them open.
+    ///
+    /// # Errors
+    /// The question makes no sense, or too many wait. That there is no route is an answer.
+    pub async fn route(
+        &self,
+        set: Arc<Set>,
+        ask: SeaRouteAsk,
+        limits: GuardLimits,
+    ) -> Result<SeaRouteAnswer> {
+        let question = Question::new(&ask, limits)?;
+        let busy =
+            || Error::new(ErrorKind::Busy, "Too many routes are being planned; try again in a moment.");
+        let _place = self.places.try_acquire().map_err(|_| busy())?;
+        let _working = self.working.acquire().await.map_err(|error| Error::internal(&error))?;
+        let waiting = Waiting(Arc::new(AtomicBool::new(true)));
+        let wanted = Arc::clone(&waiting.0);
+        slow(move || question.answer(&set, &|| wanted.load(Ordering::Relaxed))).await
+    }
+}
+
+/// A question that makes sense.
+pub struct Question {
+    places: Vec<LatLon>,
+    needs: Needs,
+    limits: GuardLimits,
+    speed_mps: f64,
+    explain: bool,
+}
+
+impl Question {
+    /// Reads what was asked.
+    ///
+    /// # Errors
+    /// What makes no sense in it.
+    pub fn new(ask: &SeaRouteAsk, limits: GuardLimits) -> Result<Self> {
+        let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
+        if !POINTS.contains(&ask.points.len()) {
+            let (least, most) = POINTS.into_inner();
+            return Err(malformed(format!("points: there are {}; give {least} to {most}", ask.points.len())));
+        }
+        let place = |[lat, lon]: [f64; 2]| {
+            LatLon::from_deg(lat, lon)
+                .map_err(|error| malformed(format!("{lat}, {lon} is no place: {error}")))
+        };
+        let needs = needs(&limits, ask.least_depth_m, ask.clearance_m);
+        needs.validate().map_err(|error| malformed(error.to_string()))?;
+        let speed_mps = ask.speed_mps.unwrap_or(SPEED_MPS);
+        if !(0.05..=20.0).contains(&speed_mps) {
+            return Err(malformed(format!("speed_mps: {speed_mps} is not within 0.05 to 20 m/s")));
+        }
+        let places = ask.points.iter().copied().map(place).collect::<Result<_>>()?;
+        Ok(Self { places, needs, limits, speed_mps, explain: ask.explain })
+    }
+
+    /// Plans; `wanted` says whether anybody still waits.
+    pub fn answer(&self, set: &Set, wanted: &dyn Fn() -> bool) -> SeaRouteAnswer {
+        let began = Instant::now();
+        let cancel = Cancel::unless(wanted);
+        let request = Request::new(self.places[0], self.places[self.places.len() - 1]);
+        let planned = set.router.route_by(&self.places, &request, &self.needs, &cancel);
+        let (route, refusal) = match planned {
+            Ok(route) => (Some(self.described(&route, set)), None),
+            Err((stretch, refusal)) => {
+                let mut refused = refused(stretch, &refusal);
+                if self.explain && matches!(refusal, Refusal::NoWay { .. }) {
+                    let ends =
+                        Request { from: self.places[stretch], to: self.places[stretch + 1], ..request };
+                    self.explain(set, &ends, &cancel, &mut refused);
+                }
+                (None, Some(refused))
+            }
+        };
+        SeaRouteAnswer {
+            asked_depth_m: self.needs.demand.needed_m(),
+            asked_clearance_m: self.needs.clearance_m,
+            route,
+            refusal,
+            took_ms: began.elapsed().as_secs_f64() * 1e3,
+        }
+    }
+
+    fn explain(&self, set: &Set, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
+        // Where nobody waits any more there is nothing to explain.
+        let Ok(passable) = set.router.passable(ends, &self.needs, cancel) else { return };
+        (refused.passable_depth_m, refused.passable_clearance_m) = (passable.depth_m, passable.clearance_m);
+        let mut would_do = Vec::new();
+        if let Some(depth_m) = passable.depth_m {
+            would_do.push(format!("a least depth of {depth_m:.1} m"));
+        }
+        if let Some(clearance_m) = passable.clearance_m {
+            would_do.push(format!("a clearance of {clearance_m:.0} m"));
+        }
+        refused.text.push_str(&match &would_do[..] {
+            [] => " Neither less depth nor less clearance opens one.".to_owned(),
+            some => format!(" There is one with {}.", some.join(", or with ")),
+        });
+    }
+
+    fn described(&self, route: &Route, set: &Set) -> SeaRoute {
+        let dangers =
+            route.legs.iter().map(|leg| check_way("leg", leg.from, leg.to, &set.index, &self.limits));
+        let refused = dangers.zip(1..).find(|(check, _)| check.reason.is_some());
+        let moved = [(route.moved_start, "start"), (route.moved_goal, "goal")];
+        SeaRoute {
+            points: route.places().map(degrees).collect(),
+            legs: route.legs.iter().map(leg).collect(),
+            length_m: route.length_m,
+            duration_s: route.length_m / self.speed_mps,
+            least_depth_m: route.least_depth_m(),
+            least_clearance_m: route.least_clearance_m(),
+            moved: moved.into_iter().filter_map(|(moved, end)| Some(described_move(moved?, end))).collect(),
+            guarded: refused.is_none(),
+            guard_text: refused.map(|(check, number)| format!("Leg {number}: {check}")),
+        }
+    }
+}
+
+/// What a way needs: what is asked for, else what the guard demands.
+pub fn needs(limits: &GuardLimits, least_depth_m: Option<f64>, clearance_m: Option<f64>) -> Needs {
+    let demand = limits.demand(least_depth_m.unwrap_or(limits.autonomous_m));
+    Needs { demand, clearance_m: clearance_m.unwrap_or_else(|| limits.half_width_m()) }
+}
+
+fn degrees(place: LatLon) -> [f64; 2] {
+    [place.lat_deg(), place.lon_deg()]
+}
+
+fn leg(leg: &RouteLeg) -> SeaRouteLeg {
+    let course_rad = LocalPoint::default().bearing_rad(LocalFrame::new(leg.from).to_local(leg.to));
+    SeaRouteLeg {
+        length_m: leg.length_m,
+        course_deg: wrap_two_pi(course_rad).to_degrees(),
+        least_depth_m: leg.worst.water.least_m(),
+        least_depth_at: degrees(leg.worst.at),
+        clearance_m: leg.clearance_m,
+    }
+}
+
+fn described_move(moved: Moved, end: &str) -> SeaRouteMoved {
+    let distance_m = moved.distance_m;
+    SeaRouteMoved {
+        end: end.to_owned(),
+        distance_m,
+        text: format!(
+            "The {end} lay in water that is closed by these limits; it was moved by {distance_m:.0} m."
+        ),
+    }
+}
+
+fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
+    let (code, nearest, gap_m) = match refusal {
+        Refusal::Closed { end: End::Start, nearest_m, .. } => ("closed_start", None, *nearest_m),
+        Refusal::Closed { end: End::Goal, nearest_m, .. } => ("closed_goal", None, *nearest_m),
+        Refusal::NoWay { nearest, gap_m } => ("no_way", Some(degrees(*nearest)), Some(*gap_m)),
+        Refusal::NotConfirmed { .. } => ("not_confirmed", None, None),
+        Refusal::Needs(_) | Refusal::Plan(_) => ("failed", None, None),
+    };
+    let text = refusal.to_string();
+    let text = text[..1].to_uppercase() + &text[1..] + ".";
+    SeaRouteRefusal {
+        code: code.to_owned(),
+        text,
+        stretch,
+        nearest,
+        gap_m,
+        passable_depth_m: None,
+        passable_clearance_m: None,
+    }
+}
