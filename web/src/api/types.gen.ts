@@ -2103,6 +2103,158 @@ rows: Array<SampleRow>,
  */
 next: Next | null, };
 
+export type SeaRoute = { 
+/**
+ * Latitude and longitude (°) of its corners, start and goal included.
+ */
+points: Array<[number, number]>, 
+/**
+ * From each point to the next.
+ */
+legs: Array<SeaRouteLeg>, 
+/**
+ * Length (m).
+ */
+length_m: number, 
+/**
+ * How long it takes at the speed (s).
+ */
+duration_s: number, 
+/**
+ * Least charted depth within the clearance (m).
+ */
+least_depth_m: number | null, 
+/**
+ * Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+ */
+least_clearance_m: number | null, 
+/**
+ * Ends that lay in closed water and were moved to the nearest open water.
+ */
+moved: Array<SeaRouteMoved>, 
+/**
+ * Whether the guard lets a vessel sail every leg by itself.
+ */
+guarded: boolean, 
+/**
+ * Why not, for people.
+ */
+guard_text: string | null, };
+
+export type SeaRouteAnswer = { 
+/**
+ * Least depth that was asked for (m).
+ */
+asked_depth_m: number, 
+/**
+ * Clearance that was asked for (m).
+ */
+asked_clearance_m: number, 
+/**
+ * The route.
+ */
+route: SeaRoute | null, 
+/**
+ * Why there is none.
+ */
+refusal: SeaRouteRefusal | null, 
+/**
+ * What planning took (ms).
+ */
+took_ms: number, };
+
+export type SeaRouteAsk = { 
+/**
+ * Latitude and longitude (°) of the start, of places to pass in this order, and of the goal; 2 to 50.
+ */
+points: Array<[number, number]>, 
+/**
+ * IMC address of the vessel whose limits hold; null for those of the server.
+ */
+vessel: number | null, 
+/**
+ * Least depth (m); null for what the guard demands.
+ */
+least_depth_m: number | null, 
+/**
+ * How far to keep from all that is not deep enough (m); null for what the guard demands.
+ */
+clearance_m: number | null, 
+/**
+ * Speed that the duration is reckoned with (m/s); null for 1.5.
+ */
+speed_mps: number | null, 
+/**
+ * Where there is no route, look for the depth and the clearance at which there is one; takes some seconds.
+ */
+explain: boolean, };
+
+export type SeaRouteLeg = { 
+/**
+ * Length (m).
+ */
+length_m: number, 
+/**
+ * Course over ground at its start (°), clockwise from true north.
+ */
+course_deg: number, 
+/**
+ * Least charted depth within the clearance (m).
+ */
+least_depth_m: number | null, 
+/**
+ * Where that is: latitude and longitude (°).
+ */
+least_depth_at: [number, number], 
+/**
+ * Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+ */
+clearance_m: number | null, };
+
+export type SeaRouteMoved = { 
+/**
+ * `start` or `goal`.
+ */
+end: string, 
+/**
+ * How far (m).
+ */
+distance_m: number, 
+/**
+ * Why, for people.
+ */
+text: string, };
+
+export type SeaRouteRefusal = { 
+/**
+ * For programs: `closed_start`, `closed_goal`, `no_way`, `not_confirmed`, `failed`.
+ */
+code: string, 
+/**
+ * For people: what is in the way, and what to do.
+ */
+text: string, 
+/**
+ * Which stretch between two of the asked points, from 0.
+ */
+stretch: number, 
+/**
+ * The nearest place that can be reached: latitude and longitude (°).
+ */
+nearest: [number, number] | null, 
+/**
+ * How far open water, or that place, is from where it was asked for (m).
+ */
+gap_m: number | null, 
+/**
+ * The greatest least depth (m) at which there is a way with this clearance; null where none was found.
+ */
+passable_depth_m: number | null, 
+/**
+ * The greatest clearance (m) at which there is a way of this depth; null where none was found.
+ */
+passable_clearance_m: number | null, };
+
 export type Series = { 
 /**
  * IMC address of the source.
