@@ -12,6 +12,7 @@ import { createJudge, type Judge } from "../plan/judge";
 import { createKeeper, forget, type Keeper, type Keeping, type Left, leftovers } from "../plan/keeper";
 import { keepingText, offerConflict, offerLeft } from "../plan/offers";
 import { createProfile } from "../plan/profile";
+import { SeaRouteTool } from "../plan/searoute";
 import { createSteps } from "../plan/steps";
 import { createToolBar, mapKeys, pageKeys } from "../plan/toolbar";
 import { createVerdict } from "../plan/verdict";
@@ -49,15 +50,16 @@ function boxesOf(root: HTMLElement, writable: boolean) {
   const head = make("section", { class: "plan-head", "aria-label": "Plan" });
   const status = make("p", { class: "keeping", role: "status" });
   const offers = make("div", { class: "offers" });
+  const route = make("div");
   const totals = make("p", { class: "totals num", role: "status", "aria-label": "What the plan takes" });
   const troubles = make("div", { class: "troubles", role: "status" });
   const depths = make("section", { class: "plan-profile plot", "aria-labelledby": "profile-title", hidden: "" });
   const list = make("section", { class: "plan-list", "aria-label": "List of maneuvers" });
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
   const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
-  const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
+  const side = make("div", { class: "plan-side" }, route, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
   root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, map)), side);
-  return { map, tools, head, status, offers, totals, troubles, depths, list, form, ship, side };
+  return { map, tools, head, status, offers, route, totals, troubles, depths, list, form, ship, side };
 }
 
 class PlanPage {
@@ -65,6 +67,7 @@ class PlanPage {
   private readonly editing: PlanEditing;
   private readonly map: FleetMap;
   private readonly canvas: PlanCanvas;
+  private readonly route: SeaRouteTool;
   private readonly judge: Judge;
   private readonly steps;
   private readonly toolBar;
@@ -89,9 +92,10 @@ class PlanPage {
     this.editing = this.makeEditing(writable);
     this.map = createMap(this.boxes.map, { showAll: () => this.canvas.fit() });
     this.canvas = this.makeCanvas();
+    this.route = this.makeRoute();
     this.judge = this.makeJudge();
     this.steps = this.makeSteps();
-    this.toolBar = createToolBar(this.boxes.tools, this.editing, (kind) => {
+    this.toolBar = createToolBar(this.boxes.tools, this.editing, this.route, (kind) => {
       this.editing.addStep(kind, this.canvas.centre());
       this.steps.focus();
     });
@@ -140,8 +144,10 @@ class PlanPage {
   private makeCanvas(): PlanCanvas {
     const { editing } = this;
     return createCanvas(this.map, {
-      draws: () => editing.tool !== undefined,
-      clicked: (place) => editing.clicked(place),
+      draws: () => editing.tool !== undefined || this.route.open,
+      clicked: (place) => {
+        if (!this.route.takes(place)) editing.clicked(place);
+      },
       select: (vertex) => editing.select(vertex),
       between: (after, place) => editing.between(after, place),
       moved: (vertex, place, done) => {
@@ -151,6 +157,22 @@ class PlanPage {
         this.judge.ask();
       },
     });
+  }
+
+  private makeRoute(): SeaRouteTool {
+    const { map, editing } = this;
+    const route = new SeaRouteTool({
+      map,
+      root: this.boxes.route,
+      editing,
+      vessel: () => this.systems.find(({ address }) => address === editing.plan.vessel)?.fix ?? undefined,
+      changed: () => {
+        if (route.open) editing.letGo();
+        this.toolBar.update();
+      },
+    });
+    map.chart.onChart((chart) => route.limits(chart));
+    return route;
   }
 
   private makeJudge(): Judge {
@@ -171,6 +193,7 @@ class PlanPage {
         this.canvas.reveal(place);
         map.overlays.cursor(place);
       },
+      around: editing.writable ? (reason) => this.route.goAround(reason) : undefined,
     }, this.first.check);
     let judgedWith: string | null | undefined;
     map.chart.onChart((chart) => {
@@ -312,6 +335,8 @@ class PlanPage {
 
   private draw(): void {
     const { editing, boxes } = this;
+    // One thing at a time takes the clicks.
+    if (editing.tool !== undefined && this.route.open) this.route.close();
     this.canvas.update(editing.shown, editing.selected, this.judge.legs());
     this.steps.update(editing.shown, editing.selected, this.minutes);
     if (!editing.writable) for (const one of boxes.side.querySelectorAll<HTMLInputElement>(".plan-form input, .plan-form select, .plan-form .row button, .order-buttons button")) one.disabled = true;

@@ -1,7 +1,7 @@
 // What a plan takes and what is wrong with it: asked of the server soon after each change, and told beside the map.
 
 import { postJson, Refusal } from "../api/http";
-import type { PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
+import type { GuardReason, PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
 import { wayOfAll } from "../state/plan";
 import { make, setText } from "../ui/dom";
 import { rebuilt } from "./fields";
@@ -26,6 +26,8 @@ export interface JudgeNeeds {
   judged(check: PlanCheck): void;
   /** Leads to a place. */
   go(place: PlanPlace): void;
+  /** Looks for a way around a refused leg, where the plan may be changed. */
+  readonly around: ((reason: GuardReason) => void) | undefined;
 }
 
 export interface Judge {
@@ -66,7 +68,7 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
     const { guard, problems, warnings, maneuvers } = answer;
     setText(totals, totalText(answer, plan().repeat));
     totals.toggleAttribute("data-bad", problems.length > 0 || guard?.outcome === "refused");
-    rebuilt(troubles, ...box("bad", "Problems", problems), ...verdict.list(guard, needs.go), ...box("warn", "To know", warnings));
+    rebuilt(troubles, ...box("bad", "Problems", problems), ...verdict.list(guard, needs.go, needs.around), ...box("warn", "To know", warnings));
     verdict.update(plan(), maneuvers, guard);
     profile.update(wayOfAll(plan(), maneuvers));
     needs.judged(answer);

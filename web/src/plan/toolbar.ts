@@ -12,8 +12,14 @@ export interface ToolBar {
   update(): void;
 }
 
+/** What the tool bar knows of routes. */
+export interface RouteTool {
+  readonly open: boolean;
+  toggle(): void;
+}
+
 /** `added` is called after something was added by keyboard. */
-export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (kind: TaskKind) => void): ToolBar {
+export function createToolBar(root: HTMLElement, editing: PlanEditing, route: RouteTool, added: (kind: TaskKind) => void): ToolBar {
   if (!editing.writable) {
     root.append(make("p", { class: "dim" }, "You may look at this plan, not change it."));
     return { update: () => undefined };
@@ -23,6 +29,8 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (k
     made.addEventListener("click", () => editing.press(kind || undefined));
     return made;
   });
+  const way = make("button", { type: "button", "data-tool": "route", "aria-pressed": "false", title: "The shortest way that the chart calls safe" }, "Route …");
+  way.addEventListener("click", () => route.toggle());
   const undo = make("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: "Ctrl and Z" }, "Undo");
   const redo = make("button", { type: "button", "aria-keyshortcuts": "Control+Y", title: "Ctrl and Y" }, "Redo");
   undo.addEventListener("click", () => editing.travel(true));
@@ -31,7 +39,7 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (k
   const add = make("button", { type: "button", title: "After the chosen maneuver, in the middle of the map" }, "Add");
   add.addEventListener("click", () => added(kind.value as TaskKind));
   root.append(
-    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...tools),
+    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...tools, way),
     make("span", { class: "buttons", role: "group", "aria-label": "Back and forth" }, undo, redo),
     make("span", { class: "buttons", role: "group", "aria-label": "Add by keyboard" }, kind, add),
   );
@@ -39,7 +47,8 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (k
     update() {
       setAttribute(undo, "disabled", editing.canUndo ? null : "");
       setAttribute(redo, "disabled", editing.canRedo ? null : "");
-      for (const button of tools) setAttribute(button, "aria-pressed", String((button.dataset["tool"] || undefined) === editing.tool));
+      setAttribute(way, "aria-pressed", String(route.open));
+      for (const button of tools) setAttribute(button, "aria-pressed", String(!(route.open && editing.tool === undefined) && (button.dataset["tool"] || undefined) === editing.tool));
     },
   };
 }

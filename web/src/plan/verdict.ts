@@ -12,6 +12,7 @@ import { over } from "../map/layers";
 import type { FleetMap } from "../map/map";
 import { nearestStretch } from "../state/chart";
 import { wayOf } from "../state/plan";
+import { canGoAround } from "../state/searoute";
 import { make } from "../ui/dom";
 
 /** Reasons that are listed; the server tells no more than a hundred. */
@@ -28,8 +29,8 @@ const CODES: Readonly<Record<string, string>> = {
 
 export interface VerdictOnMap {
   update(plan: PlanDocument, legs: readonly PlanLeg[], guard: Guard | null): void;
-  /** The list that goes with it; `go` leads to a spot. */
-  list(guard: Guard | null, go: (reason: GuardReason) => void): HTMLElement[];
+  /** The list that goes with it; `go` leads to a spot, `around` looks for another way, where the plan may be changed. */
+  list(guard: Guard | null, go: (reason: GuardReason) => void, around?: (reason: GuardReason) => void): HTMLElement[];
 }
 
 export function createVerdict(map: FleetMap): VerdictOnMap {
@@ -72,12 +73,15 @@ export function createVerdict(map: FleetMap): VerdictOnMap {
       marks.clear(true);
       marks.addFeatures(reasons.map((reason) => new Feature({ geometry: new Point(xy(reason)), text: label(reason) })));
     },
-    list(guard, go) {
+    list(guard, go, around) {
       if (!guard) return [];
       const lines = guard.reasons.slice(0, LISTED).map((reason, at) => {
         const button = make("button", { type: "button", class: "spot", "data-key": `spot-${at}`, title: "Show it on the map" }, reason.text);
         button.addEventListener("click", () => go(reason));
-        return make("li", {}, button);
+        if (!around || !canGoAround(reason)) return make("li", {}, button);
+        const other = make("button", { type: "button", class: "around", "data-key": `around-${at}`, "aria-label": `Route around: ${reason.text}` }, "Route around");
+        other.addEventListener("click", () => around(reason));
+        return make("li", {}, button, " ", other);
       });
       const more = guard.reasons.length > LISTED ? [make("p", {}, `and ${guard.reasons.length - LISTED} more legs`)] : [];
       const refused = guard.outcome === "refused" ? [make("div", { class: "note bad guard" }, make("strong", {}, "Refused by the chart"), ...(lines.length ? [make("ul", {}, ...lines)] : [make("p", {}, guard.text)]), ...more)] : [];

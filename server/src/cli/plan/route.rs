@@ -28,8 +28,8 @@ const LONGEST_LINE: usize = 64 * 1024;
   lutra-server plan route --from 63.44,10.40 --via 63.47,10.35 --to 63.45,10.29 --out home.gpx
   lutra-server plan route --db chart.gpkg --pairs pairs.jsonl > routes.jsonl
 
-Each line of a file of pairs is like {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5,
-\"clearance\": 25}; depth and clearance may be left out. Each gives one line of JSON.
+Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
+  {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
 
 It ends with a failure when there is no route; with --pairs, when a line makes no sense.")]
 pub(super) struct RouteArguments {

@@ -1,0 +1,186 @@
+// Routes on the sea chart in the plan editor: places are chosen on the map, the server answers while they are dragged, and
+// what came of it becomes a path of the plan, or the way around a refused leg.
+
+import { signal } from "@preact/signals";
+import { h } from "preact";
+import { postJson, reason } from "../api/http";
+import type { ChartSet, GuardReason, PlanDocument, PlanPlace, SeaRouteAnswer, SeaRouteAsk } from "../api/types.gen";
+import { SeaRoutePanel, type SeaRouteModel } from "../components/searoute";
+import { createMount } from "../components/mount";
+import type { FleetMap } from "../map/map";
+import { createSeaRoute, type SeaRouteOnMap } from "../map/searoute";
+import { type Around, placesOfRoute, stretchAt, withRoute, withWayAround } from "../state/searoute";
+import type { PlanEditing } from "./editing";
+
+const PATIENCE_MS = 20_000;
+/** Looking for what would do takes the server some seconds. */
+const EXPLAIN_MS = 60_000;
+const MOST_PLACES = 50;
+
+export interface SeaRouteNeeds {
+  readonly map: FleetMap;
+  readonly root: HTMLElement;
+  readonly editing: PlanEditing;
+  /** Where the plan's vessel is, if that is known. */
+  vessel(): PlanPlace | undefined;
+  /** It was opened or closed. */
+  changed(): void;
+}
+
+export class SeaRouteTool {
+  private chosen: PlanPlace[] = [];
+  private around: Around | undefined;
+  private readonly onMap: SeaRouteOnMap;
+  private readonly model: SeaRouteModel = { open: signal(false), chosen: signal(0), depth: signal(5), clearance: signal(15), answer: signal(undefined), trouble: signal(""), busy: signal(false), around: signal("") };
+  /** One question is on its way; the newest one that came meanwhile is asked after it. */
+  private asking = false;
+  private again = false;
+
+  constructor(private readonly needs: SeaRouteNeeds) {
+    this.onMap = createSeaRoute(needs.map, {
+      moved: (index, place) => this.move(index, place),
+      pulled: (leg, place) => this.pull(leg, place),
+    });
+    const act = {
+      ask: () => void this.ask(),
+      explain: () => void this.explain(),
+      take: () => this.take(),
+      lessVia: () => this.place(this.chosen.filter((_, at) => at !== this.chosen.length - 2)),
+      swap: () => this.place([...this.chosen].reverse()),
+      close: () => this.close(),
+    };
+    createMount(needs.root)(h(SeaRoutePanel, { model: this.model, act }));
+  }
+
+  get open(): boolean {
+    return this.model.open.value;
+  }
+
+  /** Limits of the chart in force are where one begins. */
+  limits(chart: ChartSet): void {
+    this.model.depth.value = chart.autonomous_m;
+  }
+
+  /** Opens it, from the end of the plan or from where its vessel is; or closes it. */
+  toggle(): void {
+    if (this.open) return this.close();
+    const { editing } = this.needs;
+    const last = editing.plan.maneuvers.at(-1)?.task;
+    const end = last?.kind === "follow_path" ? last.points.at(-1) : last?.at;
+    const begin = end ?? this.needs.vessel();
+    this.begin(begin ? [begin] : [], undefined, "");
+  }
+
+  /** Looks for a way around a refused leg. */
+  goAround({ maneuver, part, number, from, to }: GuardReason): void {
+    this.begin([from, to], { maneuver, part, number }, maneuver);
+  }
+
+  /** A click on the map beside everything; whether it was meant for the route. */
+  takes(place: PlanPlace): boolean {
+    if (!this.open || this.around) return false;
+    this.place(this.chosen.length < 2 ? [...this.chosen, place] : [...this.chosen.slice(0, -1), place]);
+    return true;
+  }
+
+  close(): void {
+    this.model.open.value = false;
+    [this.chosen, this.around] = [[], undefined];
+    this.model.answer.value = undefined;
+    this.onMap.clear();
+    this.needs.changed();
+  }
+
+  private begin(chosen: PlanPlace[], around: Around | undefined, words: string): void {
+    this.around = around;
+    this.model.around.value = words;
+    this.model.open.value = true;
+    this.place(chosen);
+    this.needs.changed();
+    this.needs.root.scrollIntoView({ block: "nearest" });
+  }
+
+  private place(chosen: PlanPlace[]): void {
+    this.chosen = chosen;
+    this.model.chosen.value = chosen.length;
+    this.model.answer.value = undefined;
+    this.draw();
+    void this.ask();
+  }
+
+  private move(index: number, place: PlanPlace): void {
+    // The ends of a leg that is sailed around belong to the plan.
+    const end = index === 0 || index === this.chosen.length - 1;
+    if (this.around && end) return;
+    this.chosen = this.chosen.map((one, at) => (at === index ? place : one));
+    this.draw();
+    void this.ask();
+  }
+
+  private pull(leg: number, place: PlanPlace): number {
+    const route = this.model.answer.value?.route;
+    const stretch = route ? stretchAt(this.chosen, placesOfRoute(route), leg) : 0;
+    if (this.chosen.length >= MOST_PLACES) return stretch;
+    this.chosen = [...this.chosen.slice(0, stretch + 1), place, ...this.chosen.slice(stretch + 1)];
+    this.model.chosen.value = this.chosen.length;
+    return stretch + 1;
+  }
+
+  private question(explain: boolean): SeaRouteAsk {
+    const { editing } = this.needs;
+    return {
+      points: this.chosen.map(({ lat_deg, lon_deg }) => [lat_deg, lon_deg]),
+      vessel: editing.plan.vessel,
+      least_depth_m: this.model.depth.value,
+      clearance_m: this.model.clearance.value,
+      speed_mps: editing.speed.unit === "mps" ? editing.speed.value : null,
+      explain,
+    };
+  }
+
+  private async ask(): Promise<void> {
+    if (this.asking) {
+      this.again = true;
+      return;
+    }
+    if (!this.open || this.chosen.length < 2) return;
+    this.asking = true;
+    await this.send(false, PATIENCE_MS);
+    this.asking = false;
+    if (!this.again) return;
+    this.again = false;
+    void this.ask();
+  }
+
+  private async explain(): Promise<void> {
+    await this.send(true, EXPLAIN_MS);
+  }
+
+  private async send(explain: boolean, patienceMs: number): Promise<void> {
+    const { model } = this;
+    model.busy.value = true;
+    try {
+      const answer = await postJson<SeaRouteAnswer>("/api/v1/chart/route", patienceMs, this.question(explain));
+      if (this.open) [model.answer.value, model.trouble.value] = [answer, ""];
+    } catch (error) {
+      model.answer.value = undefined;
+      model.trouble.value = reason(error);
+    }
+    model.busy.value = false;
+    this.draw();
+  }
+
+  private draw(): void {
+    const route = this.model.answer.value?.route;
+    this.onMap.update(this.chosen, route ? placesOfRoute(route) : []);
+  }
+
+  private take(): void {
+    const route = this.model.answer.value?.route;
+    if (!route) return;
+    const { editing } = this.needs;
+    const next: PlanDocument = this.around ? withWayAround(editing.plan, route, this.around) : withRoute(editing.plan, route, editing.speed, editing.selected?.step);
+    this.close();
+    editing.change(next);
+  }
+}

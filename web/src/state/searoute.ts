@@ -1,0 +1,84 @@
+// A route on the sea chart between places that a person chose: what is asked, in what words it is answered, and how it
+// becomes part of a plan. No page in it.
+
+import type { GuardReason, PlanDocument, PlanPlace, PlanSpeed, SeaRoute, SeaRouteAnswer } from "../api/types.gen";
+import { KINDS } from "./plan";
+
+/** What a way around something is for. */
+export interface Around {
+  readonly maneuver: string;
+  readonly part: string;
+  /** Number of the leg within the part. */
+  readonly number: number;
+}
+
+/** Whether a refused leg can be sailed around: where it leads from one place to another. */
+export function canGoAround(reason: GuardReason): boolean {
+  return reason.part === "transit" || reason.part === "track";
+}
+
+export function placesOfRoute(route: SeaRoute): PlanPlace[] {
+  return route.points.map(([lat_deg, lon_deg]) => ({ lat_deg, lon_deg }));
+}
+
+/** Length, time, and what there is around it, in a line. */
+export function routeText(route: SeaRoute): string {
+  const depth = route.least_depth_m === null ? "" : ` · least depth ${route.least_depth_m.toFixed(1)} m`;
+  const clear = ` · clear by ${route.least_clearance_m === null ? "more than 5 km" : `${Math.floor(route.least_clearance_m)} m`}`;
+  const minutes = Math.max(1, Math.round(route.duration_s / 60));
+  const time = minutes < 90 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  return `${lengthOf(route.length_m)} · ${time}${depth}${clear}`;
+}
+
+export function lengthOf(metres: number): string {
+  return metres < 10_000 ? `${Math.round(metres)} m` : `${(metres / 1000).toFixed(1)} km`;
+}
+
+/** What is to be known of an answer beside the route itself. */
+export function remarks({ route, refusal }: Pick<SeaRouteAnswer, "route" | "refusal">): string[] {
+  if (refusal) return [refusal.text];
+  if (!route) return [];
+  const guard = route.guarded ? [] : [`The guard would refuse it: ${route.guard_text ?? "it asks for more water"}`];
+  return [...route.moved.map(({ text }) => text), ...guard];
+}
+
+/** With the route as a path of its own after a maneuver, or at the end. */
+export function withRoute(plan: PlanDocument, route: SeaRoute, speed: PlanSpeed, after = plan.maneuvers.length - 1): PlanDocument {
+  return inserted(plan, after + 1, placesOfRoute(route), speed);
+}
+
+/** With the route in place of a refused leg; the same plan where that leg is no longer there. */
+export function withWayAround(plan: PlanDocument, route: SeaRoute, around: Around): PlanDocument {
+  const at = plan.maneuvers.findIndex((step) => step.id === around.maneuver);
+  const step = plan.maneuvers[at];
+  const between = placesOfRoute(route).slice(1, -1);
+  if (!step || !between.length) return plan;
+  if (around.part === "track" && step.task.kind === "follow_path") {
+    const points = [...step.task.points];
+    points.splice(around.number + 1, 0, ...between);
+    return { ...plan, maneuvers: plan.maneuvers.map((one, index) => (index === at ? { ...one, task: { kind: "follow_path", points } } : one)) };
+  }
+  if (around.part !== "transit") return plan;
+  return inserted(plan, at, between, step.speed);
+}
+
+function inserted(plan: PlanDocument, at: number, points: PlanPlace[], speed: PlanSpeed): PlanDocument {
+  const taken = new Set(plan.maneuvers.map((step) => step.id));
+  const name = KINDS.find(([kind]) => kind === "follow_path")?.[1] ?? "Path";
+  let number = 1;
+  while (taken.has(`${name} ${number}`)) number++;
+  const maneuvers = [...plan.maneuvers];
+  maneuvers.splice(at, 0, { id: `${name} ${number}`, speed, task: { kind: "follow_path", points } });
+  return { ...plan, maneuvers };
+}
+
+/** Where a new place to pass belongs: between the two chosen places whose stretch of the route it lies nearest to. */
+export function stretchAt(chosen: readonly PlanPlace[], route: readonly PlanPlace[], leg: number): number {
+  let stretch = 0;
+  for (let at = 1; at <= leg && stretch < chosen.length - 2; at++) {
+    const next = chosen[stretch + 1];
+    const here = route[at];
+    if (next && here && Math.abs(here.lat_deg - next.lat_deg) < 1e-7 && Math.abs(here.lon_deg - next.lon_deg) < 1e-7) stretch++;
+  }
+  return stretch;
+}
