@@ -1,7 +1,7 @@
 //! The chart through the API, by the fictitious archipelago.
 
 use super::tests::{Shore, bearer};
-use api::{ChartCorridor, ChartNear, ChartSet, Role};
+use api::{ChartCorridor, ChartNear, ChartSet, Role, SeaRouteAnswer};
 use axum::body::Body;
 use axum::http::{Request, StatusCode, header};
 use chartdb::{ImportOptions, import};
@@ -116,6 +116,65 @@ async fn a_corridor_tells_its_worst_spots_and_a_profile() {
         assert_eq!(status, StatusCode::BAD_REQUEST, "{bad}");
         assert!(body.contains(why), "{body}");
     }
+}
+
+async fn route(shore: &Shore, token: &str, ask: &Value) -> (StatusCode, String) {
+    let request = Request::post("/api/v1/chart/route").header(header::CONTENT_TYPE, "application/json");
+    let answer = shore.send(bearer(request, token), Body::from(ask.to_string())).await;
+    (answer.status, answer.body)
+}
+
+#[tokio::test]
+async fn a_route_leads_around_an_island_and_the_guard_takes_it() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let (east, west) = ([63.4455, 10.352], [63.4455, 10.314]);
+    let (status, body) = route(&shore, &token, &json!({"points": [east, west]})).await;
+    assert_eq!(status, StatusCode::OK, "{body}");
+    let answer: SeaRouteAnswer = serde_json::from_str(&body).unwrap();
+    let found = answer.route.expect("a route");
+    assert!((2_500.0..3_200.0).contains(&found.length_m), "{}", found.length_m);
+    assert!(found.guarded && found.guard_text.is_none(), "{:?}", found.guard_text);
+    assert_eq!((answer.asked_depth_m, found.points.len()), (5.0, found.legs.len() + 1));
+    assert!(found.least_depth_m.unwrap() >= 5.0 && found.least_clearance_m.unwrap() >= 11.2);
+    assert!((found.duration_s - found.length_m / 1.5).abs() < 1e-6);
+    // By way of a place far off it is longer; less water than the guard wants is given, and said so.
+    let by = json!({"points": [east, [63.4552, 10.3600], west]});
+    let by: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &by).await.1).unwrap();
+    assert!(by.route.unwrap().length_m > found.length_m + 500.0);
+    let shoal = json!({"points": [east, west], "least_depth_m": 0.5, "clearance_m": 2});
+    let shoal: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &shoal).await.1).unwrap();
+    let shoal = shoal.route.unwrap();
+    assert!(shoal.length_m < found.length_m && !shoal.guarded && shoal.guard_text.is_some());
+}
+
+#[tokio::test]
+async fn that_there_is_no_route_is_an_answer_and_nonsense_is_refused_by_name() {
+    let shore = Shore::with(archipelago).await;
+    let token = shore.token(Some(7), Role::Viewer).await;
+    let ask = json!({"points": [[63.4455, 10.352], [63.45, 10.322]]});
+    let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &ask).await.1).unwrap();
+    let moved = answer.route.map(|route| route.moved.len());
+    let code = answer.refusal.map(|refusal| refusal.code);
+    assert!(moved == Some(1) || code.as_deref() == Some("closed_goal"), "{moved:?} {code:?}");
+    let wide = json!({"points": [[63.4455, 10.352], [63.4455, 10.314]], "clearance_m": 190, "explain": true});
+    let answer: SeaRouteAnswer = serde_json::from_str(&route(&shore, &token, &wide).await.1).unwrap();
+    assert!(answer.route.is_some() != answer.refusal.is_some());
+    for (bad, why) in [
+        (json!({"points": [[63.4, 10.3]]}), "points"),
+        (json!({"points": [[63.4, 10.3], [95, 10.3]]}), "no place"),
+        (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "clearance_m": -1}), "clearance"),
+        (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "least_depth_m": 1e9}), "least depth"),
+        (json!({"points": [[63.4, 10.3], [63.5, 10.3]], "speed_mps": 0}), "speed_mps"),
+    ] {
+        let (status, body) = route(&shore, &token, &bad).await;
+        assert_eq!(status, StatusCode::BAD_REQUEST, "{bad}");
+        assert!(body.contains(why), "{body}");
+    }
+    let bare = Shore::with(|_| ()).await;
+    let token = bare.token(Some(7), Role::Viewer).await;
+    let (status, body) = route(&bare, &token, &ask).await;
+    assert_eq!(status, StatusCode::NOT_FOUND, "{body}");
 }
 
 #[tokio::test]

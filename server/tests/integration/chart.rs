@@ -108,3 +108,62 @@ fn a_plan_is_checked_and_the_exit_code_tells_whether_it_may_be_sailed() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("text.json"), "{output:?}");
     assert!(!output.status.success());
 }
+
+fn plan_route(data: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lutra-server"));
+    command.args(["plan", "route"]).args(arguments).arg("--data").arg(data).output().unwrap()
+}
+
+/// One route in words, as GPX and as a plan that the same chart takes; many by a file, of which each line has its answer.
+#[test]
+fn routes_are_planned_by_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, cells) = (folder.path().join("data"), folder.path().join("cells"));
+    std::fs::create_dir(&cells).unwrap();
+    for cell in charts::demo::archipelago().unwrap() {
+        std::fs::write(cells.join(cell.name), cell.bytes).unwrap();
+    }
+    json(&data, &["import", cells.to_str().unwrap()]);
+    let (east, west) = ("63.4455,10.352", "63.4455,10.314");
+    let ends = ["--from", east, "--to", west];
+    let words = plan_route(&data, &ends);
+    assert!(words.status.success(), "{}", String::from_utf8_lossy(&words.stderr));
+    assert!(String::from_utf8_lossy(&words.stdout).contains("least depth 5.0 m"));
+    let plan = folder.path().join("route.json");
+    let gpx = folder.path().join("route.gpx");
+    for file in [&plan, &gpx] {
+        let out = ["--out", file.to_str().unwrap()];
+        assert!(plan_route(&data, &[&ends[..], &out[..]].concat()).status.success());
+        let checked = chart(&data, &["check", file.to_str().unwrap(), "--from", east]);
+        assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));
+    }
+    let wrong = plan_route(&data, &[&ends[..], &["--out", "route.kml"]].concat());
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains(".geojson, .gpx or .json"));
+
+    let pairs = folder.path().join("pairs.jsonl");
+    let lines = [
+        r#"{"id": 1, "from": [63.4455, 10.352], "to": [63.4455, 10.314], "min_depth": 5, "clearance": 20}"#,
+        r#"{"id": "far", "from": [63.4455, 10.352], "to": [0, 0], "min_depth": 5, "clearance": 20}"#,
+        r#"{"id": 3, "from": [63.4455, 10.352], "to": [163.4455, 10.314]}"#,
+    ];
+    std::fs::write(&pairs, lines.join("\n")).unwrap();
+    let many = plan_route(&data, &["--pairs", pairs.to_str().unwrap()]);
+    assert!(!many.status.success(), "a line made no sense");
+    let answers: Vec<Value> = String::from_utf8(many.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let [first, far, nonsense] = answers.as_slice() else { panic!("{answers:?}") };
+    assert_eq!((first["ok"].as_bool(), first["id"].as_u64()), (Some(true), Some(1)), "{first}");
+    assert!(first["length_m"].as_f64().unwrap() > 2_500.0 && first["time_us"].as_u64().unwrap() > 0);
+    assert!(
+        first["min_depth_m"].as_f64().unwrap() >= 5.0 && first["min_clearance_m"].as_f64().unwrap() >= 20.0
+    );
+    assert_eq!(first["points"].as_array().unwrap().len(), first["legs"].as_array().unwrap().len() + 1);
+    assert_eq!(
+        (far["ok"].as_bool(), far["code"].as_str(), far["id"].as_str()),
+        (Some(false), Some("closed_goal"), Some("far"))
+    );
+    assert!(nonsense["reason"].as_str().unwrap().starts_with("line 3: to: 163.4455"), "{nonsense}");
+}

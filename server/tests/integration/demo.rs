@@ -222,8 +222,8 @@ fn a_vessel_is_watched_and_stopped_in_a_browser() {
 }
 
 /// What needs no demo for itself, on one: scripts that only look, and each that acts has an Otter that no other acts on.
-/// Two vessels over one time, a plan that is drawn ashore, brought aboard and sailed, and the past, parameters and
-/// plans by keyboard alone.
+/// Two vessels over one time, a plan that is drawn ashore, brought aboard and sailed, the past, parameters and
+/// plans by keyboard alone, and routes around islands.
 #[test]
 fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
     if !agent_is_there() || !testkit::browser::is_there() {
@@ -237,6 +237,7 @@ fn otters_are_looked_at_and_sent_by_pointer_and_keyboard_in_a_browser() {
         ("keyboard-past.mjs", None),
         ("aboard.mjs", Some("otter-2")),
         ("keyboard.mjs", Some("otter-3")),
+        ("routes.mjs", Some("otter-1")),
     ];
     let mut failed = Vec::new();
     for (script, argument) in scripts {

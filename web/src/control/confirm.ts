@@ -7,18 +7,21 @@ import { make, setText } from "../ui/dom";
 const LASTS_S = 30;
 
 export interface Confirm {
-  /** Shows what will happen; `act` does it. */
-  ask(title: string, lines: readonly string[], word: string, act: () => void): void;
+  /** Shows what will happen; `act` does it, `over` is called when it ends, either way. */
+  ask(title: string, lines: readonly string[], word: string, act: () => void, over?: () => void): void;
   close(): void;
 }
 
 export function createConfirm(root: HTMLElement): Confirm {
   let timer: number | undefined;
   let back: HTMLElement | null = null;
+  let after: (() => void) | undefined;
   const close = (): void => {
     window.clearInterval(timer);
     if (!root.childElementCount) return;
     root.replaceChildren();
+    after?.();
+    after = undefined;
     if (back?.isConnected) back.focus();
   };
   root.addEventListener("keydown", (event) => {
@@ -26,8 +29,10 @@ export function createConfirm(root: HTMLElement): Confirm {
   });
   return {
     close,
-    ask(title, lines, word, act) {
+    ask(title, lines, word, act, over) {
       window.clearInterval(timer);
+      after?.();
+      after = over;
       back = document.activeElement instanceof HTMLElement ? document.activeElement : null;
       const head = make("h3", { tabindex: "-1" }, title);
       const left = make("span", { class: "left" });

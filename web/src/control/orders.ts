@@ -14,6 +14,8 @@ export interface Orders {
   give(order: Order): Promise<Command>;
   /** The order with all that became of it, when nothing more is expected. */
   settle(order: Order): Promise<Command>;
+  /** An order that was given, with all that became of it. */
+  settled(command: Command): Promise<Command>;
   /** The answer to a question, or an error in the words of who refused. */
   ask(order: Order): Promise<Command>;
 }
@@ -21,17 +23,19 @@ export interface Orders {
 export function createOrders(vessel: number, window: string): Orders {
   const path = `/api/v1/vessels/${vessel}`;
   const give = (order: Order): Promise<Command> => postJson<Command>(`${path}/commands`, PATIENCE_MS, { order, window } satisfies OrderAsk);
-  const settle = async (order: Order): Promise<Command> => {
-    let command = await give(order);
+  const settled = async (given: Command): Promise<Command> => {
+    let command = given;
     while (!command.over) {
       await new Promise((done) => setTimeout(done, LOOK_MS));
       command = await getJson<Command>(`${path}/commands/${command.id}`);
     }
     return command;
   };
+  const settle = async (order: Order): Promise<Command> => settled(await give(order));
   return {
     give,
     settle,
+    settled,
     lease: (action, reason = "") => postJson<Lease>(`${path}/lease`, PATIENCE_MS, { action, reason, window } satisfies LeaseAsk),
     async ask(order) {
       const command = await settle(order);

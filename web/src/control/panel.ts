@@ -1,8 +1,9 @@
 // The Control tab of a vessel: who has control, plans aboard, going somewhere, what became of orders.
 
 import { getJson, reason } from "../api/http";
-import type { Order, PlanAboard, PlansAboard, System } from "../api/types.gen";
+import type { Order, PlanAboard, PlanPlace, PlansAboard, SeaRoute, SeaRouteAnswer, System } from "../api/types.gen";
 import { type ControlState, legTo, type Part } from "../state/control";
+import { placesOfRoute, remarks, routeText } from "../state/searoute";
 import type { Guard } from "../state/teleop";
 import { make, setAttribute, setText } from "../ui/dom";
 import { bearing, utc } from "../ui/format";
@@ -11,6 +12,7 @@ import { createCommandList } from "./history";
 import { createLeaseView } from "./lease";
 import { createOrders, Unanswered, windowKey } from "./orders";
 import { createTeleop } from "./teleop";
+import { isStraight, planOf, routeTo, sail } from "./wayto";
 
 export interface ControlPanel {
   /** `guard`: what the vessel's grounding supervisor says. */
@@ -31,9 +33,11 @@ export interface ControlNeeds {
   pick(told: ((place: readonly [number, number]) => void) | null): void;
   /** Marks a place on the map; null for none. */
   mark(place: readonly [number, number] | null): void;
+  /** Shows a route on the map while it is to be confirmed; null for none. */
+  drawRoute?(places: readonly PlanPlace[] | null): void;
 }
 
-export function createControl(root: HTMLElement, { address, me, may, steers, attention, name, pick, mark }: ControlNeeds): ControlPanel {
+export function createControl(root: HTMLElement, { address, me, may, steers, attention, name, pick, mark, drawRoute }: ControlNeeds): ControlPanel {
   const key = windowKey();
   const orders = createOrders(address, key);
   const trouble = make("p", { class: "note bad", role: "alert", hidden: "" });
@@ -143,12 +147,45 @@ export function createControl(root: HTMLElement, { address, me, may, steers, att
     const place = [lat.valueAsNumber, lon.valueAsNumber] as const;
     const mps = speed.valueAsNumber;
     mark(place);
-    const lines = [`Vessel: ${name()}`, `To ${place[0].toFixed(6)}°, ${place[1].toFixed(6)}° at ${mps.toFixed(1)} m/s, straight, and stay there`, leg(place), "The current plan or order will be cancelled. Where a sea chart is loaded, a way over danger is refused; look out yourself."];
+    void toPlace(place, mps);
+  });
+  /** Straight where that is safe or nobody knows; else by the route that the chart has, which is shown first. */
+  const toPlace = async (place: readonly [number, number], mps: number): Promise<void> => {
+    failed("");
+    const answer = await findWay(place, mps);
+    const route = answer?.route;
+    if (route && !isStraight(route)) return confirmRoute(route, place, mps);
+    const closed = answer?.refusal ? [`By the chart there is no safe way: ${answer.refusal.text}`] : [];
+    const lines = [`Vessel: ${name()}`, `To ${place[0].toFixed(6)}°, ${place[1].toFixed(6)}° at ${mps.toFixed(1)} m/s, straight, and stay there`, leg(place), ...closed, "The current plan or order will be cancelled. Where a sea chart is loaded, a way over danger is refused; look out yourself."];
     confirm.ask(`Send ${name()} there?`, lines, "Go", () => {
       mark(null);
       void give({ kind: "goto", lat_deg: place[0], lon_deg: place[1], speed_mps: mps });
     });
-  });
+  };
+  const findWay = async (place: readonly [number, number], mps: number): Promise<SeaRouteAnswer | undefined> => {
+    if (!system?.fix || system.liveness !== "live") return undefined;
+    setText(heard, "Looking for the way on the chart …");
+    try {
+      return await routeTo(address, system.fix, place, mps);
+    } catch {
+      // Without it the guard judges the straight way, as ever.
+      return undefined;
+    } finally {
+      setText(heard, "");
+    }
+  };
+  const confirmRoute = (found: SeaRoute, place: readonly [number, number], mps: number): void => {
+    drawRoute?.(placesOfRoute(found));
+    const plan = planOf(found, address, mps, `To ${place[0].toFixed(4)} ${place[1].toFixed(4)} ${new Date().toISOString().slice(11, 19)}`);
+    const lines = [`Vessel: ${name()}`, `The straight way is closed by the chart. By a route of ${found.legs.length} legs: ${routeText(found)}`, ...remarks({ route: found, refusal: null }), "It goes aboard as a plan, is started, and the vessel stays at its end. The current plan or order will be cancelled; look out yourself."];
+    confirm.ask(`Send ${name()} there by this route?`, lines, "Go by this route", () => {
+      mark(null);
+      sail(plan, address, key, orders, (text) => setText(heard, text)).catch((error: unknown) => {
+        setText(heard, "");
+        failed(said(error));
+      });
+    }, () => drawRoute?.(null));
+  };
   if (may) goBox.append(make("h3", {}, "Go to a point"), form);
 
   const helm = may && steers ? createTeleop(helmBox, { address, key, orders, confirm, name, attention: () => attention?.() }) : undefined;

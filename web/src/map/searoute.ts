@@ -31,7 +31,8 @@ export interface SeaRouteOnMap {
   clear(): void;
 }
 
-export function createSeaRoute(map: FleetMap, handlers: SeaRouteHandlers): SeaRouteOnMap {
+/** Without handlers it is only shown. */
+export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaRouteOnMap {
   const [lines, places] = [new VectorSource(), new VectorSource()];
   const layers = ([[lines, "planLines"], [places, "planMarks"]] as const).map(([source, at]) => new VectorLayer({ source, style: (feature) => styleOf(feature as Feature), updateWhileInteracting: true, zIndex: over(at) }));
   for (const layer of layers) map.ol.addLayer(layer);
@@ -70,26 +71,7 @@ export function createSeaRoute(map: FleetMap, handlers: SeaRouteHandlers): SeaRo
     }
     return found;
   };
-  let held: number | undefined;
-  map.ol.addInteraction(
-    new PointerInteraction({
-      handleDownEvent: (event) => {
-        const feature = at(event);
-        if (!feature) return false;
-        const leg = feature.get("leg") as number | undefined;
-        held = leg === undefined ? (feature.get("index") as number) : handlers.pulled(leg, placeOf(event));
-        return true;
-      },
-      handleDragEvent: (event) => {
-        if (held !== undefined) handlers.moved(held, placeOf(event), false);
-      },
-      handleUpEvent: (event) => {
-        if (held !== undefined) handlers.moved(held, placeOf(event), true);
-        held = undefined;
-        return false;
-      },
-    }),
-  );
+  if (handlers) map.ol.addInteraction(dragging(at, handlers));
 
   const update = (chosen: readonly PlanPlace[], route: readonly PlanPlace[]): void => {
     lines.clear(true);
@@ -97,12 +79,34 @@ export function createSeaRoute(map: FleetMap, handlers: SeaRouteHandlers): SeaRo
     const line = route.length > 1 ? route : chosen;
     if (line.length > 1) lines.addFeature(new Feature({ geometry: new LineString(line.map(xy)), wanted: route.length < 2 }));
     places.addFeatures(chosen.map((place, index) => new Feature({ geometry: new Point(xy(place)), index, label: name(index, chosen.length) })));
+    if (!handlers) return;
     const legs = route.slice(1).map((to, leg) => ({ leg, from: xy(route[leg] ?? to), to: xy(to) }));
     const size = ({ from, to }: { from: number[]; to: number[] }): number => Math.hypot((to[0] ?? 0) - (from[0] ?? 0), (to[1] ?? 0) - (from[1] ?? 0));
     const handles = legs.sort((one, other) => size(other) - size(one)).slice(0, MOST_HANDLES);
     places.addFeatures(handles.map(({ leg, from, to }) => new Feature({ geometry: new Point([((from[0] ?? 0) + (to[0] ?? 0)) / 2, ((from[1] ?? 0) + (to[1] ?? 0)) / 2]), leg })));
   };
   return { update, clear: () => update([], []) };
+}
+
+function dragging(at: (event: MapBrowserEvent) => Feature | undefined, handlers: SeaRouteHandlers): PointerInteraction {
+  let held: number | undefined;
+  return new PointerInteraction({
+    handleDownEvent: (event) => {
+      const feature = at(event);
+      if (!feature) return false;
+      const leg = feature.get("leg") as number | undefined;
+      held = leg === undefined ? (feature.get("index") as number) : handlers.pulled(leg, placeOf(event));
+      return true;
+    },
+    handleDragEvent: (event) => {
+      if (held !== undefined) handlers.moved(held, placeOf(event), false);
+    },
+    handleUpEvent: (event) => {
+      if (held !== undefined) handlers.moved(held, placeOf(event), true);
+      held = undefined;
+      return false;
+    },
+  });
 }
 
 /** A and B for the ends, numbers for the places between. */

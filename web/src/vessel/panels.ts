@@ -4,6 +4,7 @@ import { getJson } from "../api/http";
 import type { Detections, LogBook } from "../api/types.gen";
 import { createControl } from "../control/panel";
 import type { FleetMap } from "../map/map";
+import { createSeaRoute } from "../map/searoute";
 import { createParameters } from "../params/panel";
 import { createPlots, type PlotHandlers } from "../plot/panel";
 import type { Source } from "../plot/model";
@@ -66,6 +67,7 @@ export function createPanels(needs: PanelNeeds) {
     const last = next ? items.at(-1) : undefined;
     setText(boxes.tagsCut, last ? `Tags on the map: the newest ${items.length}, since ${utc(last.time_us)}. Older ones: under Tags.` : "");
   });
+  const route = createSeaRoute(map);
   const control = createControl(boxes.control, {
     address,
     me: rights.me,
@@ -75,6 +77,7 @@ export function createPanels(needs: PanelNeeds) {
     name,
     pick: (told) => map.overlays.pick(told),
     mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+    drawRoute: (places) => (places ? route.update([], places) : route.clear()),
   });
   const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
   return { plots, values, parts: createEntities(boxes.panels.Entities), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };

@@ -1,0 +1,65 @@
+// How a route of the chart becomes part of a plan.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { build } from "esbuild";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { mkdtemp } from "node:fs/promises";
+
+const folder = await mkdtemp(join(tmpdir(), "lutra-searoute-"));
+const outfile = join(folder, "searoute.mjs");
+await build({ entryPoints: ["src/state/searoute.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
+const { canGoAround, placesOfRoute, remarks, routeText, stretchAt, withRoute, withWayAround } = await import(outfile);
+
+const speed = { value: 1.5, unit: "mps" };
+const at = (lat_deg, lon_deg) => ({ lat_deg, lon_deg });
+const route = (points, more = {}) => ({ points, legs: points.slice(1).map(() => ({})), length_m: 2865, duration_s: 1910, least_depth_m: 5, least_clearance_m: 18.4, moved: [], guarded: true, guard_text: null, ...more });
+const found = route([[63, 10], [63.1, 10.1], [63.2, 10.1], [63.3, 10]]);
+const goto = (id, lat, lon) => ({ id, speed, task: { kind: "goto", at: at(lat, lon) } });
+const plan = (...maneuvers) => ({ name: "p", description: "", vessel: null, repeat: false, maneuvers });
+
+test("a route is told in a line, with what is least", () => {
+  assert.equal(routeText(found), "2865 m · 32 min · least depth 5.0 m · clear by 18 m");
+  assert.equal(routeText(route([[63, 10], [63.3, 10]], { length_m: 81_770, duration_s: 54_513, least_depth_m: null, least_clearance_m: null })), "81.8 km · 15 h 9 min · clear by more than 5 km");
+});
+
+test("what is moved, refused or against the guard is told", () => {
+  assert.deepEqual(remarks({ route: found, refusal: null }), []);
+  assert.deepEqual(remarks({ route: route([], { moved: [{ end: "goal", distance_m: 20, text: "moved" }], guarded: false, guard_text: "Leg 2: land" }), refusal: null }), ["moved", "The guard would refuse it: Leg 2: land"]);
+  assert.deepEqual(remarks({ route: null, refusal: { text: "no way" } }), ["no way"]);
+});
+
+test("a route is a path of its own, after the chosen maneuver or at the end", () => {
+  const two = plan(goto("Path 1", 62, 10), goto("b", 64, 10));
+  assert.deepEqual(withRoute(two, found, speed).maneuvers.map(({ id }) => id), ["Path 1", "b", "Path 2"]);
+  const between = withRoute(two, found, speed, 0);
+  assert.deepEqual(between.maneuvers.map(({ id }) => id), ["Path 1", "Path 2", "b"]);
+  assert.deepEqual(between.maneuvers[1].task.points, placesOfRoute(found));
+});
+
+test("a refused transit gets a path before its maneuver, without the ends that the plan has", () => {
+  const two = plan(goto("a", 63, 10), goto("b", 63.3, 10));
+  const around = withWayAround(two, found, { maneuver: "b", part: "transit", number: 0 });
+  assert.deepEqual(around.maneuvers.map(({ id }) => id), ["a", "Path 1", "b"]);
+  assert.deepEqual(around.maneuvers[1].task.points, [at(63.1, 10.1), at(63.2, 10.1)]);
+});
+
+test("a refused leg of a path gets points between its own", () => {
+  const path = { id: "way", speed, task: { kind: "follow_path", points: [at(62, 10), at(63, 10), at(63.3, 10), at(64, 10)] } };
+  const around = withWayAround(plan(path), found, { maneuver: "way", part: "track", number: 1 });
+  assert.deepEqual(around.maneuvers[0].task.points, [at(62, 10), at(63, 10), at(63.1, 10.1), at(63.2, 10.1), at(63.3, 10), at(64, 10)]);
+});
+
+test("nothing happens to a plan that has changed meanwhile, or for a way that needs no corner", () => {
+  const two = plan(goto("a", 63, 10), goto("b", 63.3, 10));
+  assert.equal(withWayAround(two, found, { maneuver: "gone", part: "transit", number: 0 }), two);
+  assert.equal(withWayAround(two, route([[63, 10], [63.3, 10]]), { maneuver: "b", part: "transit", number: 0 }), two);
+  assert.ok(canGoAround({ part: "transit" }) && !canGoAround({ part: "circle" }));
+});
+
+test("a place to pass belongs to the stretch on which the line was pulled", () => {
+  const chosen = [at(63, 10), at(63.2, 10.1), at(63.3, 10)];
+  const places = placesOfRoute(found);
+  assert.deepEqual([0, 1, 2].map((leg) => stretchAt(chosen, places, leg)), [0, 0, 1]);
+});
