@@ -1,8 +1,8 @@
 // Going somewhere by a route where the straight way is closed: the route is asked for before a person confirms, then it
 // goes aboard as a plan and is started.
 
-import { postJson, Refusal } from "../api/http";
-import type { Command, Fix, PlanDocument, PlanUploadAsk, SeaRoute, SeaRouteAnswer, SeaRouteAsk, StoredPlan } from "../api/types.gen";
+import { postJson, putJson, Refusal } from "../api/http";
+import type { Command, Fix, PlanChange, PlanDocument, PlanUploadAsk, SeaRoute, SeaRouteAnswer, SeaRouteAsk, StoredPlan } from "../api/types.gen";
 import { placesOfRoute } from "../state/searoute";
 import { type Orders, Unanswered } from "./orders";
 
@@ -38,7 +38,8 @@ export function planOf(route: SeaRoute, vessel: number, mps: number, name: strin
 /** Keeps the plan, brings it aboard and starts it; `told` says how far it is. */
 export async function sail(plan: PlanDocument, vessel: number, window: string, orders: Orders, told: (text: string) => void): Promise<void> {
   told("Saving the route as a plan …");
-  const stored = await postJson<StoredPlan>("/api/v1/plans", PATIENCE_MS, plan);
+  const draft = await postJson<StoredPlan>("/api/v1/plans", PATIENCE_MS, plan);
+  const stored = await putJson<StoredPlan>(`/api/v1/plans/${draft.id}`, { revision: draft.revision, draft: false, plan } satisfies PlanChange, PATIENCE_MS);
   told("Bringing the route aboard …");
   const upload = await postJson<Command>(`/api/v1/plans/${stored.id}/upload`, PATIENCE_MS, { vessel, revision: stored.revision, window } satisfies PlanUploadAsk);
   const settled = await orders.settled(upload);
