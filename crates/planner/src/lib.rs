@@ -12,11 +12,13 @@
 //! - [`Needs`] say how deep and how far off.
 //! - [`Router`] holds a chart and the rooms made of it, and answers a [`Request`] by a [`Route`] or by a [`Refusal`]
 //!   that says what is in the way.
+//! - [`classic`] is a plain A* on a grid, to compare with.
 //!
 //! SI units and radians; places are WGS 84.
 
 mod boxes;
 mod cancel;
+pub mod classic;
 mod mesh;
 mod needs;
 mod obstacles;

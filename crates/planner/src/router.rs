@@ -60,6 +60,11 @@ impl Router {
         Self { index, whole, rooms: Mutex::default() }
     }
 
+    /// Over a chart that is prepared region by region, whatever its size.
+    pub fn by_regions(index: Arc<DepthIndex>) -> Self {
+        Self { whole: false, ..Self::new(index) }
+    }
+
     /// The chart.
     pub fn index(&self) -> &Arc<DepthIndex> {
         &self.index

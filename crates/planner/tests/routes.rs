@@ -2,14 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where it unwraps nothing")]
 
-use charts::coverage::Source;
 use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
-use charts::s57::{Area, Attribute, AttributeCode, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path};
+use charts::s57::{Cell, NamedBytes};
 use guard::{GuardLimits, check_way};
 use planner::{Cancel, End, Needs, Refusal, Request, Route, Router};
 use proptest::prelude::*;
 use std::sync::Arc;
-use testkit::sea::{Ground, Sea};
+use testkit::sea::{Ground, Sea, open_water};
 use units::{LatLon, LocalFrame, LocalPoint};
 
 const HALF_M: f64 = 2_000.0;
@@ -331,35 +330,82 @@ fn without_charts_there_is_no_way() {
 #[test]
 fn a_way_over_the_date_line() {
     // Charts end at ±180°, and go on on the other side.
-    let chart = |west: f64, east: f64| {
-        let ring = [(west, -16.6), (west, -16.4), (east, -16.4), (east, -16.6), (west, -16.6)];
-        let points = ring.map(|(lon_deg, lat_deg)| GeoPoint { lon_deg, lat_deg });
-        let area =
-            Area { exteriors: vec![Path { points: points.to_vec(), edges: Vec::new() }], holes: Vec::new() };
-        let feature = |class, code, value: &str| Feature {
-            record: 1,
-            object: ObjectId::default(),
-            class,
-            group: 1,
-            version: 1,
-            attributes: vec![Attribute { code, value: value.to_owned() }],
-            national: Vec::new(),
-            links: Vec::new(),
-            geometry: Geometry::Area(area.clone()),
-        };
-        [
-            feature(ObjectClass::DEPARE, AttributeCode::DRVAL1, "20"),
-            feature(ObjectClass::M_COVR, AttributeCode::CATCOV, "1"),
-        ]
-    };
     let mut builder = IndexBuilder::new();
-    for (name, west, east) in [("XX5WEST1", 179.9, 180.0), ("XX5EAST1", -180.0, -179.9)] {
-        let source = Source { name: name.to_owned(), band: 5, ..Source::default() };
-        builder.add_features(source, &chart(west, east)).unwrap();
+    for (west, east) in [(179.9, 180.0), (-180.0, -179.9)] {
+        let (source, features) = open_water([west, -16.6, east, -16.4], 20.0);
+        builder.add_features(source, &features).unwrap();
     }
     let router = Router::new(Arc::new(builder.build().unwrap()));
     let (from, to) = (LatLon::from_deg(-16.5, 179.95).unwrap(), LatLon::from_deg(-16.5, -179.95).unwrap());
     let needs = Needs::depth_and_clearance(5.0, 20.0);
     let route = router.route(&Request::new(from, to), &needs, &Cancel::never()).unwrap();
     assert!((10_660.0..10_680.0).contains(&route.length_m), "{}", route.length_m);
+}
+
+/// On the demonstration's chart: all legs safe by the guard's own question, and region by region as on the whole.
+#[test]
+fn regions_give_the_ways_of_the_whole_chart() {
+    let mut builder = IndexBuilder::new();
+    for file in charts::demo::archipelago().unwrap() {
+        let named = NamedBytes { name: file.name, bytes: &file.bytes };
+        builder.add_cell(&Cell::read(named, &[]).unwrap()).unwrap();
+    }
+    let index = Arc::new(builder.build().unwrap());
+    let (whole, parts) = (Router::new(Arc::clone(&index)), Router::by_regions(Arc::clone(&index)));
+    agree(&index, &whole, &parts, 60);
+}
+
+/// The same on real cells.
+#[test]
+fn ways_on_real_charts_are_safe_whatever_is_asked() {
+    let names = ["GB4X0000.000", "GB5X01NE.000", "GB5X01NW.000", "GB5X01SE.000", "GB5X02SE.000"];
+    let mut builder = IndexBuilder::new();
+    for name in names {
+        let Some(path) = testkit::shared(&format!("data/charts/{name}")) else { return };
+        let bytes = std::fs::read(path).unwrap();
+        builder.add_cell(&Cell::read(NamedBytes { name, bytes: &bytes }, &[]).unwrap()).unwrap();
+    }
+    let index = Arc::new(builder.build().unwrap());
+    let (whole, parts) = (Router::new(Arc::clone(&index)), Router::by_regions(Arc::clone(&index)));
+    agree(&index, &whole, &parts, 60);
+}
+
+fn agree(index: &DepthIndex, whole: &Router, parts: &Router, count: usize) {
+    let extent = index.extent().unwrap();
+    let mut numbers = testkit::Numbers(3);
+    let (mut found, mut bent) = (0, 0);
+    for number in 0..count {
+        let needs = Needs::depth_and_clearance([2.0, 10.0][number % 2], [10.0, 30.0][number % 2]);
+        let mut place = || {
+            let lat = numbers.within(extent.south_deg, extent.north_deg);
+            LatLon::from_deg(lat, numbers.within(extent.west_deg, extent.east_deg)).unwrap()
+        };
+        let request = Request::new(place(), place());
+        let one = whole.route(&request, &needs, &Cancel::never());
+        // Each region is prepared anew, which is what takes time here.
+        if number % 6 > 0 {
+            assert!(one.is_err() || is_safe(&one.unwrap(), index, &needs));
+            continue;
+        }
+        let other = parts.route(&request, &needs, &Cancel::never());
+        match (one, other) {
+            (Ok(one), Ok(other)) => {
+                assert!(is_safe(&one, index, &needs) && is_safe(&other, index, &needs));
+                assert!(
+                    (one.length_m - other.length_m).abs() < 2.0 + 1e-3 * one.length_m,
+                    "{} {}",
+                    one.length_m,
+                    other.length_m
+                );
+                found += 1;
+                bent += usize::from(one.legs.len() > 2);
+            }
+            (
+                Err(Refusal::NoWay { .. } | Refusal::Closed { .. }),
+                Err(Refusal::NoWay { .. } | Refusal::Closed { .. }),
+            ) => {}
+            (one, other) => panic!("{request:?} {needs:?}: {one:?} {other:?}"),
+        }
+    }
+    assert!(found > 3 && bent > 0, "{found} {bent}");
 }

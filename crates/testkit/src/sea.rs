@@ -149,6 +149,25 @@ impl Patch {
     }
 }
 
+/// Water of one depth in a box (west, south, east, north; degrees), as the features of a chart that covers it.
+pub fn open_water([west, south, east, north]: [f64; 4], depth_m: f64) -> (Source, [Feature; 2]) {
+    let corners = [(west, south), (west, north), (east, north), (east, south), (west, south)];
+    let points = corners.map(|(lon_deg, lat_deg)| GeoPoint { lon_deg, lat_deg }).to_vec();
+    let geometry = || {
+        Geometry::Area(Area {
+            exteriors: vec![Path { points: points.clone(), edges: Vec::new() }],
+            holes: Vec::new(),
+        })
+    };
+    let coverage = Feature {
+        attributes: vec![attribute(AttributeCode::CATCOV, "1")],
+        ..feature(0, ObjectClass::M_COVR, geometry(), None)
+    };
+    let name = format!("XX{west:.1}{south:.1}");
+    let source = Source { name, band: 5, scale: 10_000, ..Source::default() };
+    (source, [coverage, feature(1, ObjectClass::DEPARE, geometry(), Some(depth_m))])
+}
+
 fn area(frame: LocalFrame, outer: &[LocalPoint], inner: &[Vec<LocalPoint>]) -> Geometry {
     let ring = |corners: &[LocalPoint]| {
         let closed = corners.iter().chain(corners.first());

@@ -1,0 +1,183 @@
+//! How long routes take: preparing the water, asking, and the classic grid beside. `cargo bench -p planner` runs this on
+//! the shared charts; without them it says so and measures nothing.
+
+#![expect(clippy::unwrap_used, reason = "a bench fails where it unwraps nothing")]
+#![expect(clippy::print_stdout, reason = "this is what it is for")]
+
+use charts::depth_index::{DepthIndex, IndexBuilder, Leg};
+use charts::s57::{Area, Cell, GeoPoint, NamedBytes, Path};
+use planner::classic::{ClassicGrid, Neighbours};
+use planner::{Cancel, Needs, Request, Route, Router, SeaRoom};
+use std::path::Path as FilePath;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use testkit::Numbers;
+use units::LatLon;
+
+/// Routes that are asked for on each chart.
+const ROUTES: usize = 1_000;
+
+fn main() {
+    let Some(folder) = testkit::shared("data/charts") else {
+        println!("the shared charts are absent: nothing is measured");
+        return;
+    };
+    println!("needs: 5 m deep, 25 m clear; times on one core; lengths on WGS 84\n");
+    for cells in
+        [&["GB4X0000", "GB5X01NE", "GB5X01NW", "GB5X01SE", "GB5X02SE"][..], &["US5WA22M"], &["US4MD81M"]]
+    {
+        chart(&cells.join("+"), &of_cells(&folder, cells), 5.0);
+    }
+    let coast = coast(&folder);
+    chart("land of Trøndelag", &coast, 0.0);
+    across_trondelag(&coast);
+}
+
+/// Random pairs in open water.
+fn chart(name: &str, index: &Arc<DepthIndex>, depth_m: f64) {
+    let needs = Needs::depth_and_clearance(depth_m, 25.0);
+    let begun = Instant::now();
+    let room = SeaRoom::of_chart(index, &needs, &Cancel::never()).unwrap();
+    println!(
+        "{name}: {} vertices, prepared in {:.0} ms, {} triangles",
+        index.vertex_count(),
+        begun.elapsed().as_secs_f64() * 1e3,
+        room.triangles()
+    );
+    drop(room);
+    let router = Router::new(Arc::clone(index));
+    let extent = index.extent().unwrap();
+    let mut numbers = Numbers(7);
+    let mut asked: Vec<(Duration, Route)> = Vec::new();
+    for _ in 0..20 * ROUTES {
+        if asked.len() >= ROUTES {
+            break;
+        }
+        let mut place = || {
+            let lat = numbers.within(extent.south_deg, extent.north_deg);
+            LatLon::from_deg(lat, numbers.within(extent.west_deg, extent.east_deg)).unwrap()
+        };
+        let request = Request { move_up_to_m: 0.0, ..Request::new(place(), place()) };
+        let begun = Instant::now();
+        if let Ok(route) = router.route(&request, &needs, &Cancel::never()) {
+            asked.push((begun.elapsed(), route));
+        }
+    }
+    // The first one prepared the water.
+    asked.remove(0);
+    asked.sort_by_key(|(took, _)| *took);
+    let at = |share: f64| asked[((asked.len() - 1) as f64 * share) as usize].0.as_secs_f64() * 1e3;
+    let mean_m = asked.iter().map(|(_, route)| route.length_m).sum::<f64>() / asked.len() as f64;
+    println!(
+        "  {} routes of {:.1} km on average, checked leg by leg: median {:.2} ms, 90 % {:.2} ms, 99 % {:.2} ms",
+        asked.len(),
+        mean_m / 1e3,
+        at(0.5),
+        at(0.9),
+        at(0.99)
+    );
+}
+
+/// The thesis' kind of question: 80 km with detours, beside the classic grid of 50 m.
+fn across_trondelag(index: &Arc<DepthIndex>) {
+    let ends = [(63.4489, 10.4093), (63.6700, 9.0800)].map(|(lat, lon)| LatLon::from_deg(lat, lon).unwrap());
+    let request = Request::new(ends[0], ends[1]);
+    println!(
+        "\nfrom Trondheim out to sea, {:.1} km straight:",
+        Leg { from: ends[0], to: ends[1] }.length_m() / 1e3
+    );
+    let router = Router::new(Arc::clone(index));
+    for clearance_m in [0.0, 25.0] {
+        let needs = Needs::depth_and_clearance(0.0, clearance_m);
+        let cold = Instant::now();
+        let route = match router.route(&request, &needs, &Cancel::never()) {
+            Ok(route) => route,
+            Err(refusal) => return println!("  {refusal}"),
+        };
+        let cold = cold.elapsed();
+        let begun = Instant::now();
+        for _ in 0..100 {
+            router.route(&request, &needs, &Cancel::never()).unwrap();
+        }
+        println!(
+            "  {clearance_m:>2} m clear: {:.1} m in {} legs; cold {:.0} ms, warm {:.2} ms, {} intervals",
+            route.length_m,
+            route.legs.len(),
+            cold.as_secs_f64() * 1e3,
+            begun.elapsed().as_secs_f64() * 10.0,
+            route.effort.intervals
+        );
+    }
+    let demand = Needs::depth_and_clearance(0.0, 0.0).demand;
+    let middle = LatLon::from_deg(63.56, 9.75).unwrap();
+    let begun = Instant::now();
+    let grid = ClassicGrid::new(index, &demand, middle, 50_000.0, 50.0).unwrap();
+    let prepared = begun.elapsed();
+    println!("  classic grid of 50 m: {} open cells in {:.1} s", grid.open_cells(), prepared.as_secs_f64());
+    for (name, neighbours) in [("8", Neighbours::Eight), ("16", Neighbours::Sixteen)] {
+        let begun = Instant::now();
+        let Some(route) = grid.route(ends[0], ends[1], neighbours, 1.0) else {
+            println!("  no way on the grid");
+            continue;
+        };
+        println!(
+            "  A* with {name} neighbours: {:.1} m, {:.0} ms, {} opened, {} closed",
+            route.length_m,
+            begun.elapsed().as_secs_f64() * 1e3,
+            route.opened,
+            route.closed
+        );
+    }
+}
+
+fn of_cells(folder: &FilePath, names: &[&str]) -> Arc<DepthIndex> {
+    let mut builder = IndexBuilder::new();
+    for name in names {
+        let file = |number: u32| format!("{name}.{number:03}");
+        let read = |name: String| (std::fs::read(folder.join(&name)).unwrap(), name);
+        let files: Vec<(Vec<u8>, String)> =
+            (0..).map(file).take_while(|name| folder.join(name).exists()).map(read).collect();
+        let named: Vec<NamedBytes<'_>> =
+            files.iter().map(|(bytes, name)| NamedBytes { name, bytes }).collect();
+        builder.add_cell(&Cell::read(named[0], &named[1..]).unwrap()).unwrap();
+    }
+    Arc::new(builder.build().unwrap())
+}
+
+/// Water of one depth around the land of a file.
+fn coast(folder: &FilePath) -> Arc<DepthIndex> {
+    let text = std::fs::read_to_string(folder.join("trondelag_land_osm.geojson")).unwrap();
+    let file: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let ring = |ring: &serde_json::Value| Path {
+        points: ring
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|at| GeoPoint { lon_deg: at[0].as_f64().unwrap(), lat_deg: at[1].as_f64().unwrap() })
+            .collect(),
+        edges: Vec::new(),
+    };
+    let area = |polygon: &serde_json::Value| {
+        let rings: Vec<Path> = polygon.as_array().unwrap().iter().map(ring).collect();
+        Area { exteriors: vec![rings[0].clone()], holes: rings[1..].to_vec() }
+    };
+    let mut land = Vec::new();
+    for feature in file["features"].as_array().unwrap() {
+        let geometry = &feature["geometry"];
+        match geometry["type"].as_str().unwrap() {
+            "Polygon" => land.push(area(&geometry["coordinates"])),
+            "MultiPolygon" => land.extend(geometry["coordinates"].as_array().unwrap().iter().map(area)),
+            _ => {}
+        }
+    }
+    let points = || land.iter().flat_map(|area| area.exteriors.iter()).flat_map(|ring| &ring.points);
+    let least = |value: fn(&GeoPoint) -> f64| points().map(value).fold(f64::INFINITY, f64::min);
+    let most = |value: fn(&GeoPoint) -> f64| points().map(value).fold(f64::NEG_INFINITY, f64::max);
+    let (west, east) = (least(|at| at.lon_deg), most(|at| at.lon_deg));
+    let (south, north) = (least(|at| at.lat_deg), most(|at| at.lat_deg));
+    let sea = testkit::sea::open_water([west, south, east, north], 100.0);
+    let mut builder = IndexBuilder::new();
+    builder.add_features(sea.0, &sea.1).unwrap();
+    builder.add_land("land", &land).unwrap();
+    Arc::new(builder.build().unwrap())
+}
