@@ -1,8 +1,11 @@
 // The editor of one plan: map, maneuvers, what they take, and how it is kept. What is edited stands in `plan/editing`; here
 // the parts are put together and drawn.
 
+import { h } from "preact";
 import { getJson, postJson, reason } from "../api/http";
 import type { LiveFrame, PlanCheck, PlanDocument, StoredPlan, System } from "../api/types.gen";
+import { createMount } from "../components/mount";
+import { PlanBar } from "../components/planbar";
 import { createMap, type FleetMap } from "../map/map";
 import { createAboard } from "../plan/aboard";
 import { createCanvas, type PlanCanvas } from "../plan/canvas";
@@ -17,6 +20,7 @@ import { createToolBar, mapKeys, pageKeys } from "../plan/toolbar";
 import { createVerdict } from "../plan/verdict";
 import { asSeen, EMPTY, type FleetState, serverNowUs } from "../state/fleet";
 import { same, vertices, withName, withSpeed, withTask } from "../state/plan";
+import { type Judgement, type LeastDepth, type Spot, verdictOf } from "../state/planverdict";
 import { type Chrome, createChrome } from "../ui/chrome";
 import { make, setText } from "../ui/dom";
 import { hexAddress, utc } from "../ui/format";
@@ -56,8 +60,11 @@ function boxesOf(root: HTMLElement, writable: boolean) {
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
   const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
   const side = make("div", { class: "plan-side" }, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
-  root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, map)), side);
-  return { map, tools, head, status, offers, totals, troubles, depths, list, form, ship, side };
+  const bar = make("section", { class: "plan-bar", "aria-label": "Plan, verdict, and what to do with it" });
+  // What gets the focus is scrolled to beside it.
+  new ResizeObserver(() => document.documentElement.style.setProperty("--plan-bar-height", `${Math.ceil(bar.getBoundingClientRect().height)}px`)).observe(bar);
+  root.append(bar, make("div", { class: "plan-body" }, make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, map)), side));
+  return { bar, map, tools, head, status, offers, totals, troubles, depths, list, form, ship, side };
 }
 
 class PlanPage {
@@ -72,11 +79,16 @@ class PlanPage {
   private readonly keeper: Keeper | undefined;
   private readonly aboard;
   private readonly chrome: Chrome;
+  private readonly drawn: ReturnType<typeof createMount>;
+  private judgement: Judgement = { kind: "asked" };
+  private least: LeastDepth | undefined;
   /** The plan as it was saved last, and under which revision. */
   private saved: StoredPlan | undefined;
   private minutes = localStorage.getItem(MINUTES_KEY) === "yes";
   private fleet: FleetState = EMPTY;
   private linked = true;
+  /** All parts are made. */
+  private ready = false;
   private systems: readonly System[] = [];
   /** The map goes to the vessels at first; a plan that has places counts for more. */
   private fits: boolean;
@@ -84,6 +96,7 @@ class PlanPage {
   constructor(root: HTMLElement, private readonly first: StoredPlan, private readonly path: string, private readonly names: Names) {
     const writable = root.dataset["operator"] !== undefined;
     this.boxes = boxesOf(root, writable);
+    this.drawn = createMount(this.boxes.bar);
     this.saved = first.draft ? undefined : first;
     this.fits = vertices(first.plan).length > 0;
     this.editing = this.makeEditing(writable);
@@ -113,6 +126,7 @@ class PlanPage {
 
   private begin(): void {
     const { first } = this;
+    this.ready = true;
     const [left] = this.editing.writable ? leftovers(first.id) : [];
     if (left && !same(left.plan, first.plan)) this.offer(left);
     else if (left) forget(left);
@@ -155,7 +169,10 @@ class PlanPage {
 
   private makeJudge(): Judge {
     const { map, boxes, editing } = this;
-    const profile = createProfile(boxes.depths, BESIDE_M, (place) => map.overlays.cursor(place));
+    const profile = createProfile(boxes.depths, BESIDE_M, (place) => map.overlays.cursor(place), (least) => {
+      this.least = least;
+      this.drawBar();
+    });
     map.onRepaint(() => profile.repaint());
     const judge = createJudge({
       totals: boxes.totals,
@@ -163,6 +180,10 @@ class PlanPage {
       verdict: createVerdict(map),
       profile,
       plan: () => editing.shown,
+      told: (now) => {
+        this.judgement = now;
+        this.drawBar();
+      },
       judged: (check: PlanCheck) => {
         this.steps.check(check);
         this.canvas.update(editing.shown, editing.selected, check.maneuvers);
@@ -213,7 +234,6 @@ class PlanPage {
         localStorage.setItem(MINUTES_KEY, whether ? "yes" : "no");
         this.draw();
       },
-      save: () => void this.save(),
     });
   }
 
@@ -230,6 +250,7 @@ class PlanPage {
       },
       pick: (told) => map.overlays.pick(told),
       mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+      told: () => this.drawBar(),
     });
   }
 
@@ -318,7 +339,30 @@ class PlanPage {
     this.headForm.update();
     this.toolBar.update();
     boxes.map.dataset["tool"] = editing.tool ?? "";
+    this.aboard?.prefer(editing.plan.vessel);
+    this.drawBar();
+  }
+
+  /** What stays in sight: of which vessel is STOP, and the bar. */
+  private drawBar(): void {
+    // Parts tell while they are made.
+    if (!this.ready) return;
+    const { editing, aboard } = this;
     const { vessel } = editing.plan;
-    this.chrome.stop?.target(vessel === null ? undefined : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
+    const chosen = aboard?.chosen() ?? (vessel === null ? undefined : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
+    this.chrome.stop?.target(vessel === null ? chosen : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
+    const now = aboard?.now();
+    const acts = aboard && now ? { ...now, save: () => void this.save(), upload: aboard.upload, start: aboard.start, choose: aboard.focus } : undefined;
+    const vesselText = chosen ? `For ${chosen.name}` : acts ? "Choose a vessel" : "For any vessel";
+    const verdict = verdictOf(editing.shown, this.judgement, this.least);
+    this.drawn(h(PlanBar, { name: editing.plan.name, vessel: vesselText, aboard: now?.text ?? "", verdict, acts, said: now?.said ?? "", go: (spot) => this.go(spot) }));
+  }
+
+  private go({ vertex, place }: Spot): void {
+    const { editing, canvas, map, boxes } = this;
+    if (vertex) editing.select(vertex);
+    if (place) canvas.reveal(place);
+    map.overlays.cursor(place ?? null);
+    boxes.map.scrollIntoView({ block: "nearest" });
   }
 }
