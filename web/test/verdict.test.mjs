@@ -28,7 +28,7 @@ test("a verdict is a few words", () => {
   assert.equal(text(known(null)), "Not checked: no chart");
   assert.equal(verdictOf({ ...plan, maneuvers: [] }, known(null)).text, "Nothing is drawn yet");
   assert.equal(text(guard("ok")), "Safe from Path 1 on");
-  assert.equal(text(guard("warnings", [], [START]), { depth_m: 6.24, place: at(63.02) }), "Safe from Path 1 on: least depth 6.2 m");
+  assert.equal(text(guard("warnings", [], [START]), { depth_m: 6.24, place: at(63.02) }), "Safe from Path 1 on: least depth 6.2\u00a0m");
   assert.equal(text(guard("warnings", [], [START, { maneuver: "Goto 1", code: "unchecked", text: "" }])), "Partly checked: 1 warning");
   assert.equal(text(known(null, [{ maneuver: "Goto 1", text: "too fast" }])), "Cannot be sailed: 1 problem, first in Goto 1");
 });

@@ -48,7 +48,7 @@ export function startPlan(root: HTMLElement): void {
 
 /** Where things stand on the page. */
 function boxesOf(root: HTMLElement, writable: boolean) {
-  const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten; without one they move the map. Delete takes it away, Escape lets go. The list of maneuvers does the same." });
+  const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten, and with Ctrl its whole maneuver; without one they move the map. D copies the maneuver, R reverses its way, Shift and R the whole plan. Delete takes the place away, Escape lets go. The list of maneuvers does the same." });
   const tools = make("div", { class: "tools", role: "toolbar", "aria-label": "Tools" });
   const head = make("section", { class: "plan-head", "aria-label": "Plan" });
   const status = make("p", { class: "keeping", role: "status" });
@@ -111,7 +111,7 @@ class PlanPage {
     this.headForm = this.makeHeadForm();
     this.aboard = writable ? this.makeAboard(root.dataset["me"] ?? "") : undefined;
     pageKeys(this.editing, () => void this.save());
-    mapKeys(this.boxes.map, this.editing);
+    mapKeys(this.boxes.map, this.editing, () => this.canvas.apart());
     this.chrome = createChrome({ messages: ["VehicleState", "EstimatedState", "GpsFix", "Announce"], events: false, every_ms: 500 }, {
       frame: (fleet, frame) => this.frame(fleet, frame),
       lost: () => {
@@ -159,12 +159,18 @@ class PlanPage {
       select: (vertex) => editing.select(vertex),
       between: (after, place) => editing.between(after, place),
       moved: (vertex, place, done) => {
-        const dragged = editing.drag(vertex, place, done);
-        if (!dragged) return;
-        this.canvas.update(dragged, editing.selected, this.judge.legs());
-        this.judge.ask();
+        this.dragged(editing.drag(vertex, place, done));
       },
+      pulled: (grip, from, to, done) => this.dragged(editing.pull(grip, from, to, done)),
+      grips: editing.writable,
     });
+  }
+
+  /** Draws what is dragged while it is. */
+  private dragged(plan: PlanDocument | undefined): void {
+    if (!plan) return;
+    this.canvas.update(plan, this.editing.selected, this.judge.legs());
+    this.judge.ask();
   }
 
   private makeJudge(): Judge {
@@ -219,6 +225,11 @@ class PlanPage {
       },
       insert: (after) => editing.insert(after),
       insertPoint: (after) => editing.insertPoint(after),
+      duplicate: (step) => {
+        if (editing.duplicate(step, this.canvas.apart())) steps.focus();
+      },
+      back: (step) => void editing.back(step),
+      allBack: () => void editing.allBack(),
     });
     return steps;
   }

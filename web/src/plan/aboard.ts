@@ -51,7 +51,7 @@ export interface AboardNow {
 type Standing = "" | "unsaved" | "unknown" | "absent" | "same" | "other";
 
 const SHORT: Readonly<Record<Standing, string>> = {
-  "": "Choose a vessel",
+  "": "",
   unsaved: "Not saved",
   unknown: "Not known what is aboard",
   absent: "Not aboard",

@@ -2,6 +2,8 @@
 
 import type { PlanDocument, PlanPlace, PlanSpeed } from "../api/types.gen";
 import { displaced, History, middle, placeAt, placesOf, type TaskKind, type Vertex, vertices, withBetween, withNew, withOrder, withoutStep, withoutVertex, withPlace, withPoint } from "../state/plan";
+import { rowsTo, rowsTurned, turnBetween } from "../state/rows";
+import { type Grip, withAllBack, withBack, withCopy, withMoved, withMovedBy, withRows } from "../state/wholes";
 
 /** A maneuver that is inserted after the last lies so far north of it, m. */
 const NEXT_M = 50;
@@ -125,8 +127,20 @@ export class PlanEditing {
 
   /** A vertex is dragged; answers what is drawn meanwhile, or undefined once it is let go. */
   drag(vertex: Vertex, place: PlanPlace, done: boolean): PlanDocument | undefined {
+    return this.preview(withPlace(this.plan, vertex, place), done);
+  }
+
+  /** A whole maneuver is moved, turned or resized by a grip that was taken at `from`; answers as `drag` does. */
+  pull({ kind, step }: Pick<Grip, "kind" | "step">, from: PlanPlace, to: PlanPlace, done: boolean): PlanDocument | undefined {
+    const task = this.plan.maneuvers[step]?.task;
+    if (kind === "move") return this.preview(withMoved(this.plan, step, from, to), done);
+    if (task?.kind !== "rows") return undefined;
+    return this.preview(withRows(this.plan, step, kind === "turn" ? rowsTurned(task, turnBetween(task, from, to)) : rowsTo(task, to)), done);
+  }
+
+  /** What is dragged is drawn, and counts when it is let go. */
+  private preview(next: PlanDocument, done: boolean): PlanDocument | undefined {
     if (!this.writable) return undefined;
-    const next = withPlace(this.plan, vertex, place);
     this.dragged = done ? undefined : next;
     if (done) this.change(next);
     return this.dragged;
@@ -164,6 +178,44 @@ export class PlanEditing {
     return true;
   }
 
+  /** Moves the whole chosen maneuver. */
+  nudgeWhole(north_m: number, east_m: number): boolean {
+    if (!this.selected || !this.writable) return false;
+    const { step } = this.selected;
+    this.change(withMovedBy(this.plan, step, [north_m, east_m]), `nudge whole ${step}`);
+    return true;
+  }
+
+  /** A copy of a maneuver comes after it, so far beside that it is seen, and is chosen. */
+  duplicate(step: number, apart_m: number): boolean {
+    const next = withCopy(this.plan, step, apart_m);
+    if (next === this.plan || !this.writable) return false;
+    this.selected = { step: step + 1, point: 0 };
+    this.change(next);
+    return true;
+  }
+
+  /** A maneuver is sailed the other way; answers whether it has one. */
+  back(step: number): boolean {
+    const next = withBack(this.plan, step);
+    if (next === this.plan || !this.writable) return false;
+    if (this.selected?.step === step) this.selected = { step, point: lastPoint(next, step) - this.selected.point };
+    this.change(next);
+    return true;
+  }
+
+  /** The whole plan is sailed from its end to its beginning; what is chosen stays chosen. */
+  allBack(): boolean {
+    if (!this.writable || this.plan.maneuvers.length < 1) return false;
+    const next = withAllBack(this.plan);
+    if (this.selected) {
+      const step = next.maneuvers.length - 1 - this.selected.step;
+      this.selected = { step, point: lastPoint(next, step) - this.selected.point };
+    }
+    this.change(next);
+    return true;
+  }
+
   /** Moves a maneuver in the order; what is chosen stays chosen. */
   order(step: number, by: number): void {
     const next = withOrder(this.plan, step, by);
@@ -179,4 +231,9 @@ export class PlanEditing {
     const [here, next] = [all[at]?.place ?? this.on.centre(), all[at + 1]?.place];
     return next ? middle(here, next) : displaced(here, NEXT_M, 0);
   }
+}
+
+function lastPoint(plan: PlanDocument, step: number): number {
+  const task = plan.maneuvers[step]?.task;
+  return task ? placesOf(task).length - 1 : 0;
 }

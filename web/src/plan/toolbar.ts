@@ -60,15 +60,29 @@ export function pageKeys(editing: PlanEditing, save: () => void): void {
   });
 }
 
-/** Keys of the map: move what is chosen, take it away, let go. Before the map's own. */
-export function mapKeys(map: HTMLElement, editing: PlanEditing): void {
+/** Keys of the map: move what is chosen, take it away, let go. Before the map's own. `apart_m`: what is told apart there. */
+export function mapKeys(map: HTMLElement, editing: PlanEditing, apart_m: () => number): void {
   map.addEventListener("keydown", (event) => {
-    const [north, east] = ARROWS[event.key] ?? [0, 0];
-    const by = NUDGE_M * (event.shiftKey ? 10 : 1);
     if (event.key === "Escape") editing.letGo();
     else if (event.key === "Delete" && editing.selected && editing.writable) editing.remove(editing.selected, false);
-    else if (!((north || east) && editing.nudge(north * by, east * by))) return;
+    else if (!arrow(event, editing) && !(editing.selected && wholeKey(event, editing, editing.selected.step, apart_m()))) return;
     event.preventDefault();
     event.stopPropagation();
   }, { capture: true });
+}
+
+/** Arrows move the chosen place, with Ctrl its whole maneuver. */
+function arrow(event: KeyboardEvent, editing: PlanEditing): boolean {
+  const [north, east] = ARROWS[event.key] ?? [0, 0];
+  if (!north && !east) return false;
+  const by = NUDGE_M * (event.shiftKey ? 10 : 1);
+  return event.ctrlKey || event.metaKey ? editing.nudgeWhole(north * by, east * by) : editing.nudge(north * by, east * by);
+}
+
+/** Letters that copy a maneuver and turn it back, or with Shift the whole plan; answers whether it was one. */
+export function wholeKey(event: KeyboardEvent, editing: Pick<PlanEditing, "duplicate" | "back" | "allBack">, step: number, apart_m: number): boolean {
+  if (event.ctrlKey || event.metaKey || event.altKey) return false;
+  if (event.key === "d") return editing.duplicate(step, apart_m);
+  if (event.key === "r") return editing.back(step);
+  return event.key === "R" && editing.allBack();
 }

@@ -20,6 +20,9 @@ export const KEYS: readonly Keys[] = [
   { keys: "Page↑ Page↓", does: "On a plot: move in time", where: "#vessel" },
   { keys: "Ctrl Z", does: "Undo; Ctrl and Y redo", where: "#plan" },
   { keys: "Delete", does: "Take the chosen place out of the plan", where: "#plan" },
+  { keys: "Ctrl ← → ↑ ↓", does: "On the map: move the whole chosen maneuver by a metre, with Shift by ten", where: "#plan" },
+  { keys: "D", does: "On the map or in the list of maneuvers: duplicate the chosen maneuver", where: "#plan" },
+  { keys: "R", does: "On the map or in the list of maneuvers: reverse the way of the chosen maneuver; with Shift, reverse the whole plan", where: "#plan" },
 ];
 
 export const GLOSSARY: readonly (readonly [string, string])[] = [

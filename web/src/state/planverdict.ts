@@ -66,7 +66,7 @@ function ofRefusal(plan: PlanDocument, guard: Guard): Verdict {
 }
 
 function ofPassing(plan: PlanDocument, guard: Guard, legs: readonly PlanLeg[], least: LeastDepth | undefined): Verdict {
-  const depth = least?.depth_m == null ? "" : `: least depth ${depthText(least.depth_m)}`;
+  const depth = least?.depth_m == null ? "" : `: least depth ${depthText(least.depth_m).replace(" m", "\u00a0m")}`;
   const spot = least ? { spot: { vertex: nearestVertex(plan, legs, least.place), place: least.place } } : {};
   // The way from the vessel to the first place is judged when the plan is brought aboard and started.
   const warnings = guard.warnings.filter(({ code }) => code !== "start-unknown");
