@@ -4,6 +4,7 @@
 import { h } from "preact";
 import { getJson, postJson, reason } from "../api/http";
 import type { LiveFrame, PlanCheck, PlanDocument, StoredPlan, System } from "../api/types.gen";
+import { DrawBar } from "../components/drawbar";
 import { createMount } from "../components/mount";
 import { PlanBar } from "../components/planbar";
 import { createMap, type FleetMap } from "../map/map";
@@ -50,6 +51,7 @@ export function startPlan(root: HTMLElement): void {
 function boxesOf(root: HTMLElement, writable: boolean) {
   const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten, and with Ctrl its whole maneuver; without one they move the map. D copies the maneuver, R reverses its way, Shift and R the whole plan. Delete takes the place away, Escape lets go. The list of maneuvers does the same." });
   const tools = make("div", { class: "tools", role: "toolbar", "aria-label": "Tools" });
+  const drawing = make("div", { class: "drawing", role: "group", "aria-label": "The area that you draw", hidden: "" });
   const head = make("section", { class: "plan-head", "aria-label": "Plan" });
   const status = make("p", { class: "keeping", role: "status" });
   const offers = make("div", { class: "offers" });
@@ -63,8 +65,8 @@ function boxesOf(root: HTMLElement, writable: boolean) {
   const bar = make("section", { class: "plan-bar", "aria-label": "Plan, verdict, and what to do with it" });
   // What gets the focus is scrolled to beside it.
   new ResizeObserver(() => document.documentElement.style.setProperty("--plan-bar-height", `${Math.ceil(bar.getBoundingClientRect().height)}px`)).observe(bar);
-  root.append(bar, make("div", { class: "plan-body" }, make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, map)), side));
-  return { bar, map, tools, head, status, offers, totals, troubles, depths, list, form, ship, side };
+  root.append(bar, make("div", { class: "plan-body" }, make("div", { class: "plan-main" }, tools, drawing, make("div", { class: "map-box" }, map)), side));
+  return { bar, drawing, map, tools, head, status, offers, totals, troubles, depths, list, form, ship, side };
 }
 
 class PlanPage {
@@ -80,6 +82,7 @@ class PlanPage {
   private readonly aboard;
   private readonly chrome: Chrome;
   private readonly drawn: ReturnType<typeof createMount>;
+  private readonly drawnArea: ReturnType<typeof createMount>;
   private judgement: Judgement = { kind: "asked" };
   private least: LeastDepth | undefined;
   /** The plan as it was saved last, and under which revision. */
@@ -97,6 +100,7 @@ class PlanPage {
     const writable = root.dataset["operator"] !== undefined;
     this.boxes = boxesOf(root, writable);
     this.drawn = createMount(this.boxes.bar);
+    this.drawnArea = createMount(this.boxes.drawing);
     this.saved = first.draft ? undefined : first;
     this.fits = vertices(first.plan).length > 0;
     this.editing = this.makeEditing(writable);
@@ -111,7 +115,7 @@ class PlanPage {
     this.headForm = this.makeHeadForm();
     this.aboard = writable ? this.makeAboard(root.dataset["me"] ?? "") : undefined;
     pageKeys(this.editing, () => void this.save());
-    mapKeys(this.boxes.map, this.editing, () => this.canvas.apart());
+    mapKeys(this.boxes.map, this.editing, this.canvas);
     this.chrome = createChrome({ messages: ["VehicleState", "EstimatedState", "GpsFix", "Announce"], events: false, every_ms: 500 }, {
       frame: (fleet, frame) => this.frame(fleet, frame),
       lost: () => {
@@ -155,6 +159,14 @@ class PlanPage {
     const { editing } = this;
     return createCanvas(this.map, {
       draws: () => editing.tool !== undefined,
+      sketches: () => editing.sketching !== undefined,
+      stretches: () => editing.sketching === "rows_rectangle",
+      stretched: (from, to, done) => editing.stretch(from, to, done),
+      led: (place) => {
+        editing.sketch.lead(editing.sketch.corners.length ? place : undefined);
+        this.drawArea();
+      },
+      closed: () => void editing.finish(),
       clicked: (place) => editing.clicked(place),
       select: (vertex) => editing.select(vertex),
       between: (after, place) => editing.between(after, place),
@@ -350,8 +362,38 @@ class PlanPage {
     this.headForm.update();
     this.toolBar.update();
     boxes.map.dataset["tool"] = editing.tool ?? "";
+    this.drawArea();
     this.aboard?.prefer(editing.plan.vessel);
     this.drawBar();
+  }
+
+  /** The area that is being drawn, on the map and in its bar. */
+  private drawArea(): void {
+    const { editing, boxes, canvas } = this;
+    const { sketch, sketching } = editing;
+    const view = sketching && sketch.view(sketching);
+    canvas.sketch(view);
+    boxes.drawing.hidden = !view;
+    if (!view) return this.drawnArea(null);
+    const set = (change: () => void): void => {
+      change();
+      this.drawArea();
+    };
+    this.drawnArea(h(DrawBar, {
+      told: view.told,
+      spacing_m: sketch.spacing_m,
+      bearing_deg: sketch.bearing_deg,
+      suits: sketching === "rows_rectangle" ? "longer side" : "fewest lines",
+      corners: view.corners.length,
+      whole: view.whole,
+      finishes: sketching === "lines_polygon",
+      spacing: (metres) => set(() => (sketch.spacing_m = metres)),
+      bearing: (deg) => set(() => (sketch.bearing_deg = deg)),
+      take: () => editing.corner(canvas.centre()),
+      back: () => editing.travel(true),
+      finish: () => void (editing.finish() && this.steps.focus()),
+      cancel: () => editing.press(undefined),
+    }));
   }
 
   /** What stays in sight: of which vessel is STOP, and the bar. */

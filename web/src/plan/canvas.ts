@@ -16,7 +16,9 @@ import type { FleetMap } from "../map/map";
 import { middle, type Vertex, vertices, wayOf } from "../state/plan";
 import { rowsCorners } from "../state/rows";
 import { type Grip, gripsOf } from "../state/wholes";
-import { GRIP_PX, gripStyle, gripOffset } from "./grips";
+import { createArea } from "./area";
+import { GRIP_PX, gripOffset, gripStyle } from "./grips";
+import type { SketchView } from "./sketching";
 
 /** A finger or pointer is on a vertex within this, px. */
 const NEAR_PX = 14;
@@ -28,6 +30,15 @@ const APART_PX = 26;
 export interface CanvasHandlers {
   /** Whether a tool is in hand, so that a click draws. */
   draws(): boolean;
+  /** An area is being drawn: what lies there is not taken hold of. */
+  sketches(): boolean;
+  /** A rectangle is drawn from one corner to the other; answers whether that is what a drag does. */
+  stretches(): boolean;
+  stretched(from: PlanPlace, to: PlanPlace, done: boolean): void;
+  /** The pointer is here while an area is drawn. */
+  led(place: PlanPlace): void;
+  /** The first corner of an area was clicked again. */
+  closed(): void;
   /** Somebody clicked beside everything. */
   clicked(place: PlanPlace): void;
   select(vertex: Vertex): void;
@@ -43,6 +54,8 @@ export interface CanvasHandlers {
 
 export interface PlanCanvas {
   update(plan: PlanDocument, selected: Vertex | undefined, legs: readonly PlanLeg[]): void;
+  /** The area that is being drawn; undefined for none. */
+  sketch(view: SketchView | undefined): void;
   /** Brings all of the plan into view. */
   fit(): void;
   centre(): PlanPlace;
@@ -57,6 +70,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   const lines = new VectorSource();
   const source = new VectorSource();
   const route = new Feature(new LineString([]));
+  const area = createArea(map, NEAR_PX);
   let drawn: PlanDocument | undefined;
   let selected: Vertex | undefined;
   // What is told of legs lies between the lines and what one takes hold of.
@@ -117,6 +131,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       }
       return best;
     };
+    if (handlers.sketches()) return undefined;
     const [vertex, grip] = [near("vertex", NEAR_PX), near("grip", GRIP_PX)];
     const taken = vertex.feature && (!grip.feature || vertex.px <= grip.px) ? vertex : grip;
     return taken.feature ?? near("after", NEAR_PX).feature;
@@ -137,9 +152,9 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   map.ol.addInteraction(
     new PointerInteraction({
       handleDownEvent: (event) => {
-        const feature = at(event);
-        if (!feature) return false;
-        held = { pull: taken(feature, placeOf(event)), moved: false };
+        const [feature, from] = [at(event), placeOf(event)];
+        if (!feature && !handlers.stretches()) return false;
+        held = { pull: feature ? taken(feature, from) : (to, done) => handlers.stretched(from, to, done), moved: false };
         return true;
       },
       handleDragEvent: (event) => {
@@ -156,11 +171,14 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   );
   // At once: one who draws does not wait whether a second click comes.
   map.ol.on("click", (event) => {
-    if (!at(event)) handlers.clicked(placeOf(event));
+    if (handlers.sketches() && area.closes(event.pixel)) handlers.closed();
+    else if (!at(event)) handlers.clicked(placeOf(event));
   });
   map.clicks.claim("edit", (event) => handlers.draws() || at(event) !== undefined);
   map.ol.on("pointermove", (event) => {
-    if (!event.dragging) (map.ol.getTargetElement() ?? document.body).dataset["over"] = overWhat(at(event));
+    if (event.dragging) return;
+    if (handlers.sketches()) handlers.led(placeOf(event));
+    (map.ol.getTargetElement() ?? document.body).dataset["over"] = overWhat(at(event));
   });
   // Two quick clicks are two points here.
   for (const one of map.ol.getInteractions().getArray()) if (one instanceof DoubleClickZoom) one.setActive(false);
@@ -171,6 +189,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   };
 
   return {
+    sketch: area.draw,
     update(plan, vertex, legs) {
       [drawn, selected] = [plan, vertex];
       const ways = plan.maneuvers.map((step) => wayOf(step, legs));

@@ -1,8 +1,10 @@
 // The tools of the plan editor: what a click on the map does, back and forth, adding by keyboard, and the keys for it.
 
+import type { PlanPlace } from "../api/types.gen";
 import { KINDS, type TaskKind } from "../state/plan";
 import { make, setAttribute } from "../ui/dom";
-import type { PlanEditing } from "./editing";
+import type { PlanEditing, Tool } from "./editing";
+import { SKETCHES } from "./sketching";
 
 /** Arrow keys move a vertex by this; with Shift by ten times as much, m. */
 const NUDGE_M = 1;
@@ -18,11 +20,14 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (k
     root.append(make("p", { class: "dim" }, "You may look at this plan, not change it."));
     return { update: () => undefined };
   }
-  const tools = (["", ...KINDS.map(([kind]) => kind)] as const).map((kind) => {
-    const made = make("button", { type: "button", "data-tool": kind, "aria-pressed": "false" }, KINDS.find(([one]) => one === kind)?.[1] ?? "Choose");
-    made.addEventListener("click", () => editing.press(kind || undefined));
+  const tool = (kind: Tool | undefined, label: string): HTMLButtonElement => {
+    const made = make("button", { type: "button", "data-tool": kind ?? "", "aria-pressed": "false" }, label);
+    made.addEventListener("click", () => editing.press(kind));
     return made;
-  });
+  };
+  const places = [tool(undefined, "Choose"), ...KINDS.map(([kind, label]) => tool(kind, label))];
+  const areas = SKETCHES.map(([kind, label]) => tool(kind, label));
+  const tools = [...places, ...areas];
   const undo = make("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: "Ctrl and Z" }, "Undo");
   const redo = make("button", { type: "button", "aria-keyshortcuts": "Control+Y", title: "Ctrl and Y" }, "Redo");
   undo.addEventListener("click", () => editing.travel(true));
@@ -31,7 +36,8 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (k
   const add = make("button", { type: "button", title: "After the chosen maneuver, in the middle of the map" }, "Add");
   add.addEventListener("click", () => added(kind.value as TaskKind));
   root.append(
-    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...tools),
+    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...places),
+    make("span", { class: "buttons", role: "group", "aria-label": "Draw an area" }, ...areas),
     make("span", { class: "buttons", role: "group", "aria-label": "Back and forth" }, undo, redo),
     make("span", { class: "buttons", role: "group", "aria-label": "Add by keyboard" }, kind, add),
   );
@@ -60,12 +66,22 @@ export function pageKeys(editing: PlanEditing, save: () => void): void {
   });
 }
 
-/** Keys of the map: move what is chosen, take it away, let go. Before the map's own. `apart_m`: what is told apart there. */
-export function mapKeys(map: HTMLElement, editing: PlanEditing, apart_m: () => number): void {
+/** What the keys of the map want to know of it. */
+export interface MapPlaces {
+  centre(): PlanPlace;
+  /** What is told apart there, m. */
+  apart(): number;
+}
+
+/** Keys of the map: move what is chosen, take it away, let go; corners of an area. Before the map's own. */
+export function mapKeys(map: HTMLElement, editing: PlanEditing, { centre, apart }: MapPlaces): void {
   map.addEventListener("keydown", (event) => {
     if (event.key === "Escape") editing.letGo();
+    else if (editing.sketching && event.key === "Enter") editing.corner(centre());
+    else if (editing.sketching && event.key === "Backspace") editing.travel(true);
+    else if (editing.sketching) return;
     else if (event.key === "Delete" && editing.selected && editing.writable) editing.remove(editing.selected, false);
-    else if (!arrow(event, editing) && !(editing.selected && wholeKey(event, editing, editing.selected.step, apart_m()))) return;
+    else if (!arrow(event, editing) && !(editing.selected && wholeKey(event, editing, editing.selected.step, apart()))) return;
     event.preventDefault();
     event.stopPropagation();
   }, { capture: true });

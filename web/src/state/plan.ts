@@ -82,12 +82,18 @@ export function withPlace(plan: PlanDocument, { step, point }: Vertex, place: Pl
 
 /** With a new maneuver at `index`, or at the end. */
 export function withNew(plan: PlanDocument, kind: TaskKind, place: PlanPlace, speed: PlanSpeed, index = plan.maneuvers.length): PlanDocument {
+  return withNewTask(plan, kindName(kind), fresh(kind, rounded(place)), speed, index);
+}
+
+/** With a new maneuver at `index` that does this, called by a name with a number. */
+export function withNewTask(plan: PlanDocument, name: string, task: PlanTask, speed: PlanSpeed, index: number): PlanDocument {
   const maneuvers = [...plan.maneuvers];
-  maneuvers.splice(index, 0, { id: freeId(plan, kindName(kind)), speed, task: fresh(kind, rounded(place)) });
+  maneuvers.splice(index, 0, { id: freeId(plan, name), speed, task });
   return { ...plan, maneuvers };
 }
 
-function fresh(kind: TaskKind, at: PlanPlace): PlanTask {
+/** A maneuver as one begins with it. */
+export function fresh(kind: TaskKind, at: PlanPlace): PlanTask {
   switch (kind) {
     case "goto":
       return { kind, at };
