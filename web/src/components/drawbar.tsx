@@ -1,4 +1,4 @@
-// What belongs to an area while it is drawn: spacing, bearing, corners by keyboard, and its end.
+// What belongs to an area while it is drawn: spacing, bearing, what becomes of it, and its end.
 
 import { useId, useState } from "preact/hooks";
 
@@ -9,29 +9,22 @@ export interface DrawBarProps {
   readonly bearing_deg: number | undefined;
   /** What the bearing is when none is given. */
   readonly suits: string;
-  readonly corners: number;
   /** It can be taken as it is. */
   readonly whole: boolean;
   /** Whether it is finished by a button; a rectangle is by its second corner. */
   readonly finishes: boolean;
   spacing(metres: number): void;
   bearing(deg: number | undefined): void;
-  take(): void;
-  back(): void;
   finish(): void;
   cancel(): void;
 }
 
 export function DrawBar(props: DrawBarProps) {
-  const { told, spacing_m, bearing_deg, suits, corners, whole, finishes } = props;
+  const { told, spacing_m, bearing_deg, suits, whole, finishes } = props;
   return (
     <>
       <NumberField label="Spacing, m" value={String(spacing_m)} least={0.5} most={5_000} told={(value) => value !== undefined && props.spacing(value)} />
       <NumberField label="Bearing, ° true" value={bearing_deg === undefined ? "" : String(bearing_deg)} least={-360} most={360} hint={suits} told={props.bearing} />
-      <span class="buttons" role="group" aria-label="Corners">
-        <button type="button" title="Enter on the map does the same" onClick={props.take}>Corner in the middle</button>
-        <button type="button" disabled={!corners} title="Backspace on the map does the same" onClick={props.back}>Last corner back</button>
-      </span>
       {finishes && <button type="button" class="main" disabled={!whole} onClick={props.finish}>Finish</button>}
       <button type="button" title="Escape on the map does the same" onClick={props.cancel}>Cancel</button>
       <p class="told" role="status">{told}</p>

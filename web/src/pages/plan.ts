@@ -108,9 +108,12 @@ class PlanPage {
     this.canvas = this.makeCanvas();
     this.judge = this.makeJudge();
     this.steps = this.makeSteps();
-    this.toolBar = createToolBar(this.boxes.tools, this.editing, (kind) => {
-      this.editing.addStep(kind, this.canvas.centre());
-      this.steps.focus();
+    this.toolBar = createToolBar(this.boxes.tools, this.editing, {
+      added: (kind) => {
+        this.editing.addStep(kind, this.canvas.centre());
+        this.steps.focus();
+      },
+      draws: () => this.boxes.map.focus(),
     });
     this.headForm = this.makeHeadForm();
     this.aboard = writable ? this.makeAboard(root.dataset["me"] ?? "") : undefined;
@@ -383,14 +386,11 @@ class PlanPage {
       told: view.told,
       spacing_m: sketch.spacing_m,
       bearing_deg: sketch.bearing_deg,
-      suits: sketching === "rows_rectangle" ? "longer side" : "fewest lines",
-      corners: view.corners.length,
+      suits: "best",
       whole: view.whole,
       finishes: sketching === "lines_polygon",
       spacing: (metres) => set(() => (sketch.spacing_m = metres)),
       bearing: (deg) => set(() => (sketch.bearing_deg = deg)),
-      take: () => editing.corner(canvas.centre()),
-      back: () => editing.travel(true),
       finish: () => void (editing.finish() && this.steps.focus()),
       cancel: () => editing.press(undefined),
     }));

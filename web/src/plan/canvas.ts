@@ -218,7 +218,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       });
       const chosen = vertex && plan.maneuvers[vertex.step]?.task;
       if (chosen?.kind === "rows") drawnLines.push(new Feature({ geometry: new Polygon([[...rowsCorners(chosen), chosen.at].map(xy)]), area: true }));
-      if (vertex && handlers.grips) for (const grip of gripsOf(plan, vertex.step)) features.push(new Feature({ geometry: new Point(xy(grip.place)), grip }));
+      if (vertex && handlers.grips && !handlers.sketches()) for (const grip of gripsOf(plan, vertex.step)) features.push(new Feature({ geometry: new Point(xy(grip.place)), grip }));
       lines.clear(true);
       lines.addFeatures(drawnLines);
       source.clear(true);

@@ -112,9 +112,9 @@ export class Sketching {
 
   private hint(kind: SketchKind, wrong: string): string {
     const count = this.corners.length;
-    if (kind === "rows_rectangle") return count ? (this.hand ? `Not yet: ${wrong}.` : "Click the opposite corner.") : "Drag from one corner to the opposite one, or click both. By keyboard: Enter on the map takes its middle.";
+    if (kind === "rows_rectangle") return count ? (this.hand ? `Not yet: ${wrong}.` : "Click the opposite corner.") : "Drag from one corner to the opposite one, or click both. Enter takes the middle of the map.";
     if (count >= 3) return `Not possible: ${wrong}.`;
-    return count ? `${count} of 3 corners or more.` : "Click the corners of the area. By keyboard: Enter on the map takes its middle, Backspace gives the last one back.";
+    return count ? `${count} of 3 corners or more.` : "Click the corners. Enter takes the middle of the map, Backspace drops the last corner.";
   }
 }
 

@@ -14,15 +14,24 @@ export interface ToolBar {
   update(): void;
 }
 
-/** `added` is called after something was added by keyboard. */
-export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (kind: TaskKind) => void): ToolBar {
+export interface ToolBarHandlers {
+  /** Something is to be added by keyboard. */
+  added(kind: TaskKind): void;
+  /** An area is drawn from now on, by pointer or keyboard on the map. */
+  draws(): void;
+}
+
+export function createToolBar(root: HTMLElement, editing: PlanEditing, { added, draws }: ToolBarHandlers): ToolBar {
   if (!editing.writable) {
     root.append(make("p", { class: "dim" }, "You may look at this plan, not change it."));
     return { update: () => undefined };
   }
   const tool = (kind: Tool | undefined, label: string): HTMLButtonElement => {
     const made = make("button", { type: "button", "data-tool": kind ?? "", "aria-pressed": "false" }, label);
-    made.addEventListener("click", () => editing.press(kind));
+    made.addEventListener("click", () => {
+      editing.press(kind);
+      if (editing.sketching) draws();
+    });
     return made;
   };
   const places = [tool(undefined, "Choose"), ...KINDS.map(([kind, label]) => tool(kind, label))];
@@ -37,9 +46,9 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, added: (k
   add.addEventListener("click", () => added(kind.value as TaskKind));
   root.append(
     make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...places),
-    make("span", { class: "buttons", role: "group", "aria-label": "Draw an area" }, ...areas),
     make("span", { class: "buttons", role: "group", "aria-label": "Back and forth" }, undo, redo),
-    make("span", { class: "buttons", role: "group", "aria-label": "Add by keyboard" }, kind, add),
+    make("span", { class: "buttons", role: "group", "aria-label": "Draw an area" }, ...areas),
+    make("span", { class: "buttons adding", role: "group", "aria-label": "Add by keyboard" }, kind, add),
   );
   return {
     update() {
