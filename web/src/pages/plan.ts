@@ -20,6 +20,7 @@ import { createSteps } from "../plan/steps";
 import { createToolBar, mapKeys, pageKeys } from "../plan/toolbar";
 import { createVerdict } from "../plan/verdict";
 import { asSeen, EMPTY, type FleetState, serverNowUs } from "../state/fleet";
+import { tame } from "../state/foreign";
 import { same, vertices, withName, withSpeed, withTask } from "../state/plan";
 import { type Judgement, type LeastDepth, type Spot, verdictOf } from "../state/planverdict";
 import { type Chrome, createChrome } from "../ui/chrome";
@@ -31,6 +32,8 @@ const PATIENCE_MS = 10_000;
 const VESSELS_MS = 500;
 /** The depth beside the plan is looked at this far, m. */
 const BESIDE_M = 5;
+/** Of one text in the bar. */
+const MOST_LETTERS = 300;
 const MINUTES_KEY = "lutra.minutes";
 
 type Names = Readonly<Record<string, string>>;
@@ -165,6 +168,10 @@ class PlanPage {
       sketches: () => editing.sketching !== undefined,
       stretches: () => editing.sketching === "rows_rectangle",
       stretched: (from, to, done) => editing.stretch(from, to, done),
+      dropped: () => {
+        editing.sketch.clear();
+        this.drawArea();
+      },
       led: (place) => {
         editing.sketch.lead(editing.sketch.corners.length ? place : undefined);
         this.drawArea();
@@ -396,19 +403,20 @@ class PlanPage {
     }));
   }
 
-  /** What stays in sight: of which vessel is STOP, and the bar. */
+  /** What stays in sight: the bar, and the STOP of the vessel that it names. */
   private drawBar(): void {
     // Parts tell while they are made.
     if (!this.ready) return;
     const { editing, aboard } = this;
     const { vessel } = editing.plan;
     const chosen = aboard?.chosen() ?? (vessel === null ? undefined : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
-    this.chrome.stop?.target(vessel === null ? chosen : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
+    this.chrome.stop?.target(chosen);
     const now = aboard?.now();
     const acts = aboard && now ? { ...now, save: () => void this.save(), upload: aboard.upload, start: aboard.start, choose: aboard.focus } : undefined;
     const vesselText = chosen ? `For ${chosen.name}` : acts ? "Choose a vessel" : "For any vessel";
-    const verdict = verdictOf(editing.shown, this.judgement, this.least);
-    this.drawn(h(PlanBar, { name: editing.plan.name, vessel: vesselText, aboard: now?.text ?? "", verdict, acts, said: now?.said ?? "", go: (spot) => this.go(spot) }));
+    const judged = verdictOf(editing.shown, this.judgement, this.least);
+    const verdict = { ...judged, text: tame(judged.text, MOST_LETTERS) };
+    this.drawn(h(PlanBar, { name: tame(editing.plan.name, MOST_LETTERS), vessel: vesselText, aboard: now?.text ?? "", verdict, acts, said: now?.said ?? "", go: (spot) => this.go(spot) }));
   }
 
   private go({ vertex, place }: Spot): void {

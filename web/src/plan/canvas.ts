@@ -35,6 +35,8 @@ export interface CanvasHandlers {
   /** A rectangle is drawn from one corner to the other; answers whether that is what a drag does. */
   stretches(): boolean;
   stretched(from: PlanPlace, to: PlanPlace, done: boolean): void;
+  /** The rectangle was not meant. */
+  dropped(): void;
   /** The pointer is here while an area is drawn. */
   led(place: PlanPlace): void;
   /** The first corner of an area was clicked again. */
@@ -149,6 +151,10 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
     handlers.select(vertex);
     return (place, done) => handlers.moved(vertex, place, done);
   };
+  const drop = (): void => {
+    held = undefined;
+    handlers.dropped();
+  };
   map.ol.addInteraction(
     new PointerInteraction({
       handleDownEvent: (event) => {
@@ -159,6 +165,8 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       },
       handleDragEvent: (event) => {
         if (!held) return;
+        // A second finger leads the map.
+        if (handlers.stretches() && (event.activePointers?.length ?? 1) > 1) return drop();
         held.moved = true;
         held.pull(placeOf(event), false);
       },

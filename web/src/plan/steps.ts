@@ -7,6 +7,7 @@ import { whyNotReversed } from "../state/wholes";
 import { make } from "../ui/dom";
 import { createPopupMenu, type MenuItem } from "../ui/popupmenu";
 import { checkField, choiceField, numberField, placeFields, rebuilt, textField } from "./fields";
+import { wholeKeyOf } from "./toolbar";
 
 /** Points of a path that are shown at once; the others by leafing. */
 const POINTS_SHOWN = 40;
@@ -86,11 +87,11 @@ export function createSteps(list: HTMLElement, form: HTMLElement, handlers: Step
         handlers.select({ step: index + by, point: 0 });
         list.querySelector<HTMLElement>(`[data-step="${index + by}"] .step`)?.focus();
       } else if (event.key === "Delete") handlers.remove({ step: index, point: 0 }, true);
-      else if (event.ctrlKey || event.metaKey || event.altKey) return;
-      else if (event.key === "d") handlers.duplicate(index);
-      else if (event.key === "r") handlers.back(index);
-      else if (event.key === "R") handlers.allBack();
-      else return;
+      else {
+        const whole = wholeKeyOf(event);
+        if (!whole) return;
+        handlers[whole](index);
+      }
       event.preventDefault();
     });
     const move = (name: string, sign: string, by: number, possible: boolean): HTMLElement => {

@@ -106,8 +106,22 @@ function arrow(event: KeyboardEvent, editing: PlanEditing): boolean {
 
 /** Letters that copy a maneuver and turn it back, or with Shift the whole plan; answers whether it was one. */
 export function wholeKey(event: KeyboardEvent, editing: Pick<PlanEditing, "duplicate" | "back" | "allBack">, step: number, apart_m: number): boolean {
-  if (event.ctrlKey || event.metaKey || event.altKey) return false;
-  if (event.key === "d") return editing.duplicate(step, apart_m);
-  if (event.key === "r") return editing.back(step);
-  return event.key === "R" && editing.allBack();
+  switch (wholeKeyOf(event)) {
+    case "duplicate":
+      return editing.duplicate(step, apart_m);
+    case "back":
+      return editing.back(step);
+    case "allBack":
+      return editing.allBack();
+    case undefined:
+      return false;
+  }
+}
+
+/** What a letter asks for; Shift is held for the whole plan, not locked. */
+export function wholeKeyOf({ key, shiftKey, ctrlKey, metaKey, altKey }: KeyboardEvent): "duplicate" | "back" | "allBack" | undefined {
+  if (ctrlKey || metaKey || altKey) return undefined;
+  const letter = key.toLowerCase();
+  if (letter === "r") return shiftKey ? "allBack" : "back";
+  return letter === "d" && !shiftKey ? "duplicate" : undefined;
 }

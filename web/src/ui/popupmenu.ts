@@ -38,6 +38,7 @@ export function createPopupMenu(after: () => HTMLElement | null): PopupMenu {
   });
   // What it opened from is somewhere else by then.
   window.addEventListener("resize", () => root.hidePopover());
+  document.addEventListener("wheel", ({ target }) => void (root.contains(target as Node) || root.hidePopover()), { capture: true, passive: true });
   const entryOf = (item: MenuItem): HTMLElement => {
     const text = item.whyNot ? `${item.text}: not possible, ${item.whyNot}` : item.text;
     const entry = make("button", { type: "button", role: "menuitem", tabindex: "-1", ...(item.whyNot ? { "aria-disabled": "true" } : {}) }, text, ...(item.keys ? [make("kbd", { "aria-hidden": "true" }, item.keys)] : []));
