@@ -34,6 +34,7 @@ await inBrowser(async (open) => {
   // Without control it is refused and stays here; with it the vessel's digest is ours.
   await page.getByRole("button", { name: "Upload" }).click();
   await page.getByRole("alert").getByText(/Not uploaded: .* The plan stays here as it is/).waitFor();
+  check(await page.getByRole("button", { name: "Start …", exact: true }).isDisabled(), "what is not aboard is not started");
   await page.getByRole("button", { name: "Take control" }).click();
   await page.getByText("You have control of this vessel.").waitFor();
   await page.getByRole("button", { name: "Upload" }).click();
@@ -48,6 +49,20 @@ await inBrowser(async (open) => {
   await page.getByText(new RegExp(`DIFFERENT: ashore [0-9a-f]{8}, aboard ${otter} [0-9a-f]{8}`)).waitFor();
   await page.getByRole("button", { name: "Upload" }).click();
   await page.getByText(new RegExp(`Same digest ashore and aboard ${otter}`)).waitFor();
+
+  // The bar that stays in sight asks the same, and starts nothing by itself.
+  const bar = page.getByRole("region", { name: "Plan, verdict, and what to do with it" });
+  await bar.getByText(`For ${otter}`).waitFor();
+  await bar.getByText("Same aboard", { exact: true }).waitFor();
+  check(await page.getByRole("button", { name: `STOP ${otter}`, exact: true }).isVisible(), "the STOP of the vessel that is commanded");
+  // The demonstration started its own plan before.
+  const started = page.locator('.commands > li[data-order="plan.start"]');
+  const before = await started.count();
+  await bar.getByRole("button", { name: "Start …" }).click();
+  await page.getByText(/Digest: [0-9a-f]{32}/).waitFor();
+  await page.getByRole("button", { name: "Cancel", exact: true }).click();
+  await page.getByText(/Digest: [0-9a-f]{32}/).waitFor({ state: "detached" });
+  check((await started.count()) === before, "nothing was started");
 
   // From here it is started, in two steps with the digest in words, and sailed.
   await page.getByRole("button", { name: "Start from ashore …" }).click();

@@ -304,8 +304,8 @@ fn people_are_managed_in_a_browser() {
     testkit::browser::run("admin.mjs", &[&server.url, &password], |_| {});
 }
 
-#[test]
-fn the_chart_is_drawn_in_a_browser_and_a_plan_over_a_shoal_refused_where_it_is() {
+/// Runs a script against a server that holds the demonstration's chart.
+fn before_the_chart(script: &str) {
     if !testkit::browser::is_there() {
         return;
     }
@@ -322,7 +322,17 @@ fn the_chart_is_drawn_in_a_browser_and_a_plan_over_a_shoal_refused_where_it_is()
     assert!(import.status.success(), "{}", String::from_utf8_lossy(&import.stderr));
     let mut server = Server::start(&data, &[]);
     let password = server.one_time_password();
-    testkit::browser::run("chart.mjs", &[&server.url, &password], |_| {});
+    testkit::browser::run(script, &[&server.url, &password], |_| {});
+}
+
+#[test]
+fn the_chart_is_drawn_in_a_browser_and_a_plan_over_a_shoal_refused_where_it_is() {
+    before_the_chart("chart.mjs");
+}
+
+#[test]
+fn whole_maneuvers_are_moved_turned_and_drawn_in_a_browser() {
+    before_the_chart("maneuvers.mjs");
 }
 
 #[test]

@@ -17,6 +17,10 @@ import { isStraight, planOf, routeTo, sail } from "./wayto";
 export interface ControlPanel {
   /** `guard`: what the vessel's grounding supervisor says. */
   update(state: ControlState, system: System | undefined, nowUs: number, guard?: Guard): void;
+  /** Whether this window has control, so that a plan may be started. */
+  holds(): boolean;
+  /** Asks whether a plan that is aboard shall be started; with control only. */
+  start(plan: PlanAboard): void;
 }
 
 export interface ControlNeeds {
@@ -200,6 +204,10 @@ export function createControl(root: HTMLElement, { address, me, may, steers, att
   void look();
 
   return {
+    holds: () => part === "here",
+    start(plan) {
+      if (part === "here") void start(plan);
+    },
     update(state, now, nowUs, guard) {
       system = now;
       const before = part;

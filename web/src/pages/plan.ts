@@ -1,8 +1,12 @@
 // The editor of one plan: map, maneuvers, what they take, and how it is kept. What is edited stands in `plan/editing`; here
 // the parts are put together and drawn.
 
+import { h } from "preact";
 import { getJson, postJson, reason } from "../api/http";
 import type { LiveFrame, PlanCheck, PlanDocument, StoredPlan, System } from "../api/types.gen";
+import { DrawBar } from "../components/drawbar";
+import { createMount } from "../components/mount";
+import { PlanBar } from "../components/planbar";
 import { createMap, type FleetMap } from "../map/map";
 import { createAboard } from "../plan/aboard";
 import { createCanvas, type PlanCanvas } from "../plan/canvas";
@@ -17,7 +21,9 @@ import { createSteps } from "../plan/steps";
 import { createToolBar, mapKeys, pageKeys } from "../plan/toolbar";
 import { createVerdict } from "../plan/verdict";
 import { asSeen, EMPTY, type FleetState, serverNowUs } from "../state/fleet";
+import { tame } from "../state/foreign";
 import { same, vertices, withName, withSpeed, withTask } from "../state/plan";
+import { type Judgement, type LeastDepth, type Spot, verdictOf } from "../state/planverdict";
 import { type Chrome, createChrome } from "../ui/chrome";
 import { make, setText } from "../ui/dom";
 import { hexAddress, utc } from "../ui/format";
@@ -27,6 +33,8 @@ const PATIENCE_MS = 10_000;
 const VESSELS_MS = 500;
 /** The depth beside the plan is looked at this far, m. */
 const BESIDE_M = 5;
+/** Of one text in the bar. */
+const MOST_LETTERS = 300;
 const MINUTES_KEY = "lutra.minutes";
 
 type Names = Readonly<Record<string, string>>;
@@ -45,8 +53,9 @@ export function startPlan(root: HTMLElement): void {
 
 /** Where things stand on the page. */
 function boxesOf(root: HTMLElement, writable: boolean) {
-  const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten; without one they move the map. Delete takes it away, Escape lets go. The list of maneuvers does the same." });
+  const map = make("div", { class: "map", tabindex: "0", role: "application", "aria-label": "Map of the plan. Arrow keys move the chosen place by a metre, with Shift by ten, and with Ctrl its whole maneuver; without one they move the map. D copies the maneuver, R reverses its way, Shift and R the whole plan. Delete takes the place away, Escape lets go. The list of maneuvers does the same." });
   const tools = make("div", { class: "tools", role: "toolbar", "aria-label": "Tools" });
+  const drawing = make("div", { class: "drawing", role: "group", "aria-label": "The area that you draw", hidden: "" });
   const head = make("section", { class: "plan-head", "aria-label": "Plan" });
   const status = make("p", { class: "keeping", role: "status" });
   const offers = make("div", { class: "offers" });
@@ -58,8 +67,11 @@ function boxesOf(root: HTMLElement, writable: boolean) {
   const form = make("section", { class: "plan-form", "aria-labelledby": "step-title", hidden: "" });
   const ship = make("section", { class: "plan-aboard", "aria-labelledby": "aboard-title" });
   const side = make("div", { class: "plan-side" }, route, head, offers, status, totals, troubles, list, form, depths, ...(writable ? [ship] : []));
-  root.append(make("div", { class: "plan-main" }, tools, make("div", { class: "map-box" }, map)), side);
-  return { map, tools, head, status, offers, route, totals, troubles, depths, list, form, ship, side };
+  const bar = make("section", { class: "plan-bar", "aria-label": "Plan, verdict, and what to do with it" });
+  // What gets the focus is scrolled to beside it.
+  new ResizeObserver(() => document.documentElement.style.setProperty("--plan-bar-height", `${Math.ceil(bar.getBoundingClientRect().height)}px`)).observe(bar);
+  root.append(bar, make("div", { class: "plan-body" }, make("div", { class: "plan-main" }, tools, drawing, make("div", { class: "map-box" }, map)), side));
+  return { bar, drawing, map, tools, head, status, offers, route, totals, troubles, depths, list, form, ship, side };
 }
 
 class PlanPage {
@@ -75,11 +87,17 @@ class PlanPage {
   private readonly keeper: Keeper | undefined;
   private readonly aboard;
   private readonly chrome: Chrome;
+  private readonly drawn: ReturnType<typeof createMount>;
+  private readonly drawnArea: ReturnType<typeof createMount>;
+  private judgement: Judgement = { kind: "asked" };
+  private least: LeastDepth | undefined;
   /** The plan as it was saved last, and under which revision. */
   private saved: StoredPlan | undefined;
   private minutes = localStorage.getItem(MINUTES_KEY) === "yes";
   private fleet: FleetState = EMPTY;
   private linked = true;
+  /** All parts are made. */
+  private ready = false;
   private systems: readonly System[] = [];
   /** The map goes to the vessels at first; a plan that has places counts for more. */
   private fits: boolean;
@@ -87,6 +105,8 @@ class PlanPage {
   constructor(root: HTMLElement, private readonly first: StoredPlan, private readonly path: string, private readonly names: Names) {
     const writable = root.dataset["operator"] !== undefined;
     this.boxes = boxesOf(root, writable);
+    this.drawn = createMount(this.boxes.bar);
+    this.drawnArea = createMount(this.boxes.drawing);
     this.saved = first.draft ? undefined : first;
     this.fits = vertices(first.plan).length > 0;
     this.editing = this.makeEditing(writable);
@@ -95,14 +115,18 @@ class PlanPage {
     this.route = this.makeRoute();
     this.judge = this.makeJudge();
     this.steps = this.makeSteps();
-    this.toolBar = createToolBar(this.boxes.tools, this.editing, this.route, (kind) => {
-      this.editing.addStep(kind, this.canvas.centre());
-      this.steps.focus();
+    this.toolBar = createToolBar(this.boxes.tools, this.editing, {
+      added: (kind) => {
+        this.editing.addStep(kind, this.canvas.centre());
+        this.steps.focus();
+      },
+      draws: () => this.boxes.map.focus(),
+      route: this.route,
     });
     this.headForm = this.makeHeadForm();
     this.aboard = writable ? this.makeAboard(root.dataset["me"] ?? "") : undefined;
     pageKeys(this.editing, () => void this.save());
-    mapKeys(this.boxes.map, this.editing);
+    mapKeys(this.boxes.map, this.editing, this.canvas);
     this.chrome = createChrome({ messages: ["VehicleState", "EstimatedState", "GpsFix", "Announce"], events: false, every_ms: 500 }, {
       frame: (fleet, frame) => this.frame(fleet, frame),
       lost: () => {
@@ -117,6 +141,7 @@ class PlanPage {
 
   private begin(): void {
     const { first } = this;
+    this.ready = true;
     const [left] = this.editing.writable ? leftovers(first.id) : [];
     if (left && !same(left.plan, first.plan)) this.offer(left);
     else if (left) forget(left);
@@ -145,17 +170,28 @@ class PlanPage {
     const { editing } = this;
     return createCanvas(this.map, {
       draws: () => editing.tool !== undefined || this.route.open,
+      sketches: () => editing.sketching !== undefined,
+      stretches: () => editing.sketching === "rows_rectangle",
+      stretched: (from, to, done) => editing.stretch(from, to, done),
+      dropped: () => {
+        editing.sketch.clear();
+        this.drawArea();
+      },
+      led: (place) => {
+        editing.sketch.lead(editing.sketch.corners.length ? place : undefined);
+        this.drawArea();
+      },
+      closed: () => void editing.finish(),
       clicked: (place) => {
         if (!this.route.takes(place)) editing.clicked(place);
       },
       select: (vertex) => editing.select(vertex),
       between: (after, place) => editing.between(after, place),
       moved: (vertex, place, done) => {
-        const dragged = editing.drag(vertex, place, done);
-        if (!dragged) return;
-        this.canvas.update(dragged, editing.selected, this.judge.legs());
-        this.judge.ask();
+        this.dragged(editing.drag(vertex, place, done));
       },
+      pulled: (grip, from, to, done) => this.dragged(editing.pull(grip, from, to, done)),
+      grips: editing.writable,
     });
   }
 
@@ -175,9 +211,19 @@ class PlanPage {
     return route;
   }
 
+  /** Draws what is dragged while it is. */
+  private dragged(plan: PlanDocument | undefined): void {
+    if (!plan) return;
+    this.canvas.update(plan, this.editing.selected, this.judge.legs());
+    this.judge.ask();
+  }
+
   private makeJudge(): Judge {
     const { map, boxes, editing } = this;
-    const profile = createProfile(boxes.depths, BESIDE_M, (place) => map.overlays.cursor(place));
+    const profile = createProfile(boxes.depths, BESIDE_M, (place) => map.overlays.cursor(place), (least) => {
+      this.least = least;
+      this.drawBar();
+    });
     map.onRepaint(() => profile.repaint());
     const judge = createJudge({
       totals: boxes.totals,
@@ -185,6 +231,10 @@ class PlanPage {
       verdict: createVerdict(map),
       profile,
       plan: () => editing.shown,
+      told: (now) => {
+        this.judgement = now;
+        this.drawBar();
+      },
       judged: (check: PlanCheck) => {
         this.steps.check(check);
         this.canvas.update(editing.shown, editing.selected, check.maneuvers);
@@ -221,6 +271,11 @@ class PlanPage {
       },
       insert: (after) => editing.insert(after),
       insertPoint: (after) => editing.insertPoint(after),
+      duplicate: (step) => {
+        if (editing.duplicate(step, this.canvas.apart())) steps.focus();
+      },
+      back: (step) => void editing.back(step),
+      allBack: () => void editing.allBack(),
     });
     return steps;
   }
@@ -236,7 +291,6 @@ class PlanPage {
         localStorage.setItem(MINUTES_KEY, whether ? "yes" : "no");
         this.draw();
       },
-      save: () => void this.save(),
     });
   }
 
@@ -253,6 +307,7 @@ class PlanPage {
       },
       pick: (told) => map.overlays.pick(told),
       mark: (place) => map.overlays.cursor(place ? { lat_deg: place[0], lon_deg: place[1] } : null),
+      told: () => this.drawBar(),
     });
   }
 
@@ -343,7 +398,58 @@ class PlanPage {
     this.headForm.update();
     this.toolBar.update();
     boxes.map.dataset["tool"] = editing.tool ?? "";
+    this.drawArea();
+    this.aboard?.prefer(editing.plan.vessel);
+    this.drawBar();
+  }
+
+  /** The area that is being drawn, on the map and in its bar. */
+  private drawArea(): void {
+    const { editing, boxes, canvas } = this;
+    const { sketch, sketching } = editing;
+    const view = sketching && sketch.view(sketching);
+    canvas.sketch(view);
+    boxes.drawing.hidden = !view;
+    if (!view) return this.drawnArea(null);
+    const set = (change: () => void): void => {
+      change();
+      this.drawArea();
+    };
+    this.drawnArea(h(DrawBar, {
+      told: view.told,
+      spacing_m: sketch.spacing_m,
+      bearing_deg: sketch.bearing_deg,
+      suits: "best",
+      whole: view.whole,
+      finishes: sketching === "lines_polygon",
+      spacing: (metres) => set(() => (sketch.spacing_m = metres)),
+      bearing: (deg) => set(() => (sketch.bearing_deg = deg)),
+      finish: () => void (editing.finish() && this.steps.focus()),
+      cancel: () => editing.press(undefined),
+    }));
+  }
+
+  /** What stays in sight: the bar, and the STOP of the vessel that it names. */
+  private drawBar(): void {
+    // Parts tell while they are made.
+    if (!this.ready) return;
+    const { editing, aboard } = this;
     const { vessel } = editing.plan;
-    this.chrome.stop?.target(vessel === null ? undefined : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
+    const chosen = aboard?.chosen() ?? (vessel === null ? undefined : { address: vessel, name: this.names[String(vessel)] ?? hexAddress(vessel) });
+    this.chrome.stop?.target(chosen);
+    const now = aboard?.now();
+    const acts = aboard && now ? { ...now, save: () => void this.save(), upload: aboard.upload, start: aboard.start, choose: aboard.focus } : undefined;
+    const vesselText = chosen ? `For ${chosen.name}` : acts ? "Choose a vessel" : "For any vessel";
+    const judged = verdictOf(editing.shown, this.judgement, this.least);
+    const verdict = { ...judged, text: tame(judged.text, MOST_LETTERS) };
+    this.drawn(h(PlanBar, { name: tame(editing.plan.name, MOST_LETTERS), vessel: vesselText, aboard: now?.text ?? "", verdict, acts, said: now?.said ?? "", go: (spot) => this.go(spot) }));
+  }
+
+  private go({ vertex, place }: Spot): void {
+    const { editing, canvas, map, boxes } = this;
+    if (vertex) editing.select(vertex);
+    if (place) canvas.reveal(place);
+    map.overlays.cursor(place ?? null);
+    boxes.map.scrollIntoView({ block: "nearest" });
   }
 }

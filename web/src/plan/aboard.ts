@@ -5,7 +5,7 @@ import type { Command, LiveFrame, PlansAboard, PlanUploadAsk, System } from "../
 import { type ControlPanel, createControl } from "../control/panel";
 import { createOrders, windowKey } from "../control/orders";
 import { type ControlState, NO_CONTROL, withControls } from "../state/control";
-import { make, setAttribute, setText } from "../ui/dom";
+import { make, setText } from "../ui/dom";
 import { systemName } from "../ui/format";
 
 const PATIENCE_MS = 10_000;
@@ -19,11 +19,45 @@ export interface AboardNeeds {
   saved(): { readonly name: string; readonly revision: number; readonly digest: string } | undefined;
   pick(told: ((place: readonly [number, number]) => void) | null): void;
   mark(place: readonly [number, number] | null): void;
+  /** What can be done, or was said, is another. */
+  told(): void;
 }
 
 export interface Aboard {
   frame(frame: LiveFrame, systems: readonly System[], nowUs: number): void;
+  /** The vessel that the plan is for; chosen until somebody chooses another. */
+  prefer(address: number | null): void;
+  /** The chosen vessel. */
+  chosen(): { readonly address: number; readonly name: string } | undefined;
+  /** How the plan stands aboard, in a few words, and what may be done. */
+  now(): AboardNow;
+  upload(): void;
+  /** Asks whether it shall be started. */
+  start(): void;
+  /** Puts the keyboard onto the choice of the vessel. */
+  focus(): void;
 }
+
+export interface AboardNow {
+  readonly text: string;
+  readonly mayUpload: boolean;
+  readonly mayStart: boolean;
+  readonly whyNot: string;
+  /** Why the last upload failed; empty for nothing. */
+  readonly said: string;
+}
+
+/** How the vessel's copy is to what was saved. */
+type Standing = "" | "unsaved" | "unknown" | "absent" | "same" | "other";
+
+const SHORT: Readonly<Record<Standing, string>> = {
+  "": "",
+  unsaved: "Not saved",
+  unknown: "Not known what is aboard",
+  absent: "Not aboard",
+  same: "Same aboard",
+  other: "Another copy aboard",
+};
 
 interface Vessel {
   readonly box: HTMLElement;
@@ -36,15 +70,17 @@ interface Vessel {
 
 export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
   const choose = make("select", {}, make("option", { value: "" }, "choose a vessel"));
-  const upload = make("button", { type: "button", class: "main" }, "Upload");
-  const said = make("p", { class: "note bad", role: "alert", hidden: "" });
   const compared = make("p", { class: "compared", role: "status" });
   const place = make("div");
-  root.append(make("h2", { id: "aboard-title" }, "To a vessel"), make("div", { class: "row" }, make("label", {}, "Vessel", choose), upload), said, compared, place);
+  root.append(make("h2", { id: "aboard-title" }, "To a vessel"), make("div", { class: "row" }, make("label", {}, "Vessel", choose)), compared, place);
   const vessels = new Map<number, Vessel>();
   let systems: readonly System[] = [];
   let listed = "";
   let controls: ReadonlyMap<number, ControlState> = new Map();
+  let preferred: number | null = null;
+  let byHand = false;
+  let said = "";
+  let standing: Standing = "";
 
   const chosen = (): Vessel | undefined => vessels.get(Number(choose.value));
   const nameOf = (address: number): string => {
@@ -52,8 +88,8 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
     return needs.names[String(address)] ?? (system ? systemName(system) : String(address));
   };
   const fail = (text: string): void => {
-    setText(said, text);
-    setAttribute(said, "hidden", text ? null : "");
+    said = text;
+    needs.told();
   };
   const vessel = (address: number): Vessel => {
     const known = vessels.get(address);
@@ -80,12 +116,10 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
   const compare = (): void => {
     const [one, saved] = [chosen(), needs.saved()];
     const name = nameOf(Number(choose.value));
-    upload.disabled = !one || !saved;
-    upload.title = saved ? "" : "Save the plan first.";
-    const copy = one?.plans?.plans.find((plan) => plan.plan_id === saved?.name);
-    const state = !one ? "" : !saved ? "unsaved" : one.plans?.time_us == null ? "unknown" : !copy ? "absent" : copy.md5 === saved.digest ? "same" : "other";
+    const copy = copyOf(one);
+    const state: Standing = !one ? "" : !saved ? "unsaved" : one.plans?.time_us == null ? "unknown" : !copy ? "absent" : copy.md5 === saved.digest ? "same" : "other";
     const short = saved?.digest.slice(0, 8) ?? "";
-    const words: Readonly<Record<string, string>> = {
+    const words: Readonly<Record<Standing, string>> = {
       "": "",
       unsaved: "What is shown is not saved: save it, then it can go aboard.",
       unknown: `Ashore ${short}. It is not known which plans are aboard ${name}: ask below.`,
@@ -93,27 +127,65 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
       same: `Same digest ashore and aboard ${name}: ${short}. It can be started below.`,
       other: `DIFFERENT: ashore ${short}, aboard ${name} ${copy?.md5.slice(0, 8) ?? ""}. Upload it to replace the vessel's.`,
     };
-    setText(compared, words[state] ?? "");
+    setText(compared, words[state]);
     compared.dataset["copy"] = state;
+    standing = state;
+    needs.told();
   };
-  choose.addEventListener("change", () => {
-    fail("");
+  const copyOf = (one: Vessel | undefined) => one?.plans?.plans.find((plan) => plan.plan_id === needs.saved()?.name);
+  const shown = (): Vessel | undefined => {
     const address = Number(choose.value);
     const one = address ? vessel(address) : undefined;
     place.replaceChildren(...(one ? [one.box] : []));
-    if (one) ask(address, one);
+    return one;
+  };
+  choose.addEventListener("change", () => {
+    byHand = true;
+    fail("");
+    const one = shown();
+    if (one) ask(Number(choose.value), one);
     compare();
   });
-  upload.addEventListener("click", () => {
-    const [address, saved] = [Number(choose.value), needs.saved()];
-    if (!address || !saved) return;
-    fail("");
-    const ask: PlanUploadAsk = { vessel: address, revision: saved.revision, window: windowKey() };
-    postJson<Command>(`${needs.path}/upload`, PATIENCE_MS, ask).catch((error: unknown) => fail(`Not uploaded: ${reason(error)} The plan stays here as it is.`));
-  });
+  /** Chooses the vessel that the plan is for, and only looks at what it told before: nobody asked for more yet. */
+  const takePreferred = (): void => {
+    const wanted = String(preferred ?? "");
+    if (byHand || choose.value === wanted || ![...choose.options].some(({ value }) => value === wanted)) return;
+    choose.value = wanted;
+    const one = shown();
+    if (one && preferred !== null) void look(preferred, one);
+    compare();
+  };
+  const whyNot = (): string => {
+    if (standing === "") return "Choose a vessel first.";
+    if (standing === "unsaved") return "Save the plan first.";
+    if (standing !== "same") return "Upload the plan first.";
+    return chosen()?.panel.holds() ? "" : "Take control first.";
+  };
   compare();
 
   return {
+    prefer(address) {
+      preferred = address;
+      takePreferred();
+    },
+    chosen: () => (choose.value ? { address: Number(choose.value), name: nameOf(Number(choose.value)) } : undefined),
+    now() {
+      const holds = chosen()?.panel.holds() === true;
+      const text = standing === "same" && !holds ? `${SHORT.same}, no control` : SHORT[standing];
+      return { text, said, mayUpload: standing !== "" && standing !== "unsaved", mayStart: standing === "same" && holds, whyNot: whyNot() };
+    },
+    upload() {
+      const [address, saved] = [Number(choose.value), needs.saved()];
+      if (!address || !saved) return;
+      fail("");
+      const ask: PlanUploadAsk = { vessel: address, revision: saved.revision, window: windowKey() };
+      postJson<Command>(`${needs.path}/upload`, PATIENCE_MS, ask).catch((error: unknown) => fail(`Not uploaded: ${reason(error).replace(/\.?$/, ".")} The plan stays here as it is.`));
+    },
+    start() {
+      const copy = copyOf(chosen());
+      if (copy && standing === "same") chosen()?.panel.start(copy);
+    },
+    focus: () => choose.focus(),
     frame(frame, now, nowUs) {
       systems = now;
       controls = withControls(controls, frame);
@@ -125,6 +197,7 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
         const kept = choose.value;
         choose.replaceChildren(make("option", { value: "" }, "choose a vessel"), ...[...all].map(([address, name]) => make("option", { value: address }, name)));
         choose.value = kept;
+        takePreferred();
       }
       for (const [address, one] of vessels) {
         one.control = controls.get(address) ?? NO_CONTROL;

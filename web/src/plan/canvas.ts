@@ -2,7 +2,7 @@
 
 import Feature from "ol/Feature";
 import type MapBrowserEvent from "ol/MapBrowserEvent";
-import { Circle as CircleGeometry, LineString, Point } from "ol/geom";
+import { Circle as CircleGeometry, LineString, Point, Polygon } from "ol/geom";
 import DoubleClickZoom from "ol/interaction/DoubleClickZoom";
 import PointerInteraction from "ol/interaction/Pointer";
 import VectorLayer from "ol/layer/Vector";
@@ -14,15 +14,33 @@ import type { PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
 import { over } from "../map/layers";
 import type { FleetMap } from "../map/map";
 import { middle, type Vertex, vertices, wayOf } from "../state/plan";
+import { rowsCorners } from "../state/rows";
+import { type Grip, gripsOf } from "../state/wholes";
+import { createArea } from "./area";
+import { GRIP_PX, gripOffset, gripStyle } from "./grips";
+import type { SketchView } from "./sketching";
 
 /** A finger or pointer is on a vertex within this, px. */
 const NEAR_PX = 14;
 /** Lines with more vertices than this have no handles between them, which would only hide it. */
 const MOST_HANDLES = 150;
+/** A copy lies so far beside its original, px. */
+const APART_PX = 26;
 
 export interface CanvasHandlers {
   /** Whether a tool is in hand, so that a click draws. */
   draws(): boolean;
+  /** An area is being drawn: what lies there is not taken hold of. */
+  sketches(): boolean;
+  /** A rectangle is drawn from one corner to the other; answers whether that is what a drag does. */
+  stretches(): boolean;
+  stretched(from: PlanPlace, to: PlanPlace, done: boolean): void;
+  /** The rectangle was not meant. */
+  dropped(): void;
+  /** The pointer is here while an area is drawn. */
+  led(place: PlanPlace): void;
+  /** The first corner of an area was clicked again. */
+  closed(): void;
   /** Somebody clicked beside everything. */
   clicked(place: PlanPlace): void;
   select(vertex: Vertex): void;
@@ -30,15 +48,23 @@ export interface CanvasHandlers {
   moved(vertex: Vertex, place: PlanPlace, done: boolean): void;
   /** A place between a vertex and the next is taken hold of; answers which vertex it is then. */
   between(after: Vertex, place: PlanPlace): Vertex;
+  /** A whole maneuver is pulled by a grip that was taken at `from`; `done` when it is let go. */
+  pulled(grip: Grip, from: PlanPlace, to: PlanPlace, done: boolean): void;
+  /** Whether there are grips: not for who may only look. */
+  readonly grips: boolean;
 }
 
 export interface PlanCanvas {
   update(plan: PlanDocument, selected: Vertex | undefined, legs: readonly PlanLeg[]): void;
+  /** The area that is being drawn; undefined for none. */
+  sketch(view: SketchView | undefined): void;
   /** Brings all of the plan into view. */
   fit(): void;
   centre(): PlanPlace;
   /** Brings a place into view if it is not. */
   reveal(place: PlanPlace): void;
+  /** How far apart two things are that one tells apart here, m. */
+  apart(): number;
 }
 
 /** Draws on `map`. */
@@ -46,6 +72,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   const lines = new VectorSource();
   const source = new VectorSource();
   const route = new Feature(new LineString([]));
+  const area = createArea(map, NEAR_PX);
   let drawn: PlanDocument | undefined;
   let selected: Vertex | undefined;
   // What is told of legs lies between the lines and what one takes hold of.
@@ -56,6 +83,9 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   const styleOf = (feature: Feature): Style[] => {
     const { ink, halo, series } = map.palette();
     const colour = series[0] ?? ink;
+    const grip = feature.get("grip") as Grip | undefined;
+    if (grip) return [gripStyle(grip, map.palette(), map.ol.getView().getRotation())];
+    if (feature.get("area")) return [new Style({ stroke: new Stroke({ color: colour, width: 1.5, lineDash: [2, 5] }), zIndex: 0 })];
     const vertex = feature.get("vertex") as Vertex | undefined;
     if (vertex) {
       const chosen = vertex.step === selected?.step && vertex.point === selected.point;
@@ -85,43 +115,63 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
     return [new Style({ stroke: new Stroke({ color: halo, width: 6 }), zIndex: 0 }), new Style({ stroke, zIndex: 1 })];
   };
 
-  /** The vertex under the pointer, or else a handle between two: by distance, which needs no picture to be read back. */
+  /** How far a feature is from the pointer, px: by distance, which needs no picture to be read back. */
+  const away = (feature: Feature, [x = 0, y = 0]: readonly number[]): number => {
+    const [left, top] = map.ol.getPixelFromCoordinate((feature.getGeometry() as Point).getCoordinates()) ?? [];
+    if (left === undefined || top === undefined) return Infinity;
+    const grip = feature.get("grip") as Grip | undefined;
+    const [right, down] = grip ? gripOffset(grip, map.ol.getView().getRotation()) : [0, 0];
+    return Math.hypot(left + right - x, top + down - y);
+  };
+  /** The vertex or grip under the pointer, whichever is nearer, or else a handle between two. */
   const at = (event: MapBrowserEvent): Feature | undefined => {
-    const [x = 0, y = 0] = event.pixel;
-    const near = (kind: "vertex" | "after"): Feature | undefined => {
-      let [found, best]: [Feature | undefined, number] = [undefined, NEAR_PX ** 2];
+    const near = (kind: "vertex" | "grip" | "after", within: number): { feature?: Feature; px: number } => {
+      let best: { feature?: Feature; px: number } = { px: within };
       for (const feature of source.getFeatures()) {
-        if (!feature.get(kind)) continue;
-        const pixel = map.ol.getPixelFromCoordinate((feature.getGeometry() as Point).getCoordinates());
-        const away = pixel ? ((pixel[0] ?? 0) - x) ** 2 + ((pixel[1] ?? 0) - y) ** 2 : Infinity;
-        if (away <= best) [found, best] = [feature, away];
+        const px = feature.get(kind) ? away(feature, event.pixel) : Infinity;
+        if (px <= best.px) best = { feature, px };
       }
-      return found;
+      return best;
     };
-    return near("vertex") ?? near("after");
+    if (handlers.sketches()) return undefined;
+    const [vertex, grip] = [near("vertex", NEAR_PX), near("grip", GRIP_PX)];
+    const taken = vertex.feature && (!grip.feature || vertex.px <= grip.px) ? vertex : grip;
+    return taken.feature ?? near("after", NEAR_PX).feature;
   };
   const placeOf = (event: MapBrowserEvent): PlanPlace => {
     const [lon = 0, lat = 0] = toLonLat(event.coordinate);
     return { lat_deg: lat, lon_deg: lon };
   };
-  let held: { vertex: Vertex; moved: boolean } | undefined;
+  let held: { pull: (place: PlanPlace, done: boolean) => void; moved: boolean } | undefined;
+  /** What a drag that begins on a feature does. */
+  const taken = (feature: Feature, from: PlanPlace): ((place: PlanPlace, done: boolean) => void) => {
+    const grip = feature.get("grip") as Grip | undefined;
+    if (grip) return (place, done) => handlers.pulled(grip, from, place, done);
+    const vertex = (feature.get("vertex") as Vertex | undefined) ?? handlers.between(feature.get("after") as Vertex, from);
+    handlers.select(vertex);
+    return (place, done) => handlers.moved(vertex, place, done);
+  };
+  const drop = (): void => {
+    held = undefined;
+    handlers.dropped();
+  };
   map.ol.addInteraction(
     new PointerInteraction({
       handleDownEvent: (event) => {
-        const feature = at(event);
-        if (!feature) return false;
-        const vertex = feature.get("vertex") as Vertex | undefined;
-        held = { vertex: vertex ?? handlers.between(feature.get("after") as Vertex, placeOf(event)), moved: false };
-        handlers.select(held.vertex);
+        const [feature, from] = [at(event), placeOf(event)];
+        if (!feature && !handlers.stretches()) return false;
+        held = { pull: feature ? taken(feature, from) : (to, done) => handlers.stretched(from, to, done), moved: false };
         return true;
       },
       handleDragEvent: (event) => {
         if (!held) return;
+        // A second finger leads the map.
+        if (handlers.stretches() && (event.activePointers?.length ?? 1) > 1) return drop();
         held.moved = true;
-        handlers.moved(held.vertex, placeOf(event), false);
+        held.pull(placeOf(event), false);
       },
       handleUpEvent: (event) => {
-        if (held?.moved) handlers.moved(held.vertex, placeOf(event), true);
+        if (held?.moved) held.pull(placeOf(event), true);
         held = undefined;
         return false;
       },
@@ -129,16 +179,25 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
   );
   // At once: one who draws does not wait whether a second click comes.
   map.ol.on("click", (event) => {
-    if (!at(event)) handlers.clicked(placeOf(event));
+    if (handlers.sketches() && area.closes(event.pixel)) handlers.closed();
+    else if (!at(event)) handlers.clicked(placeOf(event));
   });
   map.clicks.claim("edit", (event) => handlers.draws() || at(event) !== undefined);
   map.ol.on("pointermove", (event) => {
-    if (!event.dragging) (map.ol.getTargetElement() ?? document.body).dataset["over"] = at(event) ? "vertex" : "";
+    if (event.dragging) return;
+    if (handlers.sketches()) handlers.led(placeOf(event));
+    (map.ol.getTargetElement() ?? document.body).dataset["over"] = overWhat(at(event));
   });
   // Two quick clicks are two points here.
   for (const one of map.ol.getInteractions().getArray()) if (one instanceof DoubleClickZoom) one.setActive(false);
 
+  const centre = (): PlanPlace => {
+    const [lon = 0, lat = 0] = toLonLat(map.ol.getView().getCenter() ?? [0, 0]);
+    return { lat_deg: lat, lon_deg: lon };
+  };
+
   return {
+    sketch: area.draw,
     update(plan, vertex, legs) {
       [drawn, selected] = [plan, vertex];
       const ways = plan.maneuvers.map((step) => wayOf(step, legs));
@@ -165,6 +224,9 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
         const from = next.vertex.step === one.step ? place : (ways[one.step]?.at(-1) ?? place);
         features.push(new Feature({ geometry: new Point(xy(middle(from, next.place))), after: one }));
       });
+      const chosen = vertex && plan.maneuvers[vertex.step]?.task;
+      if (chosen?.kind === "rows") drawnLines.push(new Feature({ geometry: new Polygon([[...rowsCorners(chosen), chosen.at].map(xy)]), area: true }));
+      if (vertex && handlers.grips && !handlers.sketches()) for (const grip of gripsOf(plan, vertex.step)) features.push(new Feature({ geometry: new Point(xy(grip.place)), grip }));
       lines.clear(true);
       lines.addFeatures(drawnLines);
       source.clear(true);
@@ -175,10 +237,8 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       for (const [x = 0, y = 0] of route.getGeometry()?.getCoordinates() ?? []) places.push([x, y]);
       if (places.length) map.ol.getView().fit(boundingExtent(places), { padding: [90, 70, 70, 70], maxZoom: 17, duration: 0 });
     },
-    centre() {
-      const [lon = 0, lat = 0] = toLonLat(map.ol.getView().getCenter() ?? [0, 0]);
-      return { lat_deg: lat, lon_deg: lon };
-    },
+    apart: () => (map.ol.getView().getResolution() ?? 1) * APART_PX * Math.cos((centre().lat_deg * Math.PI) / 180),
+    centre,
     reveal(place) {
       const extent = map.ol.getView().calculateExtent(map.ol.getSize());
       const [x = 0, y = 0] = xy(place);
@@ -186,6 +246,11 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       if (x < west || x > east || y < south || y > north) map.ol.getView().setCenter([x, y]);
     },
   };
+}
+
+/** What a pointer over it looks like. */
+function overWhat(feature: Feature | undefined): string {
+  return feature ? ((feature.get("grip") as Grip | undefined)?.kind ?? "vertex") : "";
 }
 
 function xy(place: PlanPlace): number[] {

@@ -20,7 +20,6 @@ export interface HeadNeeds {
   /** Whether coordinates have minutes. */
   minutes(): boolean;
   setMinutes(whether: boolean): void;
-  save(): void;
 }
 
 export function createHeadForm(root: HTMLElement, needs: HeadNeeds): { update(): void } {
@@ -28,13 +27,11 @@ export function createHeadForm(root: HTMLElement, needs: HeadNeeds): { update():
   const link = (format: string, label: string): HTMLElement => make("a", { class: "button", href: `${path}/export?format=${format}`, download: "", "data-key": `export-${format}` }, label);
   return {
     update() {
-      const save = make("button", { type: "button", class: "main", "data-key": "save" }, "Save");
-      save.addEventListener("click", needs.save);
       const files = make("span", { class: "buttons", role: "group", "aria-label": "Download" }, link("imc", "IMC JSON"), link("geojson", "GeoJSON"), link("gpx", "GPX"));
       rebuilt(
         root,
-        make("div", { class: "row" }, ...(editing.writable ? [save] : []), make("span", { class: "download" }, "Download ", files)),
         make("div", { class: "fields" }, ...fields(needs, editing.plan)),
+        make("div", { class: "row" }, make("span", { class: "download" }, "Download ", files)),
       );
       if (!editing.writable) for (const one of root.querySelectorAll<HTMLInputElement>("input, select:not([data-key=minutes])")) one.disabled = true;
     },

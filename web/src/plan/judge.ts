@@ -3,6 +3,7 @@
 import { postJson, Refusal } from "../api/http";
 import type { GuardReason, PlanCheck, PlanDocument, PlanLeg, PlanPlace } from "../api/types.gen";
 import { wayOfAll } from "../state/plan";
+import type { Judgement } from "../state/planverdict";
 import { make, setText } from "../ui/dom";
 import { rebuilt } from "./fields";
 import type { Profile } from "./profile";
@@ -24,6 +25,8 @@ export interface JudgeNeeds {
   plan(): PlanDocument;
   /** The answer is there. */
   judged(check: PlanCheck): void;
+  /** What is known of the verdict by now. */
+  told(now: Judgement): void;
   /** Leads to a place. */
   go(place: PlanPlace): void;
   /** Looks for a way around a refused leg, where the plan may be changed. */
@@ -41,9 +44,10 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
   const { totals, troubles, verdict, profile, plan } = needs;
   let check = first;
   let settle: number | undefined;
+  // Of several questions the last one counts, also while it is not yet put.
   let asked = 0;
   const ask = async (): Promise<void> => {
-    const number = ++asked;
+    const number = asked;
     try {
       const answer = await postJson<PlanCheck>("/api/v1/plans/check", PATIENCE_MS, plan());
       // Where there are problems, what was laid out before is nearer to the truth than nothing.
@@ -52,6 +56,7 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
       if (number !== asked) return;
       setText(totals, "Length, time and energy are not known");
       rebuilt(troubles, make("p", { class: "note warn" }, error instanceof Refusal ? error.message : "The server cannot be reached: the plan is not judged."));
+      needs.told({ kind: "failed", text: error instanceof Refusal ? error.message : "no server" });
     }
   };
   const empty = (): void => {
@@ -64,6 +69,7 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
   };
   const show = (answer: PlanCheck): void => {
     check = answer;
+    needs.told({ kind: "known", check: answer });
     if (!plan().maneuvers.length) return empty();
     const { guard, problems, warnings, maneuvers } = answer;
     setText(totals, totalText(answer, plan().repeat));
@@ -76,6 +82,8 @@ export function createJudge(needs: JudgeNeeds, first: PlanCheck): Judge {
   return {
     ask() {
       window.clearTimeout(settle);
+      asked++;
+      needs.told({ kind: "asked" });
       settle = window.setTimeout(() => void ask(), CHECK_MS);
     },
     show,

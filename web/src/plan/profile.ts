@@ -5,6 +5,7 @@ import { postJson, reason } from "../api/http";
 import type { ChartCorridor, ChartProfilePoint, PlanPlace } from "../api/types.gen";
 import { readPalette } from "../map/palette";
 import { depthText, type DepthLimits } from "../state/chart";
+import type { LeastDepth } from "../state/planverdict";
 import { make, setText } from "../ui/dom";
 import { lengthText } from "./steps";
 
@@ -24,8 +25,8 @@ export interface Profile {
   repaint(): void;
 }
 
-/** Into `root`; `mark` is told how far along the way the cursor is, as a place. */
-export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (place: PlanPlace | null) => void): Profile {
+/** Into `root`; `mark` is told how far along the way the cursor is, as a place, and `least` the least depth as soon as it is known. */
+export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (place: PlanPlace | null) => void, least: (depth: LeastDepth | undefined) => void): Profile {
   const title = make("h2", { id: "profile-title" }, "Depth along the plan");
   const told = make("p", { class: "dim", role: "status" });
   const box = make("div", { class: "canvas", tabindex: "0", role: "application", "aria-label": "Depth along the plan. Left and right move the cursor, with Shift by more; the table below tells the same." });
@@ -113,7 +114,7 @@ export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (pla
   let settle: number | undefined;
   let asked = 0;
   const ask = async (): Promise<void> => {
-    const number = ++asked;
+    const number = asked;
     try {
       const answer = await postJson<ChartCorridor>("/api/v1/chart/corridor", PATIENCE_MS, { points: way.map((place) => [place.lat_deg, place.lon_deg]), half_width_m: halfWidth_m });
       if (number !== asked) return;
@@ -122,6 +123,9 @@ export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (pla
       draw();
       fillTable();
       setText(told, summary());
+      const worst = points.length ? shallowest(points) : undefined;
+      const place = worst && placeAlong(way, length_m ? worst.along_m / length_m : 0);
+      least(worst && place ? { depth_m: worst.depth_m, place } : undefined);
     } catch (error) {
       if (number !== asked) return;
       points = [];
@@ -133,6 +137,8 @@ export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (pla
 
   const again = (): void => {
     window.clearTimeout(settle);
+    asked++;
+    least(undefined);
     root.hidden = !limits || way.length < 2;
     if (!root.hidden) settle = window.setTimeout(() => void ask(), SETTLE_MS);
   };

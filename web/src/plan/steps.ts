@@ -2,9 +2,12 @@
 // keyboard too.
 
 import type { PlanCheck, PlanCost, PlanDocument, PlanPlace, PlanSpeed, PlanStep, SpeedUnit } from "../api/types.gen";
-import { kindName, type Vertex } from "../state/plan";
+import { kindName, placesOf, type Vertex } from "../state/plan";
+import { whyNotReversed } from "../state/wholes";
 import { make } from "../ui/dom";
+import { createPopupMenu, type MenuItem } from "../ui/popupmenu";
 import { checkField, choiceField, numberField, placeFields, rebuilt, textField } from "./fields";
+import { wholeKeyOf } from "./toolbar";
 
 /** Points of a path that are shown at once; the others by leafing. */
 const POINTS_SHOWN = 40;
@@ -31,6 +34,12 @@ export interface StepsHandlers {
   insert(after: Vertex): void;
   /** A new point of a path after this one. */
   insertPoint(after: Vertex): void;
+  /** A copy after it. */
+  duplicate(step: number): void;
+  /** Sailed the other way. */
+  back(step: number): void;
+  /** The whole plan from its end to its beginning. */
+  allBack(): void;
 }
 
 export interface Steps {
@@ -45,6 +54,7 @@ export interface Steps {
 export function createSteps(list: HTMLElement, form: HTMLElement, handlers: StepsHandlers): Steps {
   let last: { plan: PlanDocument; selected: Vertex | undefined } | undefined;
   let told: PlanCheck | undefined;
+  const menu = createPopupMenu(() => list.querySelector<HTMLElement>('.step[aria-pressed="true"]'));
 
   const tell = (): void => {
     if (!last || !told) return;
@@ -77,7 +87,11 @@ export function createSteps(list: HTMLElement, form: HTMLElement, handlers: Step
         handlers.select({ step: index + by, point: 0 });
         list.querySelector<HTMLElement>(`[data-step="${index + by}"] .step`)?.focus();
       } else if (event.key === "Delete") handlers.remove({ step: index, point: 0 }, true);
-      else return;
+      else {
+        const whole = wholeKeyOf(event);
+        if (!whole) return;
+        handlers[whole](index);
+      }
       event.preventDefault();
     });
     const move = (name: string, sign: string, by: number, possible: boolean): HTMLElement => {
@@ -86,8 +100,16 @@ export function createSteps(list: HTMLElement, form: HTMLElement, handlers: Step
       button.addEventListener("click", () => handlers.order(index, by));
       return button;
     };
-    const buttons = make("span", { class: "order-buttons" }, move("Earlier", "↑", -1, index > 0), move("Later", "↓", 1, index + 1 < plan.maneuvers.length));
+    const more = make("button", { type: "button", "data-key": `more-${step.id}`, "aria-label": `More for ${step.id}`, "aria-haspopup": "menu" }, "⋯");
+    more.addEventListener("click", () => menu.open(more, step.id, itemsOf(step, index, handlers)));
+    const buttons = make("span", { class: "order-buttons" }, move("Earlier", "↑", -1, index > 0), move("Later", "↓", 1, index + 1 < plan.maneuvers.length), more);
     return make("li", { "data-step": String(index) }, choose, buttons);
+  };
+
+  const allBack = (): HTMLElement => {
+    const button = make("button", { type: "button", "data-key": "all-back", title: "From the last maneuver to the first; paths and rows are sailed backwards too. Shift and R do the same" }, "Reverse the whole plan");
+    button.addEventListener("click", () => handlers.allBack());
+    return button;
   };
 
   const formOf = (step: PlanStep, selected: Vertex, minutes: boolean): Node[] => {
@@ -162,7 +184,8 @@ export function createSteps(list: HTMLElement, form: HTMLElement, handlers: Step
       last = { plan, selected };
       const rows = plan.maneuvers.map((step, index) => rowOf(plan, step, index, index === selected?.step));
       const empty = make("p", { class: "empty" }, "No maneuvers yet. Choose a tool above the map and click on the map; or press “Add” beside a tool to put one into the middle of the map and type its place here.");
-      rebuilt(list, ...(rows.length ? [make("ol", { class: "steps", "aria-label": "Maneuvers" }, ...rows)] : [empty]));
+      const shown = rows.length ? [make("ol", { class: "steps", "aria-label": "Maneuvers" }, ...rows)] : [empty];
+      rebuilt(list, ...shown, ...(rows.length > 1 ? [make("div", { class: "row" }, allBack())] : []));
       const step = selected && plan.maneuvers[selected.step];
       rebuilt(form, ...(step ? formOf(step, selected, minutes) : []));
       form.toggleAttribute("hidden", !step);
@@ -176,6 +199,22 @@ export function createSteps(list: HTMLElement, form: HTMLElement, handlers: Step
       list.querySelector<HTMLElement>('.step[aria-pressed="true"]')?.focus();
     },
   };
+}
+
+/** What can be done with a whole maneuver. */
+function itemsOf({ task, id }: PlanStep, step: number, handlers: StepsHandlers): MenuItem[] {
+  const point = placesOf(task).length - 1;
+  const whyNot = whyNotReversed(task);
+  const chosen = (act: () => void) => () => {
+    handlers.select({ step, point: 0 });
+    act();
+  };
+  return [
+    { text: "Duplicate", keys: "D", act: chosen(() => handlers.duplicate(step)) },
+    { text: task.kind === "loiter" ? "Circle the other way round" : "Reverse its way", keys: "R", act: chosen(() => handlers.back(step)), ...(whyNot ? { whyNot } : {}) },
+    { text: "Insert a Goto after it", act: () => handlers.insert({ step, point }) },
+    { text: `Delete ${id}`, keys: "Delete", act: () => handlers.remove({ step, point: 0 }, true) },
+  ];
 }
 
 /** Length and time of a leg. */

@@ -1,8 +1,10 @@
 // The tools of the plan editor: what a click on the map does, back and forth, adding by keyboard, and the keys for it.
 
+import type { PlanPlace } from "../api/types.gen";
 import { KINDS, type TaskKind } from "../state/plan";
 import { make, setAttribute } from "../ui/dom";
-import type { PlanEditing } from "./editing";
+import type { PlanEditing, Tool } from "./editing";
+import { SKETCHES } from "./sketching";
 
 /** Arrow keys move a vertex by this; with Shift by ten times as much, m. */
 const NUDGE_M = 1;
@@ -12,23 +14,31 @@ export interface ToolBar {
   update(): void;
 }
 
-/** What the tool bar knows of routes. */
-export interface RouteTool {
-  readonly open: boolean;
-  toggle(): void;
+export interface ToolBarHandlers {
+  /** Something is to be added by keyboard. */
+  added(kind: TaskKind): void;
+  /** An area is drawn from now on, by pointer or keyboard on the map. */
+  draws(): void;
+  /** The tool that finds routes on the chart. */
+  readonly route: { readonly open: boolean; toggle(): void };
 }
 
-/** `added` is called after something was added by keyboard. */
-export function createToolBar(root: HTMLElement, editing: PlanEditing, route: RouteTool, added: (kind: TaskKind) => void): ToolBar {
+export function createToolBar(root: HTMLElement, editing: PlanEditing, { added, draws, route }: ToolBarHandlers): ToolBar {
   if (!editing.writable) {
     root.append(make("p", { class: "dim" }, "You may look at this plan, not change it."));
     return { update: () => undefined };
   }
-  const tools = (["", ...KINDS.map(([kind]) => kind)] as const).map((kind) => {
-    const made = make("button", { type: "button", "data-tool": kind, "aria-pressed": "false" }, KINDS.find(([one]) => one === kind)?.[1] ?? "Choose");
-    made.addEventListener("click", () => editing.press(kind || undefined));
+  const tool = (kind: Tool | undefined, label: string): HTMLButtonElement => {
+    const made = make("button", { type: "button", "data-tool": kind ?? "", "aria-pressed": "false" }, label);
+    made.addEventListener("click", () => {
+      editing.press(kind);
+      if (editing.sketching) draws();
+    });
     return made;
-  });
+  };
+  const places = [tool(undefined, "Choose"), ...KINDS.map(([kind, label]) => tool(kind, label))];
+  const areas = SKETCHES.map(([kind, label]) => tool(kind, label));
+  const tools = [...places, ...areas];
   const way = make("button", { type: "button", "data-tool": "route", "aria-pressed": "false", title: "The shortest way that the chart calls safe" }, "Route …");
   way.addEventListener("click", () => route.toggle());
   const undo = make("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: "Ctrl and Z" }, "Undo");
@@ -39,9 +49,10 @@ export function createToolBar(root: HTMLElement, editing: PlanEditing, route: Ro
   const add = make("button", { type: "button", title: "After the chosen maneuver, in the middle of the map" }, "Add");
   add.addEventListener("click", () => added(kind.value as TaskKind));
   root.append(
-    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...tools, way),
+    make("span", { class: "buttons", role: "group", "aria-label": "What a click on the map does" }, ...places, way),
     make("span", { class: "buttons", role: "group", "aria-label": "Back and forth" }, undo, redo),
-    make("span", { class: "buttons", role: "group", "aria-label": "Add by keyboard" }, kind, add),
+    make("span", { class: "buttons", role: "group", "aria-label": "Draw an area" }, ...areas),
+    make("span", { class: "buttons adding", role: "group", "aria-label": "Add by keyboard" }, kind, add),
   );
   return {
     update() {
@@ -69,15 +80,53 @@ export function pageKeys(editing: PlanEditing, save: () => void): void {
   });
 }
 
-/** Keys of the map: move what is chosen, take it away, let go. Before the map's own. */
-export function mapKeys(map: HTMLElement, editing: PlanEditing): void {
+/** What the keys of the map want to know of it. */
+export interface MapPlaces {
+  centre(): PlanPlace;
+  /** What is told apart there, m. */
+  apart(): number;
+}
+
+/** Keys of the map: move what is chosen, take it away, let go; corners of an area. Before the map's own. */
+export function mapKeys(map: HTMLElement, editing: PlanEditing, { centre, apart }: MapPlaces): void {
   map.addEventListener("keydown", (event) => {
-    const [north, east] = ARROWS[event.key] ?? [0, 0];
-    const by = NUDGE_M * (event.shiftKey ? 10 : 1);
     if (event.key === "Escape") editing.letGo();
+    else if (editing.sketching && event.key === "Enter") editing.corner(centre());
+    else if (editing.sketching && event.key === "Backspace") editing.travel(true);
+    else if (editing.sketching) return;
     else if (event.key === "Delete" && editing.selected && editing.writable) editing.remove(editing.selected, false);
-    else if (!((north || east) && editing.nudge(north * by, east * by))) return;
+    else if (!arrow(event, editing) && !(editing.selected && wholeKey(event, editing, editing.selected.step, apart()))) return;
     event.preventDefault();
     event.stopPropagation();
   }, { capture: true });
+}
+
+/** Arrows move the chosen place, with Ctrl its whole maneuver. */
+function arrow(event: KeyboardEvent, editing: PlanEditing): boolean {
+  const [north, east] = ARROWS[event.key] ?? [0, 0];
+  if (!north && !east) return false;
+  const by = NUDGE_M * (event.shiftKey ? 10 : 1);
+  return event.ctrlKey || event.metaKey ? editing.nudgeWhole(north * by, east * by) : editing.nudge(north * by, east * by);
+}
+
+/** Letters that copy a maneuver and turn it back, or with Shift the whole plan; answers whether it was one. */
+export function wholeKey(event: KeyboardEvent, editing: Pick<PlanEditing, "duplicate" | "back" | "allBack">, step: number, apart_m: number): boolean {
+  switch (wholeKeyOf(event)) {
+    case "duplicate":
+      return editing.duplicate(step, apart_m);
+    case "back":
+      return editing.back(step);
+    case "allBack":
+      return editing.allBack();
+    case undefined:
+      return false;
+  }
+}
+
+/** What a letter asks for; Shift is held for the whole plan, not locked. */
+export function wholeKeyOf({ key, shiftKey, ctrlKey, metaKey, altKey }: KeyboardEvent): "duplicate" | "back" | "allBack" | undefined {
+  if (ctrlKey || metaKey || altKey) return undefined;
+  const letter = key.toLowerCase();
+  if (letter === "r") return shiftKey ? "allBack" : "back";
+  return letter === "d" && !shiftKey ? "duplicate" : undefined;
 }

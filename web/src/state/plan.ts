@@ -1,6 +1,7 @@
 // A plan under the hands of its author: pure steps from one document to the next, with undo.
 
 import type { PlanDocument, PlanLeg, PlanPlace, PlanSpeed, PlanStep, PlanTask } from "../api/types.gen";
+import { rowsWay } from "./rows";
 
 export type TaskKind = PlanTask["kind"];
 export type Task<K extends TaskKind> = Extract<PlanTask, { kind: K }>;
@@ -15,6 +16,8 @@ export const KINDS: readonly (readonly [TaskKind, string])[] = [
 ];
 /** Decimals of a degree that are kept: a centimetre. */
 const PER_DEGREE = 1e7;
+/** Two ways to lay out rows agree to this: some centimetres. */
+const SAME_DEG = 1e-6;
 const STEPS_KEPT = 200;
 /** Changes of the same thing within this are one step of undo, ms. */
 const TOGETHER_MS = 1_200;
@@ -44,7 +47,7 @@ export function vertices(plan: PlanDocument): { vertex: Vertex; place: PlanPlace
   return plan.maneuvers.flatMap(({ task }, step) => placesOf(task).map((place, point) => ({ vertex: { step, point }, place })));
 }
 
-function rounded(place: PlanPlace): PlanPlace {
+export function rounded(place: PlanPlace): PlanPlace {
   const round = (deg: number): number => Math.round(deg * PER_DEGREE) / PER_DEGREE;
   const lon = ((((place.lon_deg + 180) % 360) + 360) % 360) - 180;
   return { lat_deg: round(Math.max(-90, Math.min(90, place.lat_deg))), lon_deg: round(lon) };
@@ -79,12 +82,18 @@ export function withPlace(plan: PlanDocument, { step, point }: Vertex, place: Pl
 
 /** With a new maneuver at `index`, or at the end. */
 export function withNew(plan: PlanDocument, kind: TaskKind, place: PlanPlace, speed: PlanSpeed, index = plan.maneuvers.length): PlanDocument {
+  return withNewTask(plan, kindName(kind), fresh(kind, rounded(place)), speed, index);
+}
+
+/** With a new maneuver at `index` that does this, called by a name with a number. */
+export function withNewTask(plan: PlanDocument, name: string, task: PlanTask, speed: PlanSpeed, index: number): PlanDocument {
   const maneuvers = [...plan.maneuvers];
-  maneuvers.splice(index, 0, { id: freeId(plan, kindName(kind)), speed, task: fresh(kind, rounded(place)) });
+  maneuvers.splice(index, 0, { id: freeId(plan, name), speed, task });
   return { ...plan, maneuvers };
 }
 
-function fresh(kind: TaskKind, at: PlanPlace): PlanTask {
+/** A maneuver as one begins with it. */
+export function fresh(kind: TaskKind, at: PlanPlace): PlanTask {
   switch (kind) {
     case "goto":
       return { kind, at };
@@ -99,7 +108,8 @@ function fresh(kind: TaskKind, at: PlanPlace): PlanTask {
   }
 }
 
-function freeId(plan: PlanDocument, name: string): string {
+/** A name with a number that no maneuver has yet. */
+export function freeId(plan: PlanDocument, name: string): string {
   const taken = new Set(plan.maneuvers.map((step) => step.id));
   for (let number = 1; ; number++) if (!taken.has(`${name} ${number}`)) return `${name} ${number}`;
 }
@@ -244,11 +254,18 @@ export class History {
   }
 }
 
-/** Where a maneuver leads: of rows as the server laid them out, as soon as it has. */
+/** Where a maneuver leads: of rows as the server laid them out, as soon as it has laid out these. */
 export function wayOf(step: PlanStep, legs: readonly PlanLeg[]): PlanPlace[] {
   if (step.task.kind !== "rows") return [...placesOf(step.task)];
-  const leg = legs.find((one) => one.id === step.id);
-  return leg?.places.length ? [...leg.places] : [step.task.at];
+  const way = rowsWay(step.task);
+  const places = legs.find((one) => one.id === step.id)?.places ?? [];
+  // What cannot be laid out here, the server may.
+  return places.length && (way.length < 2 || alike(places, way)) ? [...places] : way;
+}
+
+function alike(one: readonly PlanPlace[], other: readonly PlanPlace[]): boolean {
+  const near = (a: PlanPlace, b: PlanPlace | undefined): boolean => b !== undefined && Math.abs(a.lat_deg - b.lat_deg) < SAME_DEG && Math.abs(a.lon_deg - b.lon_deg) < SAME_DEG;
+  return one.length === other.length && one.every((place, at) => near(place, other[at]));
 }
 
 /** Where all of a plan leads; one that repeats, back to its beginning. */
