@@ -8,6 +8,7 @@ use crate::fleet::Fleet;
 use crate::history::{History, Imports};
 use crate::identity::{FirstAdmin, People};
 use crate::links::Links;
+use crate::logbook::Logbook;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -116,6 +117,7 @@ impl Opened {
         let grounding = Grounding::new(router.clone(), people.clone(), fleet.clone(), charts.clone());
         let commands = Commands::new(router.clone(), people.clone(), grounding.clone(), tasks.clone());
         let alarms = Alarms::new(router.clone(), people.clone());
+        let logbook = Logbook::new(people.clone(), clock.clone(), &settings.data);
         let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
         let helms = Helms::default();
@@ -129,6 +131,7 @@ impl Opened {
             history,
             imports,
             charts,
+            logbook,
             links,
             helms,
             router,

@@ -16,6 +16,7 @@ mod doors;
 mod events;
 mod history;
 mod live;
+mod logbook;
 mod people;
 mod plans;
 mod samples;
@@ -44,6 +45,9 @@ pub use history::{At, AtQuery, ExportSize, Recorded, RecordedDay, TrackPoint, Tr
 pub use live::{
     Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveSample, LiveSeries, LiveStop, LiveStopped, Liveness,
     Subscription, System, Update,
+};
+pub use logbook::{
+    LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogNotesFileQuery, LogNotesQuery, LogWord,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{

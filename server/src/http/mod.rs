@@ -43,6 +43,9 @@ mod listen;
 mod live;
 #[cfg(test)]
 mod live_tests;
+mod logbook;
+#[cfg(test)]
+mod logbook_tests;
 mod measure;
 mod openapi;
 pub(crate) mod outgoing;

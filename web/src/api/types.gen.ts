@@ -1385,6 +1385,146 @@ context: string,
  */
 text: string, };
 
+export type LogNote = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each correction, from 1.
+ */
+revision: number, 
+/**
+ * The time it is about, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * IMC address of the vessel it is about; null for none.
+ */
+vessel: number | null, 
+/**
+ * What people call the vessel; null where they gave it no name.
+ */
+vessel_name: string | null, 
+/**
+ * WGS 84 latitude of the place it is about, north positive; null for none.
+ */
+lat_deg: number | null, 
+/**
+ * WGS 84 longitude of the place it is about, east positive; null for none.
+ */
+lon_deg: number | null, 
+/**
+ * What it says.
+ */
+text: string, 
+/**
+ * Who wrote it.
+ */
+by: string, 
+/**
+ * When it was written, µs since 1970 UTC.
+ */
+written_us: number, 
+/**
+ * Who corrected it last; null for nobody. `/api/v1/logbook/{id}/earlier` tells what it said before.
+ */
+corrected: LogWord | null, 
+/**
+ * Who withdrew it; null while it stands.
+ */
+withdrawn: LogWord | null, 
+/**
+ * Media type of its photo; null where it has none.
+ */
+photo: string | null, 
+/**
+ * Whether the one who asks may correct or withdraw it.
+ */
+may_change: boolean, };
+
+export type LogNoteAsk = { 
+/**
+ * 1 to 4,000 characters.
+ */
+text: string, 
+/**
+ * IMC address of the vessel it is about; null for none.
+ */
+vessel: number | null, 
+/**
+ * WGS 84 latitude of the place it is about; null for none.
+ */
+lat_deg: number | null, 
+/**
+ * WGS 84 longitude, with the latitude.
+ */
+lon_deg: number | null, 
+/**
+ * The time it is about, µs since 1970 UTC; the present when left out.
+ */
+time_us: number | null, };
+
+export type LogNoteChange = { 
+/**
+ * The revision that is corrected; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it says from now on. The time stays as it is when left out.
+ */
+note: LogNoteAsk, };
+
+export type LogNoteEarlier = { 
+/**
+ * Its revision.
+ */
+revision: number, 
+/**
+ * The time it was about, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * IMC address of the vessel; null for none.
+ */
+vessel: number | null, 
+/**
+ * WGS 84 latitude; null for none.
+ */
+lat_deg: number | null, 
+/**
+ * WGS 84 longitude; null for none.
+ */
+lon_deg: number | null, 
+/**
+ * What it said.
+ */
+text: string, 
+/**
+ * Who wrote that, and when.
+ */
+written: LogWord, };
+
+export type LogNotes = { 
+/**
+ * The newest first, by the time they are about.
+ */
+notes: Array<LogNote>, 
+/**
+ * What to ask for as `before` to get older ones; null where there are none.
+ */
+next: string | null, };
+
+export type LogWord = { 
+/**
+ * The person.
+ */
+by: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, };
+
 export type Me = { 
 /**
  * Name to log in with.
