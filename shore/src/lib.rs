@@ -9,7 +9,7 @@
 //! - [`links`]: the vessel link's sessions; the sockets are the server's.
 //! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
 //! - [`charts`], [`plans`], [`identity`]: the sea chart, plans as people draw them, accounts and the audit log.
-//! - [`logbook`]: what people write down.
+//! - [`logbook`], [`missions`]: what people write down.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
 //! settings of its own.
@@ -26,6 +26,7 @@ pub mod history;
 pub mod identity;
 pub mod links;
 pub mod logbook;
+pub mod missions;
 pub mod owners;
 mod parameters;
 pub mod plans;
@@ -53,6 +54,7 @@ use crate::history::{History, Imports};
 use crate::identity::People;
 use crate::links::Links;
 use crate::logbook::Logbook;
+use crate::missions::Missions;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -85,6 +87,8 @@ pub struct Shore {
     pub charts: Charts,
     /// The log book that people keep.
     pub logbook: Logbook,
+    /// Missions that people record.
+    pub missions: Missions,
     /// The vessels that came in by the link.
     pub links: Links,
     /// Who steers which vessel by hand.

@@ -9,6 +9,7 @@ use crate::history::{History, Imports};
 use crate::identity::{FirstAdmin, People};
 use crate::links::Links;
 use crate::logbook::Logbook;
+use crate::missions::Missions;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -118,6 +119,7 @@ impl Opened {
         let commands = Commands::new(router.clone(), people.clone(), grounding.clone(), tasks.clone());
         let alarms = Alarms::new(router.clone(), people.clone());
         let logbook = Logbook::new(people.clone(), clock.clone(), &settings.data);
+        let missions = Missions::new(people.clone(), clock.clone(), history.clone());
         let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
         let helms = Helms::default();
@@ -132,6 +134,7 @@ impl Opened {
             imports,
             charts,
             logbook,
+            missions,
             links,
             helms,
             router,

@@ -17,6 +17,7 @@ mod events;
 mod history;
 mod live;
 mod logbook;
+mod missions;
 mod people;
 mod plans;
 mod samples;
@@ -48,6 +49,9 @@ pub use live::{
 };
 pub use logbook::{
     LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogNotesFileQuery, LogNotesQuery, LogWord,
+};
+pub use missions::{
+    Mission, MissionAsk, MissionChange, MissionSummary, MissionVessel, Missions, MissionsQuery,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{

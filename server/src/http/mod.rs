@@ -47,6 +47,9 @@ mod logbook;
 #[cfg(test)]
 mod logbook_tests;
 mod measure;
+mod missions;
+#[cfg(test)]
+mod missions_tests;
 mod openapi;
 pub(crate) mod outgoing;
 mod people;

@@ -4,7 +4,7 @@ use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
     alarms, assets, charts, control, doors, error::ApiError, export, headers, health, history, imports, live,
-    logbook, measure, openapi, people, plans, slow_bodies, teleop,
+    logbook, measure, missions, openapi, people, plans, slow_bodies, teleop,
 };
 use crate::AppState;
 use crate::pages;
@@ -14,11 +14,12 @@ use api::{
     DetectionsFileQuery, DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, ExportSize,
     FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
     LiveFrame, LiveRequest, LogBook, LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes,
-    LogNotesFileQuery, LogNotesQuery, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
-    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
-    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
-    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
+    LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionAsk, MissionChange, MissionSummary,
+    Missions, MissionsQuery, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
+    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk,
+    PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery, Series, SeriesQuery, Session,
+    ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token, TokenMade, TrackPoint,
+    TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -115,6 +116,7 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(told_by_vessels());
     table.extend(alarms_table());
     table.extend(log_book());
+    table.extend(missions_table());
     table.extend(transfers());
     table.extend(plans());
     table.extend(chart());
@@ -353,6 +355,43 @@ fn log_book() -> Vec<Route> {
         .takes_file()
         .gives::<LogNote>()
         .body_bytes(PHOTO_BYTES),
+    ]
+}
+
+/// Missions that people record. Who may see and change which is decided by its vessels.
+fn missions_table() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    let operator = Need::Somewhere(Role::Operator);
+    vec![
+        Route::get("/api/v1/missions", viewer, "Missions, those that began last first.", missions::list)
+            .query::<MissionsQuery>()
+            .gives::<Missions>(),
+        Route::post("/api/v1/missions", operator, "Write a mission down.", missions::create)
+            .takes::<MissionAsk>()
+            .gives::<Mission>(),
+        Route::get("/api/v1/missions/{id}", viewer, "A mission.", missions::one).gives::<Mission>(),
+        Route::patch(
+            "/api/v1/missions/{id}",
+            operator,
+            "Change a mission; what it said is kept. 409 when it was changed meanwhile.",
+            missions::change,
+        )
+        .takes::<MissionChange>()
+        .gives::<Mission>(),
+        Route::delete(
+            "/api/v1/missions/{id}",
+            operator,
+            "Withdraw a mission. It is kept, and marked.",
+            missions::withdraw,
+        )
+        .gives::<Mission>(),
+        Route::get(
+            "/api/v1/missions/{id}/summary",
+            viewer,
+            "What the history tells of a mission: distance, hours, battery and tags, vessel by vessel.",
+            missions::summary,
+        )
+        .gives::<MissionSummary>(),
     ]
 }
 

@@ -15,3 +15,6 @@ pub use csv::{CSV_HEAD, csv_row};
 pub use photos::{PHOTO_BYTES, Photo};
 pub use rows::{Filter, Notes, Row};
 pub use service::{Cursor, Logbook};
+
+pub(crate) use rows::NEWER;
+pub(crate) use service::{TIMES_US, check_text, may_write};

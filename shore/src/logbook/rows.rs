@@ -11,7 +11,7 @@ const NOTES: i64 = 1_000_000;
 const CORRECTIONS: u32 = 100;
 
 /// Why a change that comes too late is refused.
-pub(super) const NEWER: &str = "Somebody changed this meanwhile: load it again, then change it.";
+pub(crate) const NEWER: &str = "Somebody changed this meanwhile: load it again, then change it.";
 /// Why a photo is refused that a note cannot have.
 pub(super) const HAS_PHOTO: &str =
     "photo: this note has a photo, or was withdrawn. Write a new note for another photo.";

@@ -19,7 +19,7 @@ use tokio::sync::Mutex;
 /// Letters of a note.
 const LETTERS: usize = 4_000;
 /// Times that JavaScript holds exactly (µs since 1970 UTC).
-const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
+pub(crate) const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
 
 /// The time and number of a note, after which older ones come.
 pub type Cursor = (i64, i64);
@@ -242,7 +242,7 @@ fn sees(who: &Principal, vessel: Option<u16>) -> bool {
 ///
 /// # Errors
 /// They may not; the text says what it takes.
-pub(super) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
+pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
     if role(who, vessel) >= Some(Role::Operator) {
         return Ok(());
     }
@@ -288,7 +288,7 @@ fn said(ask: LogNoteAsk, time_us: i64) -> Result<Said> {
 ///
 /// # Errors
 /// It is too short or long, or has control characters in it.
-pub(super) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusive<usize>) -> Result<String> {
+pub(crate) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusive<usize>) -> Result<String> {
     let text = text.replace("\r\n", "\n").trim().to_owned();
     let count = text.chars().count();
     if count < *letters.start() {

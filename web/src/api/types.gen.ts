@@ -1535,6 +1535,138 @@ name: string,
  */
 permissions: Array<Permission>, };
 
+export type Mission = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each change, from 1.
+ */
+revision: number, 
+/**
+ * What it says; of its vessels those that the one who asks may see.
+ */
+mission: MissionAsk, 
+/**
+ * Who wrote it down first, and when.
+ */
+written: LogWord, 
+/**
+ * Who changed it last; null for nobody.
+ */
+changed: LogWord | null, 
+/**
+ * Who withdrew it; null while it stands.
+ */
+withdrawn: LogWord | null, 
+/**
+ * Whether the one who asks may change or withdraw it.
+ */
+may_change: boolean, };
+
+export type MissionAsk = { 
+/**
+ * 1 to 120 characters in one line.
+ */
+name: string, 
+/**
+ * Who took part; at most 500 characters.
+ */
+people: string, 
+/**
+ * What for; at most 2,000 characters.
+ */
+purpose: string, 
+/**
+ * What is to be known of it; at most 4,000 characters.
+ */
+notes: string, 
+/**
+ * IMC addresses of its vessels, 1 to 32.
+ */
+vessels: Array<number>, 
+/**
+ * From this time on, µs since 1970 UTC.
+ */
+from_us: number, 
+/**
+ * Before this time, µs since 1970 UTC; null while it goes on.
+ */
+to_us: number | null, };
+
+export type MissionChange = { 
+/**
+ * The revision that is changed; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it says from now on.
+ */
+mission: MissionAsk, };
+
+export type MissionSummary = { 
+/**
+ * Up to when, µs since 1970 UTC: its end, or the present while it goes on.
+ */
+to_us: number, 
+/**
+ * Vessel by vessel, of those that the one who asks may see.
+ */
+vessels: Array<MissionVessel>, };
+
+export type MissionVessel = { 
+/**
+ * IMC address.
+ */
+vessel: number, 
+/**
+ * What people call it; null where they gave it no name.
+ */
+vessel_name: string | null, 
+/**
+ * Time of its first recorded position, µs since 1970 UTC; null for none.
+ */
+first_us: number | null, 
+/**
+ * Time of its last recorded position, µs since 1970 UTC; null for none.
+ */
+last_us: number | null, 
+/**
+ * Distance from position to position, one a second (m); over gaps the straight way.
+ */
+distance_m: number, 
+/**
+ * Time with recorded positions (s): gaps of more than a minute do not count.
+ */
+recorded_s: number, 
+/**
+ * The battery's first charge (%), by FuelLevel; null where none is recorded.
+ */
+battery_first_percent: number | null, 
+/**
+ * Its last charge (%).
+ */
+battery_last_percent: number | null, 
+/**
+ * Detections.
+ */
+detections: number, 
+/**
+ * Different tags among them.
+ */
+tags: number, };
+
+export type Missions = { 
+/**
+ * Those that began last first.
+ */
+missions: Array<Mission>, 
+/**
+ * What to ask for as `before` to get older ones; null where there are none.
+ */
+next: string | null, };
+
 export type NewToken = { 
 /**
  * What it is for.
