@@ -1,10 +1,10 @@
-// The log book: node logbook.mjs URL ONE-TIME-PASSWORD. Prints nothing. Notes are written by keyboard and on a phone, found,
-// corrected and withdrawn.
+// The log book: node logbook.mjs URL ONE-TIME-PASSWORD FROM TO. Prints nothing. The history of one vessel begins at FROM (µs
+// since 1970 UTC). Notes are written by keyboard and on a phone, found, corrected and withdrawn.
 
 import { readFile } from "node:fs/promises";
 import { check, fits, inBrowser, logIn, look, same, table } from "./browser.mjs";
 
-const [url, oneTime] = process.argv.slice(2);
+const [url, oneTime, from] = process.argv.slice(2);
 const BOAT = 2068;
 /** A photo of one pixel. */
 const PNG = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==", "base64");
@@ -48,6 +48,7 @@ await inBrowser(async (open) => {
   const photo = first.getByRole("img", { name: /^Photo of the note/ });
   await photo.scrollIntoViewIfNeeded();
   await page.waitForFunction(() => document.querySelector(".note-entry img")?.naturalWidth === 1);
+  await page.evaluate(() => scrollTo(0, 0));
   await look(page, "logbook");
 
   // What is no photo is refused, and the note is kept.
@@ -105,4 +106,19 @@ await inBrowser(async (open) => {
   await fits(page, "notes on a phone");
   await page.getByRole("link", { name: "Watch" }).first().click();
   await page.waitForURL(/\/vessels\/2068\?.*from=\d+&to=\d+/);
+
+  // Among the entries of the vessel's own log book, at its time; from there a note is written with vessel, time and place.
+  await page.setViewportSize({ width: 1440, height: 900 });
+  const book = page.getByRole("tabpanel", { name: "Log book" });
+  const row = book.getByRole("row", { name: /note by admin From the phone/ });
+  await row.waitFor();
+  same(await row.locator("td").nth(1).textContent(), "✎ note", "told from the vessel's own");
+  await page.goto(`${url}/vessels/${BOAT}?tab=Log%20book&from=${Number(from)}&to=${Number(from) + 120_000_000}&t=${Number(from) + 60_000_000}`);
+  await page.locator(".replaybar .badge").getByText("REPLAY", { exact: true }).waitFor();
+  await page.waitForFunction(() => /63°/.test(document.querySelector(".here").textContent));
+  await book.getByRole("link", { name: "Write a note" }).press("Enter");
+  await page.waitForURL(/\/logbook\?write=1/);
+  same(await form.getByLabel("About vessel").inputValue(), String(BOAT), "its vessel");
+  same(await form.getByLabel("Time (UTC), empty for now").inputValue(), new Date(Number(from) / 1_000 + 60_000).toISOString().slice(0, 19), "the time that was looked at");
+  check(/^63\.44\d+$/.test(await form.getByLabel("Latitude, °").inputValue()), `the place then: ${await form.getByLabel("Latitude, °").inputValue()}`);
 });

@@ -86,7 +86,7 @@ impl Logbook {
     /// The person may not, or the field that is named cannot be.
     pub async fn write(&self, who: &Principal, from: String, ask: LogNoteAsk) -> Result<LogNote> {
         let now = self.clock.utc();
-        let said = said(ask, now.micros())?;
+        let said = said(&ask, now.micros())?;
         may_write(who, said.vessel)?;
         let subject = subject(said.vessel, &said.text);
         let write = Write { said, person: who.person, by: who.name.clone(), now };
@@ -109,7 +109,7 @@ impl Logbook {
         if row.revision != change.revision {
             return Err(Error::new(ErrorKind::Newer, NEWER));
         }
-        let said = said(change.note, row.time_us)?;
+        let said = said(&change.note, row.time_us)?;
         may_write(who, said.vessel)?;
         let subject = format!("{} (note {id}); before: {}", subject(said.vessel, &said.text), row.text);
         let by = who.name.clone();
@@ -262,7 +262,7 @@ fn may_change(who: &Principal, row: &Row) -> bool {
 }
 
 /// What is to be said, if it can be; `time_us` where no time is given.
-fn said(ask: LogNoteAsk, time_us: i64) -> Result<Said> {
+fn said(ask: &LogNoteAsk, time_us: i64) -> Result<Said> {
     let text = check_text("text", &ask.text, 1..=LETTERS)?;
     let time_us = ask.time_us.unwrap_or(time_us);
     if !TIMES_US.contains(&time_us) {

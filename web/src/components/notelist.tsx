@@ -23,7 +23,7 @@ export function NoteList({ notes, ...rest }: Needs) {
     <>
       {byDay(notes).map(([day, some]) => (
         <section key={day} class="day" aria-label={day}>
-          <h2>{day}</h2>
+          <h3>{day}</h3>
           <ol class="notes">{some.map((note) => <Note key={note.id} note={note} {...rest} />)}</ol>
         </section>
       ))}

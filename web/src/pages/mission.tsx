@@ -160,8 +160,8 @@ function VesselTable({ vessels, called }: { readonly vessels: readonly MissionVe
               <td class="num">{one.first_us === null ? "—" : distance(one.distance_m)}</td>
               <td class="num">{one.first_us === null ? "—" : hoursText(one.recorded_s)}</td>
               <td class="num">{one.battery_first_percent === null ? "—" : `${percent(one.battery_first_percent)} to ${percent(one.battery_last_percent)}`}</td>
-              <td class="num right">{one.detections.toLocaleString("en")}</td>
-              <td class="num right">{one.tags.toLocaleString("en")}</td>
+              <td class="num">{one.detections.toLocaleString("en")}</td>
+              <td class="num">{one.tags.toLocaleString("en")}</td>
             </tr>
           ))}
         </tbody>

@@ -1,6 +1,7 @@
 // Notes of the log book: what somebody types, as the server takes it, and which notes are asked for. Pure.
 
-import type { LogNote, LogNoteAsk } from "../api/types.gen";
+import type { LogBookEntry, LogNote, LogNoteAsk, LogNotes } from "../api/types.gen";
+import type { Part } from "./newest";
 import { picked, pickedUs } from "./takeout";
 
 /** Letters of a note. */
@@ -140,4 +141,33 @@ export function byDay(notes: readonly LogNote[]): readonly (readonly [string, re
 export function fieldOf(words: string): Wrong {
   const [, field = "", text = words] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels): (.*)$/s.exec(words) ?? [];
   return { field, text };
+}
+
+/** The kind of what people wrote, among the entries of a vessel's own log book. */
+export const NOTE = -1;
+/** The entity of nobody. */
+const NOBODY = 255;
+
+/** A note as an entry of a vessel's log book. */
+export function asEntry({ time_us, written_us, by, text }: LogNote): LogBookEntry {
+  return { entity: NOBODY, time_us, written_us, kind: NOTE, kind_name: "note", context: `note by ${by}`, text };
+}
+
+/**
+ * A part of a vessel's log book with the notes of the same time. `ask` gets a page of notes of the question of the part,
+ * which is the newest first: where older entries follow, older notes come with them.
+ */
+export async function withNotes(part: Part<LogBookEntry>, vessel: number, query: string, ask: (question: string) => Promise<LogNotes>): Promise<Part<LogBookEntry>> {
+  const wanted = new URLSearchParams(query);
+  const last = part.next ? part.items.at(-1) : undefined;
+  const span = new URLSearchParams({ vessel: String(vessel), from_us: String(last?.time_us ?? wanted.get("from_us") ?? 0), to_us: wanted.get("to_us") ?? "", limit: "500" });
+  const notes: LogNote[] = [];
+  for (let before: string | null = ""; before !== null; ) {
+    const page: LogNotes = await ask(`${span}${before && `&before=${before}`}`);
+    notes.push(...page.notes);
+    before = page.next;
+  }
+  if (!notes.length) return part;
+  const items = [...part.items, ...notes.map(asEntry)].sort((one, other) => other.time_us - one.time_us);
+  return { items, next: part.next };
 }
