@@ -10,6 +10,7 @@
 //! - [`recorder`], [`history`], [`sinks`], [`backup`]: what is kept.
 //! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
 //!   and the audit log.
+//! - [`logbook`], [`missions`]: what people write down.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
 //! settings of its own.
@@ -25,6 +26,8 @@ pub mod folder;
 pub mod history;
 pub mod identity;
 pub mod links;
+pub mod logbook;
+pub mod missions;
 pub mod owners;
 mod parameters;
 pub mod plans;
@@ -52,6 +55,8 @@ use crate::fleet::Fleet;
 use crate::history::{History, Imports};
 use crate::identity::People;
 use crate::links::Links;
+use crate::logbook::Logbook;
+use crate::missions::Missions;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -85,6 +90,10 @@ pub struct Shore {
     pub charts: Charts,
     /// Routes on the sea chart.
     pub routing: Routing,
+    /// The log book that people keep.
+    pub logbook: Logbook,
+    /// Missions that people record.
+    pub missions: Missions,
     /// The vessels that came in by the link.
     pub links: Links,
     /// Who steers which vessel by hand.

@@ -8,6 +8,8 @@ use crate::fleet::Fleet;
 use crate::history::{History, Imports};
 use crate::identity::{FirstAdmin, People};
 use crate::links::Links;
+use crate::logbook::Logbook;
+use crate::missions::Missions;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -117,6 +119,8 @@ impl Opened {
         let grounding = Grounding::new(router.clone(), people.clone(), fleet.clone(), charts.clone());
         let commands = Commands::new(router.clone(), people.clone(), grounding.clone(), tasks.clone());
         let alarms = Alarms::new(router.clone(), people.clone());
+        let logbook = Logbook::new(people.clone(), clock.clone(), &settings.data);
+        let missions = Missions::new(people.clone(), clock.clone(), history.clone());
         let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
         let helms = Helms::default();
@@ -131,6 +135,8 @@ impl Opened {
             imports,
             charts,
             routing: Routing::default(),
+            logbook,
+            missions,
             links,
             helms,
             router,

@@ -5,6 +5,7 @@ import { offerCopies } from "./ui/copy";
 
 const [fleet, vessel, plan] = [document.getElementById("fleet"), document.getElementById("vessel"), document.getElementById("plan")];
 const [detections, data] = [document.getElementById("detections"), document.getElementById("data")];
+const [logbook, missions, mission] = [document.getElementById("logbook"), document.getElementById("missions"), document.getElementById("mission")];
 if (fleet) {
   void import("./pages/fleet").then(({ startFleet }) => startFleet(fleet));
 } else if (vessel) {
@@ -15,6 +16,12 @@ if (fleet) {
   void import("./pages/detections").then(({ startDetections }) => startDetections(detections));
 } else if (data) {
   void import("./pages/data").then(({ startData }) => startData(data));
+} else if (logbook) {
+  void import("./pages/logbook").then(({ startLogbook }) => startLogbook(logbook));
+} else if (missions) {
+  void import("./pages/missions").then(({ startMissions }) => startMissions(missions));
+} else if (mission) {
+  void import("./pages/mission").then(({ startMission }) => startMission(mission));
 } else {
   createChrome({ messages: ["VehicleState"], events: false, every_ms: 500 }, {});
   offerCopies(document);

@@ -16,6 +16,8 @@ mod doors;
 mod events;
 mod history;
 mod live;
+mod logbook;
+mod missions;
 mod people;
 mod plans;
 mod routing;
@@ -45,6 +47,12 @@ pub use history::{At, AtQuery, ExportSize, Recorded, RecordedDay, TrackPoint, Tr
 pub use live::{
     Field, Fix, LiveAnswer, LiveFrame, LiveRequest, LiveSample, LiveSeries, LiveStop, LiveStopped, Liveness,
     Subscription, System, Update,
+};
+pub use logbook::{
+    LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogNotesFileQuery, LogNotesQuery, LogWord,
+};
+pub use missions::{
+    Mission, MissionAsk, MissionChange, MissionSummary, MissionVessel, Missions, MissionsQuery,
 };
 pub use people::{AuditEntry, Me, NewToken, Permission, Person, Role, Session, Token, TokenMade, Vessel};
 pub use plans::{

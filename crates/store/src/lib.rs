@@ -81,7 +81,7 @@ pub use backup::{BackedUp, backup};
 pub use doctor::{Check, Health, doctor, free_bytes};
 pub use error::{Result, StoreError};
 pub use export::{
-    Angles, CsvOptions, DETECTION_COLUMNS, Exported, Selection, Shape, describe_csv, export_csv,
+    Angles, CsvOptions, DETECTION_COLUMNS, Exported, Selection, Shape, csv_text, describe_csv, export_csv,
     export_detections, export_lsf, measure_csv,
 };
 pub use gaps::{Gap, GapKind, Numbers};

@@ -472,6 +472,18 @@ async fn files_are_chosen_by_day_and_hold_what_was_promised() {
     over_a_long_past("data.mjs").await;
 }
 
+/// The log book: written, found, corrected and withdrawn by keyboard and on a phone, with a photo and errors at their field.
+#[tokio::test(flavor = "multi_thread")]
+async fn notes_are_written_found_and_corrected() {
+    over_a_long_past("logbook.mjs").await;
+}
+
+/// A mission: written down, changed, with its replay, summary, files and notes, printed and withdrawn.
+#[tokio::test(flavor = "multi_thread")]
+async fn missions_are_written_down_summed_up_and_printed() {
+    over_a_long_past("missions.mjs").await;
+}
+
 /// Runs a script on a server with [`long_past`], whose span it is told.
 async fn over_a_long_past(script: &'static str) {
     if !testkit::browser::is_there() {

@@ -43,7 +43,13 @@ mod listen;
 mod live;
 #[cfg(test)]
 mod live_tests;
+mod logbook;
+#[cfg(test)]
+mod logbook_tests;
 mod measure;
+mod missions;
+#[cfg(test)]
+mod missions_tests;
 mod openapi;
 pub(crate) mod outgoing;
 mod people;

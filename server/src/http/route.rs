@@ -112,6 +112,15 @@ impl Route {
         Self::new(Method::PUT, path, Kind::Api, need, about, on(MethodFilter::PUT, handler))
     }
 
+    /// Something for programs to change in part.
+    pub(crate) fn patch<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
+    where
+        H: Handler<T, AppState>,
+        T: 'static,
+    {
+        Self::new(Method::PATCH, path, Kind::Api, need, about, on(MethodFilter::PATCH, handler))
+    }
+
     /// Something for programs to undo.
     pub(crate) fn delete<H, T>(path: &'static str, need: Need, about: &'static str, handler: H) -> Self
     where

@@ -4,7 +4,7 @@ use super::guard::{Post, guard};
 use super::route::{Kind, Need, Route};
 use super::{
     alarms, assets, charts, control, doors, error::ApiError, export, headers, health, history, imports, live,
-    measure, openapi, people, plans, slow_bodies, teleop,
+    logbook, measure, missions, openapi, people, plans, slow_bodies, teleop,
 };
 use crate::AppState;
 use crate::pages;
@@ -13,17 +13,19 @@ use api::{
     ChartAtQuery, ChartCorridor, ChartCorridorAsk, ChartNear, ChartSet, ChartTileQuery, Command, Detections,
     DetectionsFileQuery, DetectionsQuery, DoorPeer, Entity, EventsQuery, ExportQuery, ExportSize,
     FleetDetectionsQuery, Gap, GapsQuery, Import, ImportQuery, ImportedPlan, Lease, LeaseAsk, LinkStatus,
-    LiveFrame, LiveRequest, LogBook, LogQuery, Me, NewToken, OrderAsk, Ordered, Person, PlanChange,
-    PlanCheck, PlanDocument, PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary,
-    PlanUnderWay, PlanUploadAsk, PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery,
-    SeaRouteAnswer, SeaRouteAsk, Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System,
-    TeleopSay, TeleopTold, Token, TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked,
-    VesselParameters,
+    LiveFrame, LiveRequest, LogBook, LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes,
+    LogNotesFileQuery, LogNotesQuery, LogQuery, Me, Mission, MissionAsk, MissionChange, MissionSummary,
+    Missions, MissionsQuery, NewToken, OrderAsk, Ordered, Person, PlanChange, PlanCheck, PlanDocument,
+    PlanExportQuery, PlanImportQuery, PlanQuery, PlanRevision, PlanSummary, PlanUnderWay, PlanUploadAsk,
+    PlansAboard, Recorded, RecordedDay, Recording, Role, Samples, SamplesQuery, SeaRouteAnswer, SeaRouteAsk,
+    Series, SeriesQuery, Session, ShelveAsk, StopQuery, StoredPlan, System, TeleopSay, TeleopTold, Token,
+    TokenMade, TrackPoint, TrackQuery, VesselAsk, VesselAsked, VesselParameters,
 };
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::Uri;
 use axum::response::Response;
+use shore::logbook::PHOTO_BYTES;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
@@ -113,6 +115,8 @@ pub(crate) fn table() -> Vec<Route> {
     table.extend(orders());
     table.extend(told_by_vessels());
     table.extend(alarms_table());
+    table.extend(log_book());
+    table.extend(missions_table());
     table.extend(transfers());
     table.extend(plans());
     table.extend(chart());
@@ -296,6 +300,98 @@ fn alarms_table() -> Vec<Route> {
         )
         .takes::<ShelveAsk>()
         .gives::<Alarm>(),
+    ]
+}
+
+/// The log book that people keep. Who may see and change which note is decided by its vessel and author.
+fn log_book() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    let operator = Need::Somewhere(Role::Operator);
+    vec![
+        Route::get("/api/v1/logbook", viewer, "Notes of the log book, the newest first.", logbook::list)
+            .query::<LogNotesQuery>()
+            .gives::<LogNotes>(),
+        Route::get(
+            "/api/v1/logbook.csv",
+            Need::Somewhere(Role::Researcher),
+            "CSV of the log book, the newest first. An answer that ends without an error is whole.",
+            logbook::csv,
+        )
+        .query::<LogNotesFileQuery>()
+        .media("text/csv"),
+        Route::post("/api/v1/logbook", operator, "Write a note into the log book.", logbook::write)
+            .takes::<LogNoteAsk>()
+            .gives::<LogNote>(),
+        Route::patch(
+            "/api/v1/logbook/{id}",
+            operator,
+            "Correct a note, as its author or an admin; what it said is kept. 409 when it was changed meanwhile.",
+            logbook::correct,
+        )
+        .takes::<LogNoteChange>()
+        .gives::<LogNote>(),
+        Route::delete(
+            "/api/v1/logbook/{id}",
+            operator,
+            "Withdraw a note, as its author or an admin. It is kept, and marked.",
+            logbook::withdraw,
+        )
+        .gives::<LogNote>(),
+        Route::get(
+            "/api/v1/logbook/{id}/earlier",
+            viewer,
+            "What a note said before it was corrected, the newest first.",
+            logbook::earlier,
+        )
+        .gives::<Vec<LogNoteEarlier>>(),
+        Route::get("/api/v1/logbook/{id}/photo", viewer, "The photo of a note.", logbook::photo)
+            .media("image/*"),
+        Route::put(
+            "/api/v1/logbook/{id}/photo",
+            operator,
+            "Give a note its photo: JPEG, PNG or WebP of at most 4 MiB. The body is the file.",
+            logbook::add_photo,
+        )
+        .takes_file()
+        .gives::<LogNote>()
+        .body_bytes(PHOTO_BYTES),
+    ]
+}
+
+/// Missions that people record. Who may see and change which is decided by its vessels.
+fn missions_table() -> Vec<Route> {
+    let viewer = Need::Somewhere(Role::Viewer);
+    let operator = Need::Somewhere(Role::Operator);
+    vec![
+        Route::get("/api/v1/missions", viewer, "Missions, those that began last first.", missions::list)
+            .query::<MissionsQuery>()
+            .gives::<Missions>(),
+        Route::post("/api/v1/missions", operator, "Write a mission down.", missions::create)
+            .takes::<MissionAsk>()
+            .gives::<Mission>(),
+        Route::get("/api/v1/missions/{id}", viewer, "A mission.", missions::one).gives::<Mission>(),
+        Route::patch(
+            "/api/v1/missions/{id}",
+            operator,
+            "Change a mission; what it said is kept. 409 when it was changed meanwhile.",
+            missions::change,
+        )
+        .takes::<MissionChange>()
+        .gives::<Mission>(),
+        Route::delete(
+            "/api/v1/missions/{id}",
+            operator,
+            "Withdraw a mission. It is kept, and marked.",
+            missions::withdraw,
+        )
+        .gives::<Mission>(),
+        Route::get(
+            "/api/v1/missions/{id}/summary",
+            viewer,
+            "What the history tells of a mission: distance, hours, battery and tags, vessel by vessel.",
+            missions::summary,
+        )
+        .gives::<MissionSummary>(),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! What the audit log calls what people did, in words.
 
 /// Codes and words, in the order in which they are offered.
-pub(super) const ACTIONS: [(&str, &str); 40] = [
+pub(super) const ACTIONS: [(&str, &str); 47] = [
     ("vessel.abort", "STOP"),
     ("plan.start", "Start plan"),
     ("plan.stop", "Stop plan"),
@@ -28,6 +28,13 @@ pub(super) const ACTIONS: [(&str, &str); 40] = [
     ("parameters.save", "Save parameters"),
     ("alarm.acknowledge", "Acknowledge alarm"),
     ("alarm.shelve", "Shelve alarm"),
+    ("logbook.write", "Write note"),
+    ("logbook.correct", "Correct note"),
+    ("logbook.withdraw", "Withdraw note"),
+    ("logbook.photo", "Add photo to note"),
+    ("mission.create", "Create mission"),
+    ("mission.change", "Change mission"),
+    ("mission.withdraw", "Withdraw mission"),
     ("log.import", "Import log"),
     ("log.import.cancel", "Cancel import"),
     ("login", "Log in"),

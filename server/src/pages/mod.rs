@@ -9,7 +9,9 @@ mod detections;
 mod fleet;
 mod form;
 mod frame;
+mod logbook;
 mod login;
+mod missions;
 mod plans;
 mod rows;
 mod vessel;
@@ -38,6 +40,9 @@ pub(crate) fn routes() -> Vec<Route> {
         ),
         Route::page("/detections", Need::Somewhere(Role::Viewer), "Tags heard.", detections::page),
         Route::page("/alarms", Need::Somewhere(Role::Viewer), "What happened to alarms.", alarms::page),
+        Route::page("/logbook", Need::Somewhere(Role::Viewer), "Notes by people.", logbook::page),
+        Route::page("/missions", Need::Somewhere(Role::Viewer), "Missions.", missions::list),
+        Route::page("/missions/{id}", Need::Somewhere(Role::Viewer), "One mission.", missions::one),
         Route::page("/data", Need::Somewhere(Role::Viewer), "Recordings and files of them.", data::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),

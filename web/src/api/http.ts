@@ -55,6 +55,11 @@ export async function putJson<T>(path: string, body: unknown, patienceMs: number
   return tell<T>("PUT", path, patienceMs, body);
 }
 
+/** Has the server change a part of something. */
+export async function patchJson<T>(path: string, body: unknown, patienceMs: number): Promise<T> {
+  return tell<T>("PATCH", path, patienceMs, body);
+}
+
 /** Tells the server to take something away. */
 export async function deleteAt(path: string, patienceMs: number): Promise<void> {
   await tell("DELETE", path, patienceMs);

@@ -1385,6 +1385,146 @@ context: string,
  */
 text: string, };
 
+export type LogNote = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each correction, from 1.
+ */
+revision: number, 
+/**
+ * The time it is about, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * IMC address of the vessel it is about; null for none.
+ */
+vessel: number | null, 
+/**
+ * What people call the vessel; null where they gave it no name.
+ */
+vessel_name: string | null, 
+/**
+ * WGS 84 latitude of the place it is about, north positive; null for none.
+ */
+lat_deg: number | null, 
+/**
+ * WGS 84 longitude of the place it is about, east positive; null for none.
+ */
+lon_deg: number | null, 
+/**
+ * What it says.
+ */
+text: string, 
+/**
+ * Who wrote it.
+ */
+by: string, 
+/**
+ * When it was written, µs since 1970 UTC.
+ */
+written_us: number, 
+/**
+ * Who corrected it last; null for nobody. `/api/v1/logbook/{id}/earlier` tells what it said before.
+ */
+corrected: LogWord | null, 
+/**
+ * Who withdrew it; null while it stands.
+ */
+withdrawn: LogWord | null, 
+/**
+ * Media type of its photo; null where it has none.
+ */
+photo: string | null, 
+/**
+ * Whether the one who asks may correct or withdraw it.
+ */
+may_change: boolean, };
+
+export type LogNoteAsk = { 
+/**
+ * 1 to 4,000 characters.
+ */
+text: string, 
+/**
+ * IMC address of the vessel it is about; null for none.
+ */
+vessel: number | null, 
+/**
+ * WGS 84 latitude of the place it is about; null for none.
+ */
+lat_deg: number | null, 
+/**
+ * WGS 84 longitude, with the latitude.
+ */
+lon_deg: number | null, 
+/**
+ * The time it is about, µs since 1970 UTC; the present when left out.
+ */
+time_us: number | null, };
+
+export type LogNoteChange = { 
+/**
+ * The revision that is corrected; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it says from now on. The time stays as it is when left out.
+ */
+note: LogNoteAsk, };
+
+export type LogNoteEarlier = { 
+/**
+ * Its revision.
+ */
+revision: number, 
+/**
+ * The time it was about, µs since 1970 UTC.
+ */
+time_us: number, 
+/**
+ * IMC address of the vessel; null for none.
+ */
+vessel: number | null, 
+/**
+ * WGS 84 latitude; null for none.
+ */
+lat_deg: number | null, 
+/**
+ * WGS 84 longitude; null for none.
+ */
+lon_deg: number | null, 
+/**
+ * What it said.
+ */
+text: string, 
+/**
+ * Who wrote that, and when.
+ */
+written: LogWord, };
+
+export type LogNotes = { 
+/**
+ * The newest first, by the time they are about.
+ */
+notes: Array<LogNote>, 
+/**
+ * What to ask for as `before` to get older ones; null where there are none.
+ */
+next: string | null, };
+
+export type LogWord = { 
+/**
+ * The person.
+ */
+by: string, 
+/**
+ * When, µs since 1970 UTC.
+ */
+time_us: number, };
+
 export type Me = { 
 /**
  * Name to log in with.
@@ -1394,6 +1534,138 @@ name: string,
  * What may be done where.
  */
 permissions: Array<Permission>, };
+
+export type Mission = { 
+/**
+ * Its number; never used again.
+ */
+id: number, 
+/**
+ * Grows with each change, from 1.
+ */
+revision: number, 
+/**
+ * What it says; of its vessels those that the one who asks may see.
+ */
+mission: MissionAsk, 
+/**
+ * Who wrote it down first, and when.
+ */
+written: LogWord, 
+/**
+ * Who changed it last; null for nobody.
+ */
+changed: LogWord | null, 
+/**
+ * Who withdrew it; null while it stands.
+ */
+withdrawn: LogWord | null, 
+/**
+ * Whether the one who asks may change or withdraw it.
+ */
+may_change: boolean, };
+
+export type MissionAsk = { 
+/**
+ * 1 to 120 characters in one line.
+ */
+name: string, 
+/**
+ * Who took part; at most 500 characters.
+ */
+people: string, 
+/**
+ * What for; at most 2,000 characters.
+ */
+purpose: string, 
+/**
+ * What is to be known of it; at most 4,000 characters.
+ */
+notes: string, 
+/**
+ * IMC addresses of its vessels, 1 to 32.
+ */
+vessels: Array<number>, 
+/**
+ * From this time on, µs since 1970 UTC.
+ */
+from_us: number, 
+/**
+ * Before this time, µs since 1970 UTC; null while it goes on.
+ */
+to_us: number | null, };
+
+export type MissionChange = { 
+/**
+ * The revision that is changed; 409 when there is a newer one.
+ */
+revision: number, 
+/**
+ * What it says from now on.
+ */
+mission: MissionAsk, };
+
+export type MissionSummary = { 
+/**
+ * Up to when, µs since 1970 UTC: its end, or the present while it goes on.
+ */
+to_us: number, 
+/**
+ * Vessel by vessel, of those that the one who asks may see.
+ */
+vessels: Array<MissionVessel>, };
+
+export type MissionVessel = { 
+/**
+ * IMC address.
+ */
+vessel: number, 
+/**
+ * What people call it; null where they gave it no name.
+ */
+vessel_name: string | null, 
+/**
+ * Time of its first recorded position, µs since 1970 UTC; null for none.
+ */
+first_us: number | null, 
+/**
+ * Time of its last recorded position, µs since 1970 UTC; null for none.
+ */
+last_us: number | null, 
+/**
+ * Distance from position to position, one a second (m); over gaps the straight way.
+ */
+distance_m: number, 
+/**
+ * Time with recorded positions (s): gaps of more than a minute do not count.
+ */
+recorded_s: number, 
+/**
+ * The battery's first charge (%), by FuelLevel; null where none is recorded.
+ */
+battery_first_percent: number | null, 
+/**
+ * Its last charge (%).
+ */
+battery_last_percent: number | null, 
+/**
+ * Detections.
+ */
+detections: number, 
+/**
+ * Different tags among them.
+ */
+tags: number, };
+
+export type Missions = { 
+/**
+ * Those that began last first.
+ */
+missions: Array<Mission>, 
+/**
+ * What to ask for as `before` to get older ones; null where there are none.
+ */
+next: string | null, };
 
 export type NewToken = { 
 /**

@@ -2,6 +2,7 @@
 
 import type { Detection, LiveFrame, LogBookEntry, Update } from "../api/types.gen";
 import { completed, type Part, type Stretch } from "../state/newest";
+import { NOTE } from "../state/notes";
 import { make, setAttribute } from "./dom";
 import { type EventHandlers, type EventTable, eventTable, type Kind } from "./eventtable";
 import { position, tagName, utc } from "./format";
@@ -45,11 +46,11 @@ const FURTHER: readonly (readonly [string, (one: Detection) => string | number |
   ["id", (one) => one.id],
 ];
 
-/** The log book in `root`. */
-export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers): LogTable {
+/** The log book in `root`, with the notes that people wrote; `write` gives the way to a new note, where somebody may write one. */
+export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers, write?: () => string): LogTable {
   const least = make("select", {}, ...["everything", "information and worse", "warnings and worse", "errors and worse"].map((text, index) => make("option", { value: String(index - 1) }, text)));
   least.value = "0";
-  const severity = ({ kind }: LogBookEntry): string => SEVERITY[kind] ?? String(kind);
+  const severity = ({ kind }: LogBookEntry): string => (kind === NOTE ? "note" : (SEVERITY[kind] ?? String(kind)));
   const kind: Kind<LogBookEntry> = {
     label: "Log book",
     names: ["Time, UTC", "Severity", "From", "Text"],
@@ -58,15 +59,16 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
     ask,
     key: (one) => `${one.time_us}/${one.entity}/${entity(one.entity)}/${one.kind}/${one.context}/${one.text}`,
     merged: (before) => before,
-    cells: (one) => [utc(one.time_us), `${SHAPE[one.kind] ?? "?"} ${severity(one)}`, one.context || entity(one.entity), one.text],
+    cells: (one) => [utc(one.time_us), `${one.kind === NOTE ? "✎" : (SHAPE[one.kind] ?? "?")} ${severity(one)}`, one.context || entity(one.entity), one.text],
     record: (one) => [exact(one.time_us), severity(one), entity(one.entity), one.context, one.text],
     marks: (one) => (SEVERITY[one.kind] ? { "data-severity": severity(one) } : {}),
-    wanted: (one) => (one.kind === 4 ? -1 : one.kind) >= Number(least.value),
+    // What people wrote is for people, however little of the rest they want.
+    wanted: (one) => one.kind === NOTE || (one.kind === 4 ? -1 : one.kind) >= Number(least.value),
     chosen: () => false,
     note: (shown, all, cut) => `${cut} ${shown ? "" : all ? `Nothing so serious ${cut ? "among them" : "in this time"}.` : "The log book has no entry in this time."}`.trim(),
     changed: () => undefined,
   };
-  const table = eventTable(root, kind, handlers, make("label", { class: "inline" }, "Show ", least));
+  const table = eventTable(root, kind, handlers, make("label", { class: "inline" }, "Show ", least), ...(write ? [noteLink(write)] : []));
   least.addEventListener("change", table.draw);
   return {
     ...table,
@@ -75,6 +77,13 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
       if (mine.length) table.live(mine, stretch);
     },
   };
+}
+
+/** Leads to the form with what is known at the moment it is pressed. */
+function noteLink(write: () => string): HTMLElement {
+  const link = make("a", { class: "button", href: write() }, "Write a note");
+  for (const event of ["pointerdown", "focus", "click"]) link.addEventListener(event, () => setAttribute(link, "href", write()));
+  return link;
 }
 
 /** An entry of the log book, as it comes by itself. */

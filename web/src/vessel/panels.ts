@@ -1,13 +1,15 @@
 // What stands behind the tabs of a vessel's page, each made once.
 
 import { getJson } from "../api/http";
-import type { Detections, LogBook } from "../api/types.gen";
+import type { Detections, LogBook, LogNotes } from "../api/types.gen";
 import { createControl } from "../control/panel";
 import type { FleetMap } from "../map/map";
 import { createSeaRoute } from "../map/searoute";
 import { createParameters } from "../params/panel";
 import { createPlots, type PlotHandlers } from "../plot/panel";
 import type { Source } from "../plot/model";
+import { wayToWrite, withNotes } from "../state/notes";
+import { placeAt } from "../state/track";
 import { createDetections, createLogBook } from "../ui/events";
 import { createEntities } from "../ui/entities";
 import { setText } from "../ui/dom";
@@ -57,8 +59,8 @@ export function createPanels(needs: PanelNeeds) {
   });
   const logBook = createLogBook(boxes.panels["Log book"], async (query, signal) => {
     const { entries, next } = await history.heeded(getJson<LogBook>(`${path}/logbook?${query}`, signal));
-    return { items: entries, next };
-  }, entity, events);
+    return withNotes({ items: entries, next }, address, query, (question) => getJson<LogNotes>(`/api/v1/logbook?${question}`, signal));
+  }, entity, events, rights.operator ? () => wayToWrite(address, time.atUs, placeNow(needs)) : undefined);
   const tags = createDetections(boxes.panels.Tags, async (query, signal) => {
     const { detections, next } = await getJson<Detections>(`${path}/detections?${query}`, signal);
     return { items: detections, next };
@@ -81,6 +83,12 @@ export function createPanels(needs: PanelNeeds) {
   });
   const parameters = createParameters(boxes.panels.Parameters, { address, me: rights.me, may: rights.operator, name, openControl: () => needs.open("Control") });
   return { plots, values, parts: createEntities(boxes.panels.Entities), logBook, tags, loss: createLinkLoss(boxes.loss, address, rights.operator), control, parameters };
+}
+
+/** Where the vessel is or was at the time that is told of; null where that is not known. */
+function placeNow({ present, history, time }: PanelNeeds): { readonly lat_deg: number; readonly lon_deg: number } | null {
+  if (time.atUs === null) return present.system?.fix ?? null;
+  return placeAt(history.track, time.atUs, history.silences) ?? null;
 }
 
 function plotHandlers({ time, plotted }: PanelNeeds): PlotHandlers {

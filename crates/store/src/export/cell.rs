@@ -8,8 +8,8 @@
 /// What some spreadsheets take for `=`, `+`, `-` and `@`.
 const WIDE: [&str; 4] = ["＝", "＋", "－", "＠"];
 
-/// Appends text as one cell.
-pub(crate) fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
+/// Appends text as one cell; `guard` keeps spreadsheets from taking it for a formula.
+pub fn text(out: &mut Vec<u8>, text: &[u8], guard: bool) {
     let risky = guard
         && (matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@' | b'\t' | b'\r' | b'\n' | b'\''))
             || WIDE.iter().any(|sign| text.starts_with(sign.as_bytes())));

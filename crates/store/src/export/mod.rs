@@ -9,6 +9,7 @@ mod plan;
 mod raw;
 mod size;
 
+pub use cell::text as csv_text;
 pub use csv::{Exported, export_csv};
 pub use detections::{DETECTION_COLUMNS, export_detections};
 pub use lsf::export_lsf;

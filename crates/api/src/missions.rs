@@ -1,0 +1,123 @@
+//! Missions that people record: who did what with which vessels, from when to when.
+
+use crate::LogWord;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+/// What a mission is to say.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MissionAsk {
+    /// 1 to 120 characters in one line.
+    pub name: String,
+    /// Who took part; at most 500 characters.
+    pub people: String,
+    /// What for; at most 2,000 characters.
+    pub purpose: String,
+    /// What is to be known of it; at most 4,000 characters.
+    pub notes: String,
+    /// IMC addresses of its vessels, 1 to 32.
+    pub vessels: Vec<u16>,
+    /// From this time on, µs since 1970 UTC.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub from_us: i64,
+    /// Before this time, µs since 1970 UTC; null while it goes on.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub to_us: Option<i64>,
+}
+
+/// A mission.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Mission {
+    /// Its number; never used again.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub id: i64,
+    /// Grows with each change, from 1.
+    pub revision: u32,
+    /// What it says; of its vessels those that the one who asks may see.
+    pub mission: MissionAsk,
+    /// Who wrote it down first, and when.
+    pub written: LogWord,
+    /// Who changed it last; null for nobody.
+    pub changed: Option<LogWord>,
+    /// Who withdrew it; null while it stands.
+    pub withdrawn: Option<LogWord>,
+    /// Whether the one who asks may change or withdraw it.
+    pub may_change: bool,
+}
+
+/// How a mission is changed: all that it says, anew.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MissionChange {
+    /// The revision that is changed; 409 when there is a newer one.
+    pub revision: u32,
+    /// What it says from now on.
+    pub mission: MissionAsk,
+}
+
+/// Which missions.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct MissionsQuery {
+    /// Also those that were withdrawn.
+    pub withdrawn: Option<bool>,
+    /// `next` of the page before.
+    pub before: Option<String>,
+    /// At most so many, 1 to 500; 100 when left out.
+    pub limit: Option<u32>,
+}
+
+/// A page of missions.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Missions {
+    /// Those that began last first.
+    pub missions: Vec<Mission>,
+    /// What to ask for as `before` to get older ones; null where there are none.
+    pub next: Option<String>,
+}
+
+/// What the history tells of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MissionSummary {
+    /// Up to when, µs since 1970 UTC: its end, or the present while it goes on.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub to_us: i64,
+    /// Vessel by vessel, of those that the one who asks may see.
+    pub vessels: Vec<MissionVessel>,
+}
+
+/// What one vessel did in a mission.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MissionVessel {
+    /// IMC address.
+    pub vessel: u16,
+    /// What people call it; null where they gave it no name.
+    pub vessel_name: Option<String>,
+    /// Time of its first recorded position, µs since 1970 UTC; null for none.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub first_us: Option<i64>,
+    /// Time of its last recorded position, µs since 1970 UTC; null for none.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub last_us: Option<i64>,
+    /// Distance from position to position, one a second (m); over gaps the straight way.
+    pub distance_m: f64,
+    /// Time with recorded positions (s): gaps of more than a minute do not count.
+    pub recorded_s: f64,
+    /// The battery's first charge (%), by FuelLevel; null where none is recorded.
+    pub battery_first_percent: Option<f64>,
+    /// Its last charge (%).
+    pub battery_last_percent: Option<f64>,
+    /// Detections.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub detections: u64,
+    /// Different tags among them.
+    #[cfg_attr(test, ts(type = "number"))]
+    pub tags: u64,
+}

@@ -1,0 +1,20 @@
+//! The log book that people keep: notes with time, place, vessel and photo.
+//!
+//! Nothing in it goes: a note is corrected or withdrawn by its author or an admin, and what it said before stays. `rows` asks
+//! app.db, `photos` keeps files in the data folder, `service` decides who may what, `csv` writes the file that people take
+//! away.
+
+mod csv;
+mod photos;
+mod rows;
+mod service;
+#[cfg(test)]
+mod tests;
+
+pub use csv::{CSV_HEAD, csv_row};
+pub use photos::{PHOTO_BYTES, Photo};
+pub use rows::{Filter, Notes, Row};
+pub use service::{Cursor, Logbook};
+
+pub(crate) use rows::NEWER;
+pub(crate) use service::{TIMES_US, check_text, may_write};

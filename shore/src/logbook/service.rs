@@ -1,0 +1,327 @@
+//! Who may see, write, correct and withdraw notes.
+//!
+//! A note on a vessel is seen by who may see the vessel and written by its operators; one on no vessel is seen by all and
+//! written by whoever is operator somewhere. It is changed by its author, as long as they may write, or by an admin.
+
+use super::photos::{self, ALL_BYTES, Photo, Photos};
+use super::rows::{
+    AddPhoto, Correct, Earlier, Filter, HAS_PHOTO, NEWER, Notes, One, PhotoBytes, Row, Said, Withdraw, Write,
+};
+use crate::clock::Clock;
+use crate::error::{Error, ErrorKind, Result, slow};
+use crate::identity::{Fault, People, Principal};
+use api::{LogNote, LogNoteAsk, LogNoteChange, LogNoteEarlier, LogNotes, LogWord, Role};
+use imc::Address;
+use std::path::Path;
+use std::sync::Arc;
+use tokio::sync::Mutex;
+
+/// Letters of a note.
+const LETTERS: usize = 4_000;
+/// Times that JavaScript holds exactly (µs since 1970 UTC).
+pub(crate) const TIMES_US: std::ops::RangeInclusive<i64> = 0..=9_007_199_254_740_991;
+
+/// The time and number of a note, after which older ones come.
+pub type Cursor = (i64, i64);
+
+/// The log book; cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Logbook {
+    people: People,
+    clock: Clock,
+    photos: Photos,
+    /// Photos are taken one after another, so that together they keep within their bound.
+    taking: Arc<Mutex<()>>,
+}
+
+impl Logbook {
+    pub(crate) fn new(people: People, clock: Clock, data: &Path) -> Self {
+        Self { people, clock, photos: Photos::new(data), taking: Arc::default() }
+    }
+
+    /// A page of notes, the newest first; `filter` says also what `who` may see.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn page(
+        &self,
+        who: &Principal,
+        filter: Filter,
+        before: Option<Cursor>,
+        count: u32,
+    ) -> Result<LogNotes> {
+        let rows = self.people.ask(Notes { filter, before, count }).await?;
+        let last = rows.last().map(|row| (row.time_us, row.id)).filter(|_| rows.len() == count as usize);
+        let next = last.map(|(time_us, id)| format!("{time_us}.{id}"));
+        Ok(LogNotes { notes: rows.into_iter().map(|row| self.told(who, row)).collect(), next })
+    }
+
+    /// Reads what [`LogNotes::next`] told.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn cursor(text: &str) -> Result<Cursor> {
+        let read = || {
+            let (time_us, id) = text.split_once('.')?;
+            Some((time_us.parse().ok()?, id.parse().ok()?))
+        };
+        read().ok_or_else(|| malformed("before: give `next` of the page before"))
+    }
+
+    /// What a note said before it was corrected, the newest first.
+    ///
+    /// # Errors
+    /// There is no such note for this person.
+    pub async fn earlier(&self, who: &Principal, id: i64) -> Result<Vec<LogNoteEarlier>> {
+        self.find(who, id).await?;
+        let mut all = self.people.ask(Earlier(id)).await?;
+        // What a note said of another vessel is for those who may see that one.
+        all.retain(|one| sees(who, one.vessel));
+        Ok(all)
+    }
+
+    /// Writes a note.
+    ///
+    /// # Errors
+    /// The person may not, or the field that is named cannot be.
+    pub async fn write(&self, who: &Principal, from: String, ask: LogNoteAsk) -> Result<LogNote> {
+        let now = self.clock.utc();
+        let said = said(&ask, now.micros())?;
+        may_write(who, said.vessel)?;
+        let subject = subject(said.vessel, &said.text);
+        let write = Write { said, person: who.person, by: who.name.clone(), now };
+        let id = self.people.act(who, from, "logbook.write", subject, write).await?;
+        self.one(who, id).await
+    }
+
+    /// Has a note say something else; what it said before is kept.
+    ///
+    /// # Errors
+    /// The person may not, the note was changed meanwhile, or the field that is named cannot be.
+    pub async fn correct(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        change: LogNoteChange,
+    ) -> Result<LogNote> {
+        let row = self.changeable(who, id).await?;
+        if row.revision != change.revision {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        let said = said(&change.note, row.time_us)?;
+        may_write(who, said.vessel)?;
+        let subject = format!("{} (note {id}); before: {}", subject(said.vessel, &said.text), row.text);
+        let by = who.name.clone();
+        let correct = Correct { id, revision: change.revision, said, by, now: self.clock.utc() };
+        self.people.act(who, from, "logbook.correct", subject, correct).await?;
+        self.one(who, id).await
+    }
+
+    /// Marks a note as withdrawn. It stays to be read by who asks for such.
+    ///
+    /// # Errors
+    /// The person may not, or the note was changed meanwhile.
+    pub async fn withdraw(&self, who: &Principal, from: String, id: i64) -> Result<LogNote> {
+        let row = self.changeable(who, id).await?;
+        let subject = format!("{} (note {id})", subject(row.vessel, &row.text));
+        let withdraw = Withdraw { id, revision: row.revision, by: who.name.clone(), now: self.clock.utc() };
+        self.people.act(who, from, "logbook.withdraw", subject, withdraw).await?;
+        self.one(who, id).await
+    }
+
+    /// Gives a note its photo.
+    ///
+    /// # Errors
+    /// The person may not, it is no photo, the note has one, or there is no room.
+    pub async fn add_photo(&self, who: &Principal, from: String, id: i64, bytes: Vec<u8>) -> Result<LogNote> {
+        let row = self.changeable(who, id).await?;
+        let media = photos::check(&bytes)?;
+        let _one = self.taking.lock().await;
+        if self.people.ask(One(id)).await?.is_none_or(|row| row.photo.is_some()) {
+            return Err(Error::refused(HAS_PHOTO));
+        }
+        if self.people.ask(PhotoBytes).await? + bytes.len() as u64 > ALL_BYTES {
+            let text = format!(
+                "photo: the log book holds {} GiB of photos and takes no more. The note is kept without it; ask an admin.",
+                ALL_BYTES >> 30
+            );
+            return Err(Error::refused(text));
+        }
+        let (photos, length) = (self.photos.clone(), bytes.len());
+        slow(move || photos.keep(id, &bytes)).await?.map_err(|error| unkept(&error))?;
+        let subject = format!("{} (note {id}): {media}, {length} bytes", subject(row.vessel, &row.text));
+        let add = AddPhoto { id, media, bytes: length };
+        let added = self.people.act(who, from, "logbook.photo", subject, add).await;
+        // Else perhaps app.db has it: a file without a note harms less than a note without its file.
+        if matches!(added, Err(Fault::Refused(_))) {
+            self.photos.forget(id);
+        }
+        added?;
+        self.one(who, id).await
+    }
+
+    /// The photo of a note.
+    ///
+    /// # Errors
+    /// There is none for this person.
+    pub async fn photo(&self, who: &Principal, id: i64) -> Result<Photo> {
+        let none = || Error::new(ErrorKind::NotFound, "This note has no photo.");
+        let media = self.find(who, id).await?.photo.ok_or_else(none)?;
+        let photos = self.photos.clone();
+        let bytes = slow(move || photos.read(id)).await?.map_err(|error| {
+            tracing::error!(%error, note = id, "a photo of the log book cannot be read");
+            Error::new(ErrorKind::NotFound, "The photo's file cannot be read: a backup may have it.")
+        })?;
+        Ok(Photo { media, bytes })
+    }
+
+    async fn one(&self, who: &Principal, id: i64) -> Result<LogNote> {
+        Ok(self.told(who, self.find(who, id).await?))
+    }
+
+    /// A note that the person may see.
+    async fn find(&self, who: &Principal, id: i64) -> Result<Row> {
+        let row = self.people.ask(One(id)).await?.filter(|row| sees(who, row.vessel));
+        row.ok_or_else(|| {
+            Error::new(ErrorKind::NotFound, "There is no such note; GET /api/v1/logbook lists them.")
+        })
+    }
+
+    /// A note that the person may change, and that stands.
+    async fn changeable(&self, who: &Principal, id: i64) -> Result<Row> {
+        let row = self.find(who, id).await?;
+        if !may_change(who, &row) {
+            let text = format!(
+                "{} may not change this note: its author {} may, while operator there, or an admin.",
+                who.name, row.by
+            );
+            return Err(Error::new(ErrorKind::Forbidden, text));
+        }
+        if let (Some(by), Some(_)) = (&row.withdrawn_by, row.withdrawn_us) {
+            return Err(Error::refused(format!("This note was withdrawn by {by}: write a new one.")));
+        }
+        Ok(row)
+    }
+
+    /// A note as this person gets it.
+    fn told(&self, who: &Principal, row: Row) -> LogNote {
+        let may_change = row.withdrawn_us.is_none() && may_change(who, &row);
+        let word = |by: Option<String>, at: Option<i64>| Some(LogWord { by: by?, time_us: at? });
+        let named = self.people.vessels();
+        let name = |vessel: u16| Some(named.iter().find(|named| named.address == vessel)?.name.clone());
+        LogNote {
+            id: row.id,
+            revision: row.revision,
+            time_us: row.time_us,
+            vessel: row.vessel,
+            vessel_name: row.vessel.and_then(name),
+            lat_deg: row.lat_deg,
+            lon_deg: row.lon_deg,
+            text: row.text,
+            by: row.by,
+            written_us: row.written_us,
+            corrected: word(row.corrected_by, row.corrected_us),
+            withdrawn: word(row.withdrawn_by, row.withdrawn_us),
+            photo: row.photo,
+            may_change,
+        }
+    }
+}
+
+/// The role of somebody on a vessel; for no vessel the highest anywhere.
+fn role(who: &Principal, vessel: Option<u16>) -> Option<Role> {
+    vessel.map_or_else(|| who.grants.somewhere(), |vessel| who.grants.on(vessel))
+}
+
+fn sees(who: &Principal, vessel: Option<u16>) -> bool {
+    role(who, vessel).is_some()
+}
+
+/// Whether somebody writes about this vessel.
+///
+/// # Errors
+/// They may not; the text says what it takes.
+pub(crate) fn may_write(who: &Principal, vessel: Option<u16>) -> Result<()> {
+    if role(who, vessel) >= Some(Role::Operator) {
+        return Ok(());
+    }
+    let place = vessel.map_or_else(|| "any vessel".to_owned(), |vessel| format!("vessel {vessel}"));
+    let text = format!(
+        "vessel: {} may not write here: it takes the role operator on {place}. Ask an admin.",
+        who.name
+    );
+    Err(Error::new(ErrorKind::Forbidden, text))
+}
+
+fn may_change(who: &Principal, row: &Row) -> bool {
+    let admin = row.vessel.map_or_else(|| who.grants.everywhere(), |vessel| who.grants.on(vessel));
+    // An account that is gone leaves its number to the next.
+    let author = row.person == who.person && row.by == who.name;
+    admin == Some(Role::Admin) || (author && may_write(who, row.vessel).is_ok())
+}
+
+/// What is to be said, if it can be; `time_us` where no time is given.
+fn said(ask: &LogNoteAsk, time_us: i64) -> Result<Said> {
+    let text = check_text("text", &ask.text, 1..=LETTERS)?;
+    let time_us = ask.time_us.unwrap_or(time_us);
+    if !TIMES_US.contains(&time_us) {
+        return Err(malformed(format!("time_us: {time_us} is no time: give µs since 1970 UTC")));
+    }
+    let place = match (ask.lat_deg, ask.lon_deg) {
+        (None, None) => None,
+        (Some(lat_deg), Some(lon_deg)) => {
+            let is_place = (-90.0..=90.0).contains(&lat_deg) && (-180.0..=180.0).contains(&lon_deg);
+            Some((lat_deg, lon_deg)).filter(|_| is_place).map(Some).ok_or_else(|| {
+                malformed(
+                    "lat_deg: this is no place: give degrees, latitude -90 to 90, longitude -180 to 180",
+                )
+            })?
+        }
+        (None, Some(_)) => return Err(malformed("lat_deg: a place has a latitude too: give both, or none")),
+        (Some(_), None) => return Err(malformed("lon_deg: a place has a longitude too: give both, or none")),
+    };
+    Ok(Said { time_us, vessel: ask.vessel, place, text })
+}
+
+/// A text of people without spaces around it and with plain ends of lines.
+///
+/// # Errors
+/// It is too short or long, or has control characters in it.
+pub(crate) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusive<usize>) -> Result<String> {
+    let text = text.replace("\r\n", "\n").trim().to_owned();
+    let count = text.chars().count();
+    if count < *letters.start() {
+        return Err(malformed(format!("{name}: is empty: write something")));
+    }
+    if count > *letters.end() {
+        let most = letters.end();
+        return Err(malformed(format!("{name}: has {count} characters, {most} may be: shorten it")));
+    }
+    if text.chars().any(|letter| letter.is_control() && letter != '\n' && letter != '\t') {
+        return Err(malformed(format!("{name}: has control characters in it: write it without them")));
+    }
+    Ok(text)
+}
+
+/// What the audit log names.
+fn subject(vessel: Option<u16>, text: &str) -> String {
+    let place = vessel.map_or_else(|| "no vessel".to_owned(), |vessel| Address(vessel).to_string());
+    let begin: String = text.chars().take(100).collect();
+    format!("{place} {begin}")
+}
+
+fn malformed(text: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
+}
+
+/// A file that could not be written.
+fn unkept(error: &std::io::Error) -> Error {
+    match error.kind() {
+        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => Error::new(
+            ErrorKind::Unavailable,
+            "photo: the server's disk is full. The note is kept without it; make room, then add the photo again.",
+        ),
+        _ => Error::internal(error),
+    }
+}

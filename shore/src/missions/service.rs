@@ -1,0 +1,210 @@
+//! Who may see, write, change and withdraw missions.
+//!
+//! A mission is seen by who may see one of its vessels, and tells of these alone; it is written and changed by operators of all
+//! its vessels.
+
+use super::rows::{Change, Create, List, One, Row, Withdraw};
+use super::summary;
+use crate::clock::Clock;
+use crate::error::{Error, ErrorKind, Result};
+use crate::history::History;
+use crate::identity::{People, Principal};
+use crate::logbook::{Logbook, NEWER, TIMES_US, check_text, may_write};
+use api::{LogWord, Mission, MissionAsk, MissionChange, MissionSummary, MissionVessel, Role};
+use std::sync::Arc;
+use store::TimeRange;
+use tokio::sync::Semaphore;
+
+/// Vessels of a mission.
+const VESSELS: std::ops::RangeInclusive<usize> = 1..=32;
+/// The longest mission (µs): a year and a day.
+const LONGEST_US: i64 = 366 * 86_400 * 1_000_000;
+/// Summaries that are made at once: each reads through the whole mission.
+const AT_ONCE: usize = 2;
+
+/// The missions; cheap to clone.
+#[derive(Clone)]
+pub struct Missions {
+    people: People,
+    clock: Clock,
+    history: History,
+    summing: Arc<Semaphore>,
+}
+
+impl Missions {
+    pub(crate) fn new(people: People, clock: Clock, history: History) -> Self {
+        Self { people, clock, history, summing: Arc::new(Semaphore::new(AT_ONCE)) }
+    }
+
+    /// A page of missions, those that began last first.
+    ///
+    /// # Errors
+    /// `before` is no `next`, or app.db cannot be read.
+    pub async fn page(
+        &self,
+        who: &Principal,
+        withdrawn: bool,
+        before: Option<&str>,
+        count: u32,
+    ) -> Result<api::Missions> {
+        let before = before.map(Logbook::cursor).transpose()?;
+        let all = who.grants.everywhere().is_some();
+        let seen = (!all).then(|| who.grants.vessels_with(Role::Viewer).collect());
+        let rows = self.people.ask(List { seen, withdrawn, before, count }).await?;
+        let last = rows.last().filter(|_| rows.len() == count as usize);
+        let next = last.map(|row| format!("{}.{}", row.mission.from_us, row.id));
+        Ok(api::Missions { missions: rows.into_iter().map(|row| told(who, row)).collect(), next })
+    }
+
+    /// One mission.
+    ///
+    /// # Errors
+    /// There is none for this person.
+    pub async fn one(&self, who: &Principal, id: i64) -> Result<Mission> {
+        Ok(told(who, self.find(who, id).await?))
+    }
+
+    /// Writes a mission down.
+    ///
+    /// # Errors
+    /// The person may not, or the field that is named cannot be.
+    pub async fn create(&self, who: &Principal, from: String, ask: MissionAsk) -> Result<Mission> {
+        let mission = checked(ask)?;
+        may_all(who, &mission.vessels)?;
+        let subject = mission.name.clone();
+        let create = Create { mission, by: who.name.clone(), now: self.clock.utc() };
+        let id = self.people.act(who, from, "mission.create", subject, create).await?;
+        self.one(who, id).await
+    }
+
+    /// Has a mission say something else; what it said before is kept.
+    ///
+    /// # Errors
+    /// The person may not, it was changed meanwhile, or the field that is named cannot be.
+    pub async fn change(
+        &self,
+        who: &Principal,
+        from: String,
+        id: i64,
+        change: MissionChange,
+    ) -> Result<Mission> {
+        let row = self.changeable(who, id).await?;
+        if row.revision != change.revision {
+            return Err(Error::new(ErrorKind::Newer, NEWER));
+        }
+        let mission = checked(change.mission)?;
+        may_all(who, &mission.vessels)?;
+        let subject = format!("{} (mission {id})", mission.name);
+        let (by, now) = (who.name.clone(), self.clock.utc());
+        let change = Change { id, revision: row.revision, mission, by, now };
+        self.people.act(who, from, "mission.change", subject, change).await?;
+        self.one(who, id).await
+    }
+
+    /// Marks a mission as withdrawn.
+    ///
+    /// # Errors
+    /// The person may not, or it was changed meanwhile.
+    pub async fn withdraw(&self, who: &Principal, from: String, id: i64) -> Result<Mission> {
+        let row = self.changeable(who, id).await?;
+        let subject = format!("{} (mission {id})", row.mission.name);
+        let withdraw = Withdraw { id, revision: row.revision, by: who.name.clone(), now: self.clock.utc() };
+        self.people.act(who, from, "mission.withdraw", subject, withdraw).await?;
+        self.one(who, id).await
+    }
+
+    /// What the history tells of a mission, until now while it goes on.
+    ///
+    /// # Errors
+    /// There is none for this person, or the history cannot be read.
+    pub async fn summary(&self, who: &Principal, id: i64) -> Result<MissionSummary> {
+        let MissionAsk { vessels, from_us, to_us, .. } = self.one(who, id).await?.mission;
+        let to_us = to_us.unwrap_or_else(|| self.clock.utc().micros().max(from_us));
+        let _place = self.summing.acquire().await.map_err(|_| crate::router::Stopped)?;
+        let range = TimeRange { from_us, to_us };
+        let sum = move |reader: &mut store::Reader| -> store::Result<Vec<MissionVessel>> {
+            vessels.into_iter().map(|vessel| summary::of_vessel(reader, vessel, range)).collect()
+        };
+        let mut vessels = self.history.ask(sum).await?;
+        let named = self.people.vessels();
+        for one in &mut vessels {
+            let name = named.iter().find(|named| named.address == one.vessel);
+            one.vessel_name = name.map(|named| named.name.clone());
+        }
+        Ok(MissionSummary { to_us, vessels })
+    }
+
+    /// A mission that the person may see.
+    async fn find(&self, who: &Principal, id: i64) -> Result<Row> {
+        let row = self.people.ask(One(id)).await?;
+        let seen = |row: &Row| row.mission.vessels.iter().any(|vessel| who.grants.on(*vessel).is_some());
+        let none =
+            || Error::new(ErrorKind::NotFound, "There is no such mission; GET /api/v1/missions lists them.");
+        row.filter(seen).ok_or_else(none)
+    }
+
+    /// A mission that the person may change, and that stands.
+    async fn changeable(&self, who: &Principal, id: i64) -> Result<Row> {
+        let row = self.find(who, id).await?;
+        may_all(who, &row.mission.vessels)?;
+        if let Some(by) = &row.withdrawn.0 {
+            return Err(Error::refused(format!("This mission was withdrawn by {by}: make a new one.")));
+        }
+        Ok(row)
+    }
+}
+
+/// Whether somebody writes about all these vessels.
+fn may_all(who: &Principal, vessels: &[u16]) -> Result<()> {
+    vessels.iter().try_for_each(|vessel| may_write(who, Some(*vessel)))
+}
+
+/// A mission as this person gets it.
+fn told(who: &Principal, row: Row) -> Mission {
+    let may_change = row.withdrawn.1.is_none() && may_all(who, &row.mission.vessels).is_ok();
+    let word = |(by, at): (Option<String>, Option<i64>)| Some(LogWord { by: by?, time_us: at? });
+    let mut mission = row.mission;
+    mission.vessels.retain(|vessel| who.grants.on(*vessel).is_some());
+    Mission {
+        id: row.id,
+        revision: row.revision,
+        mission,
+        written: LogWord { by: row.by, time_us: row.written_us },
+        changed: word(row.changed),
+        withdrawn: word(row.withdrawn),
+        may_change,
+    }
+}
+
+/// What is to be kept, if it can be.
+fn checked(ask: MissionAsk) -> Result<MissionAsk> {
+    let MissionAsk { name, people, purpose, notes, mut vessels, from_us, to_us } = ask;
+    let name = check_text("name", &name, 1..=120)?;
+    if name.contains(['\n', '\t']) {
+        return Err(malformed("name: has several lines: write one"));
+    }
+    let people = check_text("people", &people, 0..=500)?;
+    let purpose = check_text("purpose", &purpose, 0..=2_000)?;
+    let notes = check_text("notes", &notes, 0..=4_000)?;
+    vessels.sort_unstable();
+    vessels.dedup();
+    if !VESSELS.contains(&vessels.len()) {
+        return Err(malformed(format!("vessels: choose 1 to {} vessels", VESSELS.end())));
+    }
+    for (field, time_us) in [("from_us", Some(from_us)), ("to_us", to_us)] {
+        if let Some(time_us) = time_us.filter(|time_us| !TIMES_US.contains(time_us)) {
+            return Err(malformed(format!("{field}: {time_us} is no time: give µs since 1970 UTC")));
+        }
+    }
+    if to_us.is_some_and(|to_us| to_us <= from_us) {
+        return Err(malformed("to_us: the end is not after the beginning"));
+    }
+    if to_us.is_some_and(|to_us| to_us - from_us > LONGEST_US) {
+        return Err(malformed("to_us: a mission has a year at most: make several"));
+    }
+    Ok(MissionAsk { name, people, purpose, notes, vessels, from_us, to_us })
+}
+
+fn malformed(text: impl Into<String>) -> Error {
+    Error::new(ErrorKind::Malformed, text)
+}

@@ -1,0 +1,173 @@
+// Notes of the log book: what somebody types, as the server takes it, and which notes are asked for. Pure.
+
+import type { LogBookEntry, LogNote, LogNoteAsk, LogNotes } from "../api/types.gen";
+import type { Part } from "./newest";
+import { picked, pickedUs } from "./takeout";
+
+/** Letters of a note. */
+export const LETTERS = 4_000;
+/** Bytes of a photo as the server takes it. */
+export const PHOTO_BYTES = 4 * 2 ** 20;
+/** What is a photo. */
+export const PHOTO_KINDS = "image/jpeg,image/png,image/webp";
+
+/** A note as it stands in the fields of its form. */
+export interface Draft {
+  readonly text: string;
+  /** Address; empty for none. */
+  readonly vessel: string;
+  /** Of a date picker, UTC; empty for now. */
+  readonly time: string;
+  readonly lat: string;
+  readonly lon: string;
+}
+
+export const EMPTY_DRAFT: Draft = { text: "", vessel: "", time: "", lat: "", lon: "" };
+
+/** What is wrong, at which field. */
+export interface Wrong {
+  readonly field: string;
+  readonly text: string;
+}
+
+/** What is wrong with a draft, before it is sent. */
+export function wrongOf({ text, time, lat, lon }: Draft): Wrong | undefined {
+  const letters = [...text.trim()].length;
+  if (!letters) return { field: "text", text: "Write something." };
+  if (letters > LETTERS) return { field: "text", text: `${letters} characters; ${LETTERS} may be. Shorten it.` };
+  if (time && !Number.isFinite(pickedUs(time))) return { field: "time_us", text: "This is no time." };
+  if (lat && !within(lat, 90)) return { field: "lat_deg", text: "Degrees from -90 to 90, like 63.4405." };
+  if (lon && !within(lon, 180)) return { field: "lon_deg", text: "Degrees from -180 to 180, like 10.3521." };
+  if (lat && !lon) return { field: "lon_deg", text: "A place has a longitude too." };
+  if (lon && !lat) return { field: "lat_deg", text: "A place has a latitude too." };
+  return undefined;
+}
+
+function within(text: string, most: number): boolean {
+  return text.trim() !== "" && Math.abs(degrees(text)) <= most;
+}
+
+/** Degrees with a point or a comma. */
+function degrees(text: string): number {
+  return Number(text.trim().replace(",", "."));
+}
+
+/** A draft without anything wrong, as the server takes it. */
+export function askOf({ text, vessel, time, lat, lon }: Draft): LogNoteAsk {
+  return {
+    text: text.trim(),
+    vessel: vessel ? Number(vessel) : null,
+    time_us: time ? pickedUs(time) : null,
+    lat_deg: lat ? degrees(lat) : null,
+    lon_deg: lon ? degrees(lon) : null,
+  };
+}
+
+/** A note to be corrected. */
+export function draftOf({ text, vessel, time_us, lat_deg, lon_deg }: LogNote): Draft {
+  return { text, vessel: vessel === null ? "" : String(vessel), time: picked(time_us), lat: lat_deg === null ? "" : String(lat_deg), lon: lon_deg === null ? "" : String(lon_deg) };
+}
+
+/** A correction whose time was not touched leaves the note's own, which may be finer than a picker. */
+export function correctionOf(note: LogNote, draft: Draft): LogNoteAsk {
+  const ask = askOf(draft);
+  return draft.time === picked(note.time_us) ? { ...ask, time_us: note.time_us } : ask;
+}
+
+/** A draft as an address has it: `/logbook?write=1&about=2068&at=…&lat=…&lon=…`. */
+export function draftFrom(query: URLSearchParams): Draft {
+  const at = Number(query.get("at") ?? "");
+  return { text: "", vessel: query.get("about") ?? "", time: at > 0 ? picked(at) : "", lat: query.get("lat") ?? "", lon: query.get("lon") ?? "" };
+}
+
+/** The way to the form with vessel, time (µs since 1970 UTC; null for now) and place filled in. */
+export function wayToWrite(vessel: number, at: number | null, place: { readonly lat_deg: number; readonly lon_deg: number } | null): string {
+  const query = new URLSearchParams({ write: "1", about: String(vessel) });
+  if (at !== null) query.set("at", String(Math.round(at)));
+  if (place) {
+    query.set("lat", place.lat_deg.toFixed(6));
+    query.set("lon", place.lon_deg.toFixed(6));
+  }
+  return `/logbook?${query}`;
+}
+
+/** Which notes are wanted, as the filter has it. */
+export interface Filter {
+  readonly vessel: string;
+  readonly from: string;
+  readonly to: string;
+  readonly text: string;
+  readonly withdrawn: boolean;
+}
+
+/** The question for notes. */
+export function questionOf({ vessel, from, to, text, withdrawn }: Filter): URLSearchParams {
+  const query = new URLSearchParams();
+  if (vessel) query.set("vessel", vessel);
+  if (from) query.set("from_us", String(pickedUs(from)));
+  if (to) query.set("to_us", String(pickedUs(to)));
+  if (text.trim()) query.set("text", text.trim());
+  if (withdrawn) query.set("withdrawn", "true");
+  return query;
+}
+
+/** The filter in the page's address, to come back to it and to give it to others. */
+export function addressOf(filter: Filter): string {
+  const query = new URLSearchParams();
+  for (const name of ["vessel", "from", "to", "text"] as const) if (filter[name]) query.set(name, filter[name]);
+  if (filter.withdrawn) query.set("withdrawn", "1");
+  const text = query.toString();
+  return text ? `?${text}` : "";
+}
+
+export function filterFrom(query: URLSearchParams): Filter {
+  const of = (name: string): string => query.get(name) ?? "";
+  return { vessel: of("vessel"), from: of("from"), to: of("to"), text: of("text"), withdrawn: query.has("withdrawn") };
+}
+
+/** Days with their notes, in the order of the notes. */
+export function byDay(notes: readonly LogNote[]): readonly (readonly [string, readonly LogNote[]])[] {
+  const days = new Map<string, LogNote[]>();
+  for (const note of notes) {
+    const day = picked(note.time_us).slice(0, 10);
+    const others = days.get(day);
+    if (others) others.push(note);
+    else days.set(day, [note]);
+  }
+  return [...days];
+}
+
+/** The field that the server's words are about, and the words; "" for none of the form's. */
+export function fieldOf(words: string): Wrong {
+  const [, field = "", text = words] = /^(text|vessel|time_us|lat_deg|lon_deg|photo|name|purpose|people|notes|from_us|to_us|vessels): (.*)$/s.exec(words) ?? [];
+  return { field, text };
+}
+
+/** The kind of what people wrote, among the entries of a vessel's own log book. */
+export const NOTE = -1;
+/** The entity of nobody. */
+const NOBODY = 255;
+
+/** A note as an entry of a vessel's log book. */
+export function asEntry({ time_us, written_us, by, text }: LogNote): LogBookEntry {
+  return { entity: NOBODY, time_us, written_us, kind: NOTE, kind_name: "note", context: `note by ${by}`, text };
+}
+
+/**
+ * A part of a vessel's log book with the notes of the same time. `ask` gets a page of notes of the question of the part,
+ * which is the newest first: where older entries follow, older notes come with them.
+ */
+export async function withNotes(part: Part<LogBookEntry>, vessel: number, query: string, ask: (question: string) => Promise<LogNotes>): Promise<Part<LogBookEntry>> {
+  const wanted = new URLSearchParams(query);
+  const last = part.next ? part.items.at(-1) : undefined;
+  const span = new URLSearchParams({ vessel: String(vessel), from_us: String(last?.time_us ?? wanted.get("from_us") ?? 0), to_us: wanted.get("to_us") ?? "", limit: "500" });
+  const notes: LogNote[] = [];
+  for (let before: string | null = ""; before !== null; ) {
+    const page: LogNotes = await ask(`${span}${before && `&before=${before}`}`);
+    notes.push(...page.notes);
+    before = page.next;
+  }
+  if (!notes.length) return part;
+  const items = [...part.items, ...notes.map(asEntry)].sort((one, other) => other.time_us - one.time_us);
+  return { items, next: part.next };
+}

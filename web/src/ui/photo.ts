@@ -1,0 +1,28 @@
+// Photos as phones make them are larger than a link at sea and the server take: they are made smaller before they are sent.
+
+import { PHOTO_BYTES } from "../state/notes";
+
+/** A photo that has more bytes is made smaller. */
+const LARGE_BYTES = 1_500_000;
+/** The longer side of one that was made smaller, pixels. */
+const SIDE = 2_048;
+const QUALITY = 0.85;
+
+/** The photo as it is sent; throws words for people where it cannot be. */
+export async function smaller(file: File): Promise<Blob> {
+  if (file.size <= LARGE_BYTES) return file;
+  const small = await drawn(file).catch(() => null);
+  const best = small && small.size < file.size ? small : file;
+  if (best.size > PHOTO_BYTES) throw new Error("This photo has more than 4 MB and cannot be made smaller here. Choose a smaller one.");
+  return best;
+}
+
+async function drawn(file: File): Promise<Blob | null> {
+  const image = await createImageBitmap(file);
+  const factor = Math.min(1, SIDE / Math.max(image.width, image.height));
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [Math.round(image.width * factor), Math.round(image.height * factor)];
+  canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  image.close();
+  return new Promise((done) => canvas.toBlob(done, "image/jpeg", QUALITY));
+}
