@@ -112,6 +112,9 @@ await inBrowser(async (open) => {
   check((await page.evaluate(() => document.activeElement.getAttribute("aria-disabled"))) === "true", "one place has no way back");
   await page.keyboard.press("Escape");
   check((await page.evaluate(() => document.activeElement.getAttribute("aria-label"))) === "More for Start", "back at the button");
+  await page.keyboard.press("Enter");
+  await page.getByRole("menuitem", { name: "Move it with arrow keys" }).click();
+  check(await map.evaluate((node) => node === document.activeElement), "the keyboard is on the map");
 
   // The whole plan the other way round, and a whole maneuver by arrow keys.
   await page.getByRole("button", { name: "Reverse the whole plan" }).click();

@@ -14,6 +14,7 @@ async function load(path) {
   return import(outfile);
 }
 const { PlanEditing } = await load("plan/editing");
+const { wholeKeyOf } = await load("plan/toolbar");
 
 const at = (north, east = 0) => ({ lat_deg: 63 + north / 111_111, lon_deg: 10 + east / 50_000 });
 const step = (id, north) => ({ id, speed: { value: 1, unit: "mps" }, task: { kind: "goto", at: at(north) } });
@@ -173,4 +174,11 @@ test("who may only look moves, copies and turns nothing", () => {
   assert.deepEqual([made.duplicate(0, 1), made.back(0), made.allBack(), made.nudgeWhole(1, 0)], [false, false, false, false]);
   assert.equal(made.pull({ kind: "move", step: 0 }, at(0), at(5), true), undefined);
   assert.equal(told.changed, 0);
+});
+
+test("letters copy and turn, and Shift that is locked does not turn the whole plan", () => {
+  const key = (key, more = {}) => wholeKeyOf({ key, shiftKey: false, ctrlKey: false, metaKey: false, altKey: false, ...more });
+  assert.deepEqual([key("d"), key("r"), key("R", { shiftKey: true })], ["duplicate", "back", "allBack"]);
+  assert.deepEqual([key("R"), key("D")], ["back", "duplicate"], "with Caps Lock");
+  assert.deepEqual([key("r", { ctrlKey: true }), key("d", { metaKey: true }), key("r", { altKey: true }), key("x"), key("D", { shiftKey: true })], [undefined, undefined, undefined, undefined, undefined]);
 });

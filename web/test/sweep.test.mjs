@@ -88,7 +88,7 @@ test("a rectangle is dragged, or two corners are clicked; then its tool is put a
   const from = at(0, 0);
   for (const far of [50, 150]) made.stretch(from, at(far, 60), false);
   assert.equal(made.plan.maneuvers.length, 0);
-  assert.match(made.sketch.view("rows_rectangle").told, /^4 rows of 150 m, 60 m wide/);
+  assert.match(made.sketch.view("rows_rectangle").told, /^4 rows of 150 m, 60 m wide; turns go 10 m beyond\.$/);
   made.stretch(from, at(200, 60), true);
   const [{ id, task }] = made.plan.maneuvers;
   assert.deepEqual([id, task.length_m, task.width_m, task.bearing_deg, task.step_m, made.tool, made.selected], ["Rows 1", 200, 60, 0, 20, undefined, { step: 0, point: 0 }]);

@@ -276,6 +276,7 @@ class PlanPage {
       },
       back: (step) => void editing.back(step),
       allBack: () => void editing.allBack(),
+      onMap: () => boxes.map.focus(),
     });
     return steps;
   }

@@ -171,7 +171,7 @@ export function createAboard(root: HTMLElement, needs: AboardNeeds): Aboard {
     chosen: () => (choose.value ? { address: Number(choose.value), name: nameOf(Number(choose.value)) } : undefined),
     now() {
       const holds = chosen()?.panel.holds() === true;
-      const text = standing === "same" && !holds ? `${SHORT.same}, no control` : SHORT[standing];
+      const text = standing === "same" && !holds ? `${SHORT.same}, no control` : needs.saved() ? SHORT[standing] : SHORT.unsaved;
       return { text, said, mayUpload: standing !== "" && standing !== "unsaved", mayStart: standing === "same" && holds, whyNot: whyNot() };
     },
     upload() {

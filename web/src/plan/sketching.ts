@@ -104,7 +104,7 @@ export class Sketching {
     if (typeof drawn === "string") return { corners: this.corners, edge: corners, way: [], told: this.hint(kind, drawn), whole };
     const { task } = drawn;
     if (task.kind === "rows") {
-      return { corners: this.corners, edge: [...rowsCorners(task), task.at], way: rowsWay(task), told: `${rowsCount(task)} rows of ${Math.round(task.length_m)} m, ${Math.round(task.width_m)} m wide.`, whole };
+      return { corners: this.corners, edge: [...rowsCorners(task), task.at], way: rowsWay(task), told: `${rowsCount(task)} rows of ${Math.round(task.length_m)} m, ${Math.round(task.width_m)} m wide; turns go ${task.curve_offset_m} m beyond.`, whole };
     }
     const points = task.kind === "follow_path" ? task.points : [];
     return { corners: this.corners, edge: [...corners, ...corners.slice(0, 1)], way: points, told: `${points.length / 2} lines. ${FINISH}`, whole };

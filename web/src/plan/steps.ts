@@ -40,6 +40,8 @@ export interface StepsHandlers {
   back(step: number): void;
   /** The whole plan from its end to its beginning. */
   allBack(): void;
+  /** Puts the keyboard onto the map. */
+  onMap(): void;
 }
 
 export interface Steps {
@@ -212,8 +214,10 @@ function itemsOf({ task, id }: PlanStep, step: number, handlers: StepsHandlers):
   return [
     { text: "Duplicate", keys: "D", act: chosen(() => handlers.duplicate(step)) },
     { text: task.kind === "loiter" ? "Circle the other way round" : "Reverse its way", keys: "R", act: chosen(() => handlers.back(step)), ...(whyNot ? { whyNot } : {}) },
+    { text: "Move it with arrow keys", keys: "Ctrl ↑↓←→", leads: true, act: chosen(() => handlers.onMap()) },
     { text: "Insert a Goto after it", act: () => handlers.insert({ step, point }) },
     { text: `Delete ${id}`, keys: "Delete", act: () => handlers.remove({ step, point: 0 }, true) },
+    { text: "Reverse the whole plan", keys: "Shift R", act: () => handlers.allBack() },
   ];
 }
 

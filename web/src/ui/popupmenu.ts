@@ -8,6 +8,8 @@ export interface MenuItem {
   readonly keys?: string;
   /** Why it cannot be done. */
   readonly whyNot?: string;
+  /** It leads the keyboard somewhere by itself. */
+  readonly leads?: boolean;
   act(): void;
 }
 
@@ -46,7 +48,7 @@ export function createPopupMenu(after: () => HTMLElement | null): PopupMenu {
       if (item.whyNot) return;
       root.hidePopover();
       item.act();
-      after()?.focus();
+      if (!item.leads) after()?.focus();
     });
     return entry;
   };
