@@ -123,6 +123,7 @@ bench: setup web chromium
 	@sh scripts/bench-pyimclsts
 	cargo bench --locked --package charts --bench charts
 	cargo bench --locked --package mission --bench guard
+	cargo bench --locked --package planner --bench routes
 	@command -v ogr2ogr >/dev/null || { \
 	  echo "Installing GDAL (135 MB, once), to import the same cells beside"; \
 	  apt-get update -q && apt-get install -qy --no-install-recommends gdal-bin; } || \

@@ -11,6 +11,8 @@ use units::LatLon;
 
 /// Around the whole chart (m).
 const MARGIN_M: f64 = 500.0;
+/// Clearances are measured in pieces of a leg so long (m).
+const PIECE_M: f64 = 250.0;
 /// Points on each border of a box that is brought from the plane to the globe or back.
 const BORDER_POINTS: u32 = 16;
 
@@ -119,14 +121,21 @@ impl SeaRoom {
     /// How far a leg keeps from the nearest barrier (m), and where; `None` if there is none within `within_m`.
     pub(crate) fn clearance(&self, from: Point, to: Point, within_m: f64) -> Option<(f64, Point)> {
         let mut nearest: Option<(f64, Point)> = None;
-        self.tree.nearest(&Bounds::of(&[from, to]), within_m, |side| {
-            let [a, b] = self.barriers[side as usize];
-            let (distance_m, at) = distance(from, to, a, b);
-            if distance_m <= within_m && nearest.is_none_or(|(held_m, _)| distance_m < held_m) {
-                nearest = Some((distance_m, at));
-            }
-            nearest.map_or(within_m, |(held_m, _)| held_m)
-        });
+        // The box around a long leg holds half the chart; those around its pieces hold little.
+        let pieces = (from.distance_m(to) / PIECE_M).ceil().clamp(1.0, 1e5) as u32;
+        let at = |piece: u32| from.towards(to, f64::from(piece) / f64::from(pieces));
+        for piece in 0..pieces {
+            let (from, to) = (at(piece), at(piece + 1));
+            let within_m = nearest.map_or(within_m, |(held_m, _)| held_m);
+            self.tree.nearest(&Bounds::of(&[from, to]), within_m, |side| {
+                let [a, b] = self.barriers[side as usize];
+                let (distance_m, at) = distance(from, to, a, b);
+                if distance_m <= within_m && nearest.is_none_or(|(held_m, _)| distance_m < held_m) {
+                    nearest = Some((distance_m, at));
+                }
+                nearest.map_or(within_m, |(held_m, _)| held_m)
+            });
+        }
         nearest
     }
 }
