@@ -10,6 +10,9 @@ use std::collections::HashMap;
 /// No triangle.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// Pieces of water are looked for at twice the distance of the nearest one and so much farther (m).
+const OTHER_PIECES_M: f64 = 300.0;
+
 /// What lies so near the border of a triangle counts as on it, and is moved in by so much (m).
 const ON_BORDER_M: f64 = 1e-3;
 const MOVED_IN_M: f64 = 0.02;
@@ -98,27 +101,45 @@ impl Mesh {
         at.towards(middle, (MOVED_IN_M / at.distance_m(middle).max(MOVED_IN_M)).min(0.5))
     }
 
-    /// For each piece of water within a distance of a point, its nearest point, the nearest piece first.
+    /// For each piece of water within a distance of a point, and not much farther than the nearest one, its nearest
+    /// point; the nearest piece first.
     pub(crate) fn nearest(&self, at: Point, within_m: f64) -> Vec<Near> {
         let mut found: Vec<Near> = Vec::new();
+        let piece = |one: &Near| self.piece[one.triangle as usize];
         self.tree.nearest(&Bounds { min: at, max: at }, within_m, |triangle| {
-            let [a, b, c] = self.triangle(triangle);
-            let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| at.nearest_on(from, to));
-            let on =
-                sides.into_iter().min_by(|one, other| at.distance_m(*one).total_cmp(&at.distance_m(*other)));
-            let on = on.unwrap_or(a);
-            let near = Near { triangle, at: on, distance_m: at.distance_m(on) };
-            let piece = |one: &Near| self.piece[one.triangle as usize];
+            let near = self.near(triangle, at);
             match found.iter_mut().find(|one| piece(one) == piece(&near)) {
                 Some(held) if near.distance_m < held.distance_m => *held = near,
                 Some(_) => {}
                 None if near.distance_m <= within_m => found.push(near),
                 None => {}
             }
-            within_m
+            let nearest_m = found.iter().map(|near| near.distance_m).fold(f64::INFINITY, f64::min);
+            within_m.min(2.0 * nearest_m + OTHER_PIECES_M)
         });
         found.sort_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
         found
+    }
+
+    /// The nearest point of one piece of water.
+    pub(crate) fn nearest_of(&self, piece: u32, at: Point) -> Option<Near> {
+        let mut nearest: Option<Near> = None;
+        self.tree.nearest(&Bounds { min: at, max: at }, f64::INFINITY, |triangle| {
+            let near = self.near(triangle, at);
+            let is_nearer = nearest.is_none_or(|held| near.distance_m < held.distance_m);
+            if self.piece[triangle as usize] == piece && is_nearer {
+                nearest = Some(near);
+            }
+            nearest.map_or(f64::INFINITY, |held| held.distance_m)
+        });
+        nearest
+    }
+
+    fn near(&self, triangle: u32, at: Point) -> Near {
+        let [a, b, c] = self.triangle(triangle);
+        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| at.nearest_on(from, to));
+        let [first, rest @ ..] = sides.map(|on| Near { triangle, at: on, distance_m: at.distance_m(on) });
+        rest.into_iter().fold(first, |best, one| if one.distance_m < best.distance_m { one } else { best })
     }
 
     /// The triangles on the way out of a bay, from one on; empty for one that lies in none.

@@ -282,8 +282,7 @@ impl Question<'_> {
         let room = self.room;
         let goal = room.plane().point(self.request.to);
         let piece = room.mesh.piece[start.triangle as usize];
-        let near = room.mesh.nearest(goal, f64::INFINITY);
-        let near = near.into_iter().find(|near| room.mesh.piece[near.triangle as usize] == piece);
+        let near = room.mesh.nearest_of(piece, goal);
         let (at, gap_m) =
             near.map_or((start.at, start.at.distance_m(goal)), |near| (near.at, near.distance_m));
         Refusal::NoWay { nearest: room.plane().place(at), gap_m }
