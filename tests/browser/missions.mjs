@@ -17,7 +17,8 @@ await inBrowser(async (open) => {
   await note("In the mission", Number(from) + 5_000_000, BOAT);
   await note("For all", Number(from) + 6_000_000, null);
   await note("Before it", Number(from) - 5_000_000, BOAT);
-  await page.getByRole("link", { name: "Missions", exact: true }).click();
+  await page.getByRole("link", { name: "Log book", exact: true }).click();
+  await page.getByRole("navigation", { name: "Log book" }).getByRole("link", { name: "Missions" }).click();
   await page.getByText("No mission is written down yet. Make one by New mission").waitFor();
   await look(page, "missions-empty");
 

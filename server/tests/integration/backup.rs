@@ -146,6 +146,8 @@ fn a_backup_of_a_running_server_comes_back_whole_or_not_at_all() {
     run(&data, &["tls", "init", "--name", "localhost"]);
     fs::create_dir_all(data.join("charts")).unwrap();
     fs::write(data.join("charts/aboard.json"), "{}").unwrap();
+    fs::create_dir_all(data.join("logbook")).unwrap();
+    fs::write(data.join("logbook/1"), "a photo").unwrap();
     let config = at("server.toml");
     fs::write(&config, "[imc]\nname = \"shore\"\n").unwrap();
     let mut server = Server::start(&data);
@@ -159,7 +161,7 @@ fn a_backup_of_a_running_server_comes_back_whole_or_not_at_all() {
     for question in [&["export"] as &[&str], &["vessel", "list"], &["user", "list"], &["token", "list"]] {
         assert!(run(&back, question) == run(&data, question), "{question:?} has another answer");
     }
-    for file in ["tls/ca.pem", "tls/ca-key.pem", "tls/server.pem", "charts/aboard.json"] {
+    for file in ["tls/ca.pem", "tls/ca-key.pem", "tls/server.pem", "charts/aboard.json", "logbook/1"] {
         assert_eq!(fs::read(back.join(file)).unwrap(), fs::read(data.join(file)).unwrap(), "{file}");
     }
     assert!(back.join("archive/0x2810/20261121/IMC.xml.gz").exists(), "the definitions are not there");

@@ -1,8 +1,11 @@
 use super::photos::{self, PHOTO_BYTES};
 use super::rows::{AddPhoto, Correct, Earlier, One, PhotoBytes, Said, Withdraw, Write};
-use super::{CSV_HEAD, Filter, Notes, csv_row};
-use crate::identity::{Fault, Request as _, migrated};
-use api::{LogNote, LogWord};
+use super::{CSV_HEAD, Filter, Logbook, Notes, csv_row};
+use crate::clock::Clock;
+use crate::error::ErrorKind;
+use crate::identity::{Fault, Grants, People, Principal, Request, Settings, Via, migrated};
+use crate::owners::Owners;
+use api::{LogNote, LogNoteAsk, LogWord, Permission, Role};
 use sqlx::SqliteConnection;
 use units::UtcTime;
 
@@ -141,4 +144,42 @@ fn the_file_quotes_text_and_keeps_it_from_being_a_formula() {
          2026-03-01T12:34:57.500000Z,,,2026-03-01T12:34:58.000000Z,anna,,3\n"
     );
     assert_eq!(CSV_HEAD.split(',').count(), 13);
+}
+
+/// Says that a note has a photo as large as all may be together.
+struct Fill(i64);
+
+impl Request for Fill {
+    type Answer = ();
+
+    async fn run(self, db: &mut SqliteConnection) -> Result<(), Fault> {
+        let sql = "UPDATE log_note SET photo = 'image/png', photo_bytes = ?2 WHERE id = ?1";
+        sqlx::query(sql).bind(self.0).bind(photos::ALL_BYTES.cast_signed()).execute(db).await?;
+        Ok(())
+    }
+}
+
+#[tokio::test]
+async fn photos_together_keep_within_their_bound_and_the_note_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let clock = Clock::real();
+    let owners = Owners::new(clock.clone());
+    let people = People::start(folder.path(), &Settings::default(), &owners, clock.clone()).await.unwrap().0;
+    let logbook = Logbook::new(people.clone(), clock, folder.path());
+    let grants = Grants::new(&[Permission { vessel: None, role: Role::Operator }]);
+    let via = Via::Token { id: 1, label: "test".to_owned() };
+    let who = Principal { person: 7, name: "nils".to_owned(), grants, via };
+    let here = || "::1".to_owned();
+    let mut ids = Vec::new();
+    for text in ["full", "one more"] {
+        let ask = LogNoteAsk { text: text.to_owned(), ..LogNoteAsk::default() };
+        ids.push(logbook.write(&who, here(), ask).await.unwrap().id);
+    }
+    let photo = b"\x89PNG\r\n\x1A\nrest".to_vec();
+    people.change(Fill(ids[0])).await.unwrap();
+    let told = logbook.add_photo(&who, here(), ids[1], photo.clone()).await.unwrap_err();
+    assert!(told.kind == ErrorKind::Refused && told.text.contains("2 GiB of photos"), "{told}");
+    assert!(!folder.path().join("logbook").exists(), "nothing was written");
+    let notes = logbook.page(&who, Filter::default(), None, 10).await.unwrap().notes;
+    assert_eq!((notes.len(), notes[0].photo.as_deref()), (2, None), "the note is kept");
 }

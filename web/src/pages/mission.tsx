@@ -62,7 +62,7 @@ export function startMission(root: HTMLElement): void {
   };
 
   const About = ({ mission, written, changed, withdrawn }: Mission) => (
-    <dl class="about">
+    <dl class="mission-about">
       <dt>Time (UTC)</dt><dd class="num">{utc(mission.from_us)} to {mission.to_us === null ? "now: it goes on" : utc(mission.to_us)}</dd>
       <dt>Vessels</dt><dd>{mission.vessels.map(called).join(", ")}</dd>
       {mission.people && <><dt>People</dt><dd>{mission.people}</dd></>}

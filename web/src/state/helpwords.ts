@@ -38,6 +38,8 @@ export const GLOSSARY: readonly (readonly [string, string])[] = [
   ["Least depth on track", "The least depth of the chart under the way that the vessel takes, its margins included."],
   ["Lines in polygon", "A tool of the plan editor: a polygon that you draw becomes a path of parallel lines inside it. No place inside is farther from a line than half the spacing."],
   ["Link", "How the vessel reaches the server. Live: heard just now. Late: more than usual since. Stale: what is shown is old. Lost: nothing comes any more; the circle is where it can be by now."],
+  ["Log book", "What a vessel logs by itself, and what people note: the pen marks their notes. A note is corrected or withdrawn, never lost."],
+  ["Mission", "A time with its vessels, people and purpose, as somebody wrote it down. Its page has replay, summary, files and notes of that time."],
   ["Not reported", "The vessel has not said it. It does not mean zero, and not that all is well."],
   ["Old value", "Struck and hatched: not heard for three of its usual intervals."],
   ["Overscale", "The map is shown larger than the chart was made for. Details are less certain than they look."],
