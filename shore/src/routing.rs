@@ -141,10 +141,11 @@ impl Question {
         if let Some(clearance_m) = passable.clearance_m {
             would_do.push(format!("a clearance of {clearance_m:.0} m"));
         }
-        refused.text.push_str(&match &would_do[..] {
-            [] => " Neither less depth nor less clearance opens one.".to_owned(),
-            some => format!(" There is one with {}.", some.join(", or with ")),
-        });
+        let text = match &would_do[..] {
+            [] => "Neither less depth nor less clearance opens one.".to_owned(),
+            some => format!("There is one with {}.", some.join(", or with ")),
+        };
+        refused.text = format!("{} {text}", refused.text);
     }
 
     fn described(&self, route: &Route, set: &Set) -> SeaRoute {

@@ -50,7 +50,7 @@ impl Bounds {
 pub(crate) struct Boxes {
     items: Vec<u32>,
     /// Boxes of the items, then of each higher level.
-    boxes: Vec<Bounds>,
+    bounds: Vec<Bounds>,
     levels: Vec<usize>,
 }
 
@@ -86,14 +86,14 @@ impl Boxes {
             }
             below = below.end..boxes.len();
         }
-        Self { items, boxes, levels }
+        Self { items, bounds: boxes, levels }
     }
 
     /// The first item whose box holds a point and that is wanted.
     pub(crate) fn find(&self, at: Point, wanted: impl Fn(u32) -> bool) -> Option<u32> {
         let mut stack = vec![(self.levels.len().checked_sub(1)?, 0)];
         while let Some((level, index)) = stack.pop() {
-            if !self.boxes[self.levels[level] + index].contains(at) {
+            if !self.bounds[self.levels[level] + index].contains(at) {
                 continue;
             }
             if level > 0 {
@@ -120,7 +120,7 @@ impl Boxes {
                 continue;
             }
             for child in self.children(level, index) {
-                let distance_m = self.boxes[self.levels[level - 1] + child].distance_m(from);
+                let distance_m = self.bounds[self.levels[level - 1] + child].distance_m(from);
                 if distance_m <= within_m {
                     heap.push(Reverse((distance_m.to_bits(), level - 1, child)));
                 }

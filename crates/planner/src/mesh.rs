@@ -5,7 +5,6 @@ use crate::obstacles::{GridPoint, Pieces, metres};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
-use std::collections::HashMap;
 
 /// No triangle.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -35,6 +34,14 @@ pub(crate) struct Mesh {
     tree: Boxes,
 }
 
+/// Each point once, in order.
+fn in_order(points: impl Iterator<Item = GridPoint>) -> Vec<GridPoint> {
+    let mut points: Vec<GridPoint> = points.collect();
+    points.sort_unstable();
+    points.dedup();
+    points
+}
+
 /// A piece's triangles and a point well inside.
 struct Piece {
     triangles: Vec<[GridPoint; 3]>,
@@ -49,26 +56,20 @@ impl Mesh {
         cancel: &Cancel<'_>,
     ) -> Result<Self, PlanError> {
         let mut mesh = Self::default();
-        let mut numbers: HashMap<GridPoint, u32> = HashMap::new();
-        let mut piece_number = 0;
+        let mut triangles: Vec<[GridPoint; 3]> = Vec::new();
         for rings in pieces {
             cancel.check()?;
             let Some(piece) = Piece::new(rings)? else { continue };
-            if !is_open(piece.inside) {
-                continue;
+            if is_open(piece.inside) {
+                let number = mesh.piece.last().map_or(0, |last| last + 1);
+                mesh.piece.resize(mesh.piece.len() + piece.triangles.len(), number);
+                triangles.extend(piece.triangles);
             }
-            for triangle in piece.triangles {
-                let corners = triangle.map(|at| {
-                    *numbers.entry(at).or_insert_with(|| {
-                        mesh.points.push(metres(at));
-                        mesh.points.len() as u32 - 1
-                    })
-                });
-                mesh.corners.push(corners);
-                mesh.piece.push(piece_number);
-            }
-            piece_number += 1;
         }
+        let grid = in_order(triangles.iter().flatten().copied());
+        mesh.points = grid.iter().map(|at| metres(*at)).collect();
+        let number = |at: GridPoint| grid.binary_search(&at).map_or(NONE, |number| number as u32);
+        mesh.corners = triangles.into_iter().map(|corners| corners.map(number)).collect();
         cancel.check()?;
         mesh.join();
         mesh.find_bays();
@@ -110,9 +111,8 @@ impl Mesh {
             let near = self.near(triangle, at);
             match found.iter_mut().find(|one| piece(one) == piece(&near)) {
                 Some(held) if near.distance_m < held.distance_m => *held = near,
-                Some(_) => {}
                 None if near.distance_m <= within_m => found.push(near),
-                None => {}
+                Some(_) | None => {}
             }
             let nearest_m = found.iter().map(|near| near.distance_m).fold(f64::INFINITY, f64::min);
             within_m.min(2.0 * nearest_m + OTHER_PIECES_M)
@@ -155,24 +155,26 @@ impl Mesh {
 
     /// Finds what lies beyond each side.
     fn join(&mut self) {
-        let mut sides: HashMap<(u32, u32), u32> = HashMap::with_capacity(self.corners.len() * 3);
-        for (number, corners) in (0_u32..).zip(&self.corners) {
-            for side in 0..3 {
-                sides.insert((corners[side], corners[(side + 1) % 3]), number);
-            }
-        }
-        let beyond = |corners: &[u32; 3]| {
-            [0, 1, 2]
-                .map(|side| sides.get(&(corners[(side + 1) % 3], corners[side])).copied().unwrap_or(NONE))
+        let of = |(number, corners): (u32, &[u32; 3])| {
+            let corners = *corners;
+            (0..3).map(move |side| (corners[side], corners[(side + 1) % 3], number))
         };
-        self.beyond = self.corners.iter().map(beyond).collect();
+        let mut sides: Vec<(u32, u32, u32)> = (0_u32..).zip(&self.corners).flat_map(of).collect();
+        sides.sort_unstable();
+        let beyond = |from: u32, to: u32| {
+            let at = sides.binary_search_by_key(&(from, to), |side| (side.0, side.1));
+            at.map_or(NONE, |at| sides[at].2)
+        };
+        let all = self.corners.iter();
+        self.beyond =
+            all.map(|corners| [0, 1, 2].map(|side| beyond(corners[(side + 1) % 3], corners[side]))).collect();
         self.find_bends();
     }
 
     /// A shortest way bends only around closed ground: where the border, with open water to its left, turns right.
     fn find_bends(&mut self) {
         // By corner the one before it on the border; a corner that two borders touch may be bent at anyhow.
-        let mut before: HashMap<u32, u32> = HashMap::new();
+        let mut before = vec![NONE; self.points.len()];
         let borders = || {
             self.corners.iter().zip(&self.beyond).flat_map(|(corners, beyond)| {
                 let closed = (0..3).filter(|side| beyond[*side] == NONE);
@@ -181,14 +183,14 @@ impl Mesh {
         };
         let mut bends = vec![false; self.points.len()];
         for (from, to) in borders() {
-            if before.insert(to, from).is_some() {
-                bends[to as usize] = true;
-            }
+            bends[to as usize] |= before[to as usize] != NONE;
+            before[to as usize] = from;
         }
         let at = |corner: u32| self.points[corner as usize];
         for (from, to) in borders() {
-            if let Some(before) = before.get(&from) {
-                bends[from as usize] |= at(*before).cross(at(from), at(to)) < 0.0;
+            let before = before[from as usize];
+            if before != NONE {
+                bends[from as usize] |= at(before).cross(at(from), at(to)) < 0.0;
             }
         }
         self.bends = bends;
@@ -228,25 +230,17 @@ pub(crate) struct Near {
 impl Piece {
     /// `None` of a piece without an area.
     fn new(rings: &[Vec<GridPoint>]) -> Result<Option<Self>, PlanError> {
-        let mut numbers: HashMap<GridPoint, usize> = HashMap::new();
-        let mut points = Vec::new();
+        let grid = in_order(rings.iter().flatten().copied());
+        let points = grid.iter().map(|at| Point2::new(f64::from(at[0]), f64::from(at[1]))).collect();
         let mut sides = Vec::new();
         for ring in rings {
-            let corners: Vec<usize> = ring
-                .iter()
-                .map(|at| {
-                    *numbers.entry(*at).or_insert_with(|| {
-                        points.push(Point2::new(f64::from(at[0]), f64::from(at[1])));
-                        points.len() - 1
-                    })
-                })
-                .collect();
+            let corners: Vec<usize> = ring.iter().filter_map(|at| grid.binary_search(at).ok()).collect();
             let next = corners.iter().cycle().skip(1);
             sides.extend(corners.iter().zip(next).map(|(a, b)| [*a, *b]).filter(|[a, b]| a != b));
         }
         let mut conflicts = 0;
         let all = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(points, sides, |_| {
-            conflicts += 1
+            conflicts += 1;
         });
         let all = all.map_err(|error| PlanError::Geometry(error.to_string()))?;
         if conflicts > 0 {

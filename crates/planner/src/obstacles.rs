@@ -127,7 +127,7 @@ pub(crate) fn cut_out(
     for line in lines {
         cancel.check()?;
         brush.draw(&thin(line, thinned_m), &near, &mut contour, |contour| {
-            overlay.add_contour(contour, ShapeType::Clip)
+            overlay.add_contour(contour, ShapeType::Clip);
         });
     }
     cancel.check()?;

@@ -7,6 +7,9 @@
 
 use units::{LatLon, WGS84_ECCENTRICITY_SQUARED as E2, WGS84_SEMI_MAJOR_M, wrap_pi};
 
+/// No plane has its middle nearer to a pole (rad).
+const NEARLY_A_POLE_RAD: f64 = 1.57;
+
 /// A point of the plane: metres to the east and to the north of its middle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Point {
@@ -57,7 +60,7 @@ impl Plane {
     /// A plane around a place.
     pub fn new(middle: LatLon) -> Self {
         // At a pole itself the sphere's constants have no value.
-        let lat_rad = middle.lat_rad().clamp(-1.5707, 1.5707);
+        let lat_rad = middle.lat_rad().clamp(-NEARLY_A_POLE_RAD, NEARLY_A_POLE_RAD);
         let (sin, cos) = lat_rad.sin_cos();
         let w2 = 1.0 - E2 * sin * sin;
         let prime_vertical_m = WGS84_SEMI_MAJOR_M / w2.sqrt();

@@ -242,7 +242,7 @@ fn squares(request: &Request) -> impl Iterator<Item = Square> + use<'_> {
     let plane = Plane::new(request.from);
     let middle = plane.place(plane.point(request.from).towards(plane.point(request.to), 0.5));
     let fits = move |half_m: &f64| *half_m >= 0.75 * straight_m + 5_000.0;
-    let least = HALVES_M.iter().position(|half_m| fits(half_m)).unwrap_or(HALVES_M.len() - 1);
+    let least = HALVES_M.iter().position(fits).unwrap_or(HALVES_M.len() - 1);
     HALVES_M[least..].iter().map(move |half_m| {
         let step_deg = half_m / 8.0 / 111_000.0;
         let lon_step_deg = step_deg / middle.lat_rad().cos().max(0.05);

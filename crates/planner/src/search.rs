@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, NONE};
 use crate::plane::Point;
 use crate::{Cancel, PlanError};
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::collections::BinaryHeap;
 
 /// Lengths (m) that differ by less count as equal.
 const SAME_M: f64 = 1e-6;
@@ -72,11 +72,11 @@ struct Search<'a> {
     mesh: &'a Mesh,
     goal: Point,
     goal_triangle: u32,
-    /// Triangles in bays that may be passed.
-    bays: HashSet<u32>,
+    /// Triangles in bays that may be passed, in order.
+    bays: Vec<u32>,
     roots: Vec<Root>,
-    /// By corner the best root there.
-    best: HashMap<u32, u32>,
+    /// By corner the best root there, or [`NONE`].
+    best: Vec<u32>,
     /// By corner the length of the shortest way to it that was seen (m).
     seen_m: Vec<f64>,
     steps: Vec<Step>,
@@ -98,14 +98,15 @@ pub(crate) fn shortest(
     if from_triangle == to_triangle {
         return Ok(Some((vec![from, to], Effort::default())));
     }
-    let bays = mesh.way_out(from_triangle).chain(mesh.way_out(to_triangle)).collect();
+    let mut bays: Vec<u32> = mesh.way_out(from_triangle).chain(mesh.way_out(to_triangle)).collect();
+    bays.sort_unstable();
     let mut search = Search {
         mesh,
         goal: to,
         goal_triangle: to_triangle,
         bays,
         roots: vec![Root { at: from, corner: NONE, before: NONE, length_m: 0.0 }],
-        best: HashMap::new(),
+        best: vec![NONE; mesh.points.len()],
         seen_m: vec![f64::INFINITY; mesh.points.len()],
         steps: Vec::new(),
         heap: BinaryHeap::new(),
@@ -135,7 +136,7 @@ impl Search<'_> {
                 }
                 Step::Through(interval) => self.follow(interval),
             }
-            if self.effort.intervals % STEPS_BETWEEN_LOOKS == 0 {
+            if self.effort.intervals.is_multiple_of(STEPS_BETWEEN_LOOKS) {
                 cancel.check()?;
             }
         }
@@ -169,8 +170,8 @@ impl Search<'_> {
 
     fn is_best(&self, root: u32) -> bool {
         let Root { corner, length_m, .. } = self.roots[root as usize];
-        let best = self.best.get(&corner).map(|best| self.roots[*best as usize].length_m);
-        best.is_none_or(|best_m| length_m <= best_m + SAME_M)
+        let best = self.best.get(corner as usize).and_then(|best| self.roots.get(*best as usize));
+        best.is_none_or(|best| length_m <= best.length_m + SAME_M)
     }
 
     /// What of the two other sides of the triangle is reached through an interval, straight and around its ends.
@@ -237,18 +238,18 @@ impl Search<'_> {
         }
         let before = self.roots[root as usize];
         let length_m = before.length_m + before.at.distance_m(at);
-        if let Some(best) = self.best.get(&corner) {
-            let best_m = self.roots[*best as usize].length_m;
+        let best = self.best[corner as usize];
+        if let Some(Root { length_m: best_m, .. }) = self.roots.get(best as usize) {
             if length_m > best_m + SAME_M {
                 return None;
             }
-            if length_m >= best_m {
-                return Some(*best);
+            if length_m >= *best_m {
+                return Some(best);
             }
         }
         self.roots.push(Root { at, corner, before: root, length_m });
         let number = self.roots.len() as u32 - 1;
-        self.best.insert(corner, number);
+        self.best[corner as usize] = number;
         Some(number)
     }
 
@@ -266,7 +267,7 @@ impl Search<'_> {
         if beyond == NONE || left.distance_m(right) < SAME_M {
             return None;
         }
-        if self.mesh.is_in_bay(beyond) && !self.bays.contains(&beyond) {
+        if self.mesh.is_in_bay(beyond) && self.bays.binary_search(&beyond).is_err() {
             return None;
         }
         let corners = self.mesh.corners[triangle as usize];

@@ -6,7 +6,6 @@ use super::object::{Role, Stored};
 use super::seams;
 use super::tree::{Run, Tree};
 use crate::grid::{Bounds, PER_DEGREE, Vertex};
-use std::collections::{HashMap, HashSet};
 
 /// Lines and points that corridors are held against.
 ///
@@ -104,18 +103,19 @@ impl DepthIndex {
         (Some(error), if widen { error.horizontal_m } else { 0.0 })
     }
 
-    /// Sides that have closed areas to the left and to the right: nobody comes there.
-    fn inner_sides(&self, closed: impl Fn(u32) -> bool) -> HashSet<Side> {
-        let mut sides: HashMap<Side, u8> = HashMap::new();
+    /// Sides that have closed areas to the left and to the right, in order: nobody comes there.
+    fn inner_sides(&self, closed: impl Fn(u32) -> bool) -> Vec<Side> {
+        let mut sides: Vec<(Side, bool)> = Vec::new();
         for area in &self.areas.list {
             let skin = self.objects[area.object as usize].role == Role::Skin;
             if skin && closed(area.object) {
-                for (a, b, hand) in seams::sides(self, *area) {
-                    *sides.entry((a, b)).or_default() |= if hand > 0 { 1 } else { 2 };
-                }
+                sides.extend(seams::sides(self, *area).map(|(a, b, hand)| ((a, b), hand > 0)));
             }
         }
-        sides.into_iter().filter(|(_, hands)| *hands == 3).map(|(side, _)| side).collect()
+        sides.sort_unstable();
+        sides.dedup();
+        // What is left twice has both hands.
+        sides.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[0].0).collect()
     }
 }
 
@@ -169,14 +169,14 @@ fn chains(mut runs: Vec<Run>) -> Vec<Run> {
 }
 
 /// The stretches of a line that are not inner sides.
-fn outer_parts(vertices: &[Vertex], inner: &HashSet<Side>, lines: &mut Vec<Vec<Vertex>>) {
+fn outer_parts(vertices: &[Vertex], inner: &[Side], lines: &mut Vec<Vec<Vertex>>) {
     if let [point] = vertices {
         lines.push(vec![*point]);
         return;
     }
     let mut line: Vec<Vertex> = Vec::new();
     for pair in vertices.windows(2) {
-        if inner.contains(&side(pair[0], pair[1])) {
+        if inner.binary_search(&side(pair[0], pair[1])).is_ok() {
             if line.len() > 1 {
                 lines.push(std::mem::take(&mut line));
             }

@@ -101,13 +101,8 @@ pub(super) fn route(common: &Common, arguments: &RouteArguments) -> anyhow::Resu
         ensure!(value >= 0.0 && value.is_finite(), "{name}: give a length of 0 m or more");
     }
     let format = arguments.out.as_deref().map(format).transpose()?;
-    let (db, limits) = match &arguments.db {
-        Some(db) => (db.clone(), common.load(Vec::new())?.charts.limits()),
-        None => {
-            let config = common.load(Vec::new())?;
-            (config.chart_set(), config.charts.limits())
-        }
-    };
+    let config = common.load(Vec::new())?;
+    let (db, limits) = (arguments.db.clone().unwrap_or_else(|| config.chart_set()), config.charts.limits());
     let terms = Terms { arguments, limits, router: Router::new(Arc::new(index(&db)?)) };
     match &arguments.pairs {
         Some(pairs) => terms.pairs(pairs),
@@ -195,13 +190,12 @@ impl Terms<'_> {
             }
             say!("{value}");
         }
-        let mut text = format!("no route: {refusal}");
-        if let Some(depth_m) = passable.and_then(|passable| passable.depth_m) {
-            text.push_str(&format!("; there is one with --min-depth {depth_m:.1}"));
-        }
-        if let Some(clearance_m) = passable.and_then(|passable| passable.clearance_m) {
-            text.push_str(&format!("; there is one with --clearance {:.0}", clearance_m.floor()));
-        }
+        let depth = passable.and_then(|passable| passable.depth_m);
+        let depth = depth.map(|depth_m| format!("; there is one with --min-depth {depth_m:.1}"));
+        let clearance = passable.and_then(|passable| passable.clearance_m).map(f64::floor);
+        let clearance = clearance.map(|clear_m| format!("; there is one with --clearance {clear_m:.0}"));
+        let text =
+            format!("no route: {refusal}{}{}", depth.unwrap_or_default(), clearance.unwrap_or_default());
         Err(anyhow!(text))
     }
 
