@@ -58,6 +58,14 @@ await inBrowser(async (open) => {
   await page.getByText("The note is kept, its photo is not: this is no JPEG, PNG or WebP.").waitFor();
   await page.getByText("2 notes.").waitFor();
 
+  // A photo that came too late is added to the note, which is not corrected by that.
+  const second = page.getByRole("listitem").filter({ hasText: "Second note" });
+  await second.getByRole("button", { name: /^Correct the note/ }).click();
+  await page.getByRole("form", { name: /^Correct the note/ }).getByLabel("Photo (JPEG, PNG or WebP)").setInputFiles({ name: "net.png", mimeType: "image/png", buffer: PNG });
+  await page.getByRole("form", { name: /^Correct the note/ }).getByRole("button", { name: "Save" }).press("Enter");
+  await second.getByRole("img", { name: /^Photo of the note/ }).waitFor();
+  same(await second.getByText(/^Corrected by/).count(), 0, "nothing was corrected");
+
   // Corrected: what it said before is a press away.
   await first.getByRole("button", { name: /^Correct the note/ }).click();
   const correction = page.getByRole("form", { name: /^Correct the note/ });

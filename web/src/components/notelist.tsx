@@ -3,8 +3,9 @@
 import { useState } from "preact/hooks";
 import { deleteAt, getJson, patchJson, reason } from "../api/http";
 import type { LogNote, LogNoteChange, LogNoteEarlier } from "../api/types.gen";
-import { byDay, correctionOf, draftOf, fieldOf, type Wrong } from "../state/notes";
+import { byDay, correctionOf, type Draft, draftOf, isSame, type Wrong } from "../state/notes";
 import { hexAddress, position, utc } from "../ui/format";
+import { sendPhoto, wrongFrom } from "../ui/photo";
 import { NoteForm } from "./noteform";
 
 const PATIENCE_MS = 15_000;
@@ -41,14 +42,18 @@ function Note({ note, vessels, changed, again }: Omit<Needs, "notes"> & { readon
   const vessel = note.vessel === null ? "" : (note.vessel_name ?? hexAddress(note.vessel));
   const place = placeOf(note);
   const label = `the note of ${utc(note.time_us)}`;
-  const correct = async (draft: Parameters<typeof correctionOf>[1]): Promise<Wrong | undefined> => {
+  const correct = async (draft: Draft, photo: File | undefined): Promise<Wrong | undefined> => {
     try {
-      const change: LogNoteChange = { revision: note.revision, note: correctionOf(note, draft) };
-      changed(await patchJson<LogNote>(`/api/v1/logbook/${note.id}`, change, PATIENCE_MS));
+      // Whoever only adds a photo corrects nothing.
+      if (!isSame(draft, draftOf(note))) {
+        const change: LogNoteChange = { revision: note.revision, note: correctionOf(note, draft) };
+        changed(await patchJson<LogNote>(`/api/v1/logbook/${note.id}`, change, PATIENCE_MS));
+      }
+      if (photo) changed(await sendPhoto(note, photo));
       act("");
       return undefined;
     } catch (error) {
-      return fieldOf(reason(error));
+      return wrongFrom(error);
     }
   };
   const withdraw = async (): Promise<void> => {
@@ -69,7 +74,7 @@ function Note({ note, vessels, changed, again }: Omit<Needs, "notes"> & { readon
         {vessel && <a href={watch(note)}>Watch</a>}
       </p>
       {doing === "correct" ? (
-        <NoteForm draft={draftOf(note)} vessels={vessels} withPhoto={false} label={`Correct ${label}`} id={`note-${note.id}`} send={correct} cancel={() => act("")} focus />
+        <NoteForm draft={draftOf(note)} vessels={vessels} withPhoto={note.photo === null} label={`Correct ${label}`} id={`note-${note.id}`} send={correct} cancel={() => act("")} focus />
       ) : (
         <p class="said">{note.text}</p>
       )}

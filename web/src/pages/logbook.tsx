@@ -2,23 +2,21 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { render } from "preact";
-import { postJson, putJson, reason } from "../api/http";
+import { postJson } from "../api/http";
 import type { LogNote, LogNotes } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { NoteForm } from "../components/noteform";
 import { NoteList } from "../components/notelist";
 import { Spans, TimeSpan } from "../components/timespan";
-import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, fieldOf, type Filter, filterFrom, questionOf, type Wrong } from "../state/notes";
+import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, questionOf, type Wrong } from "../state/notes";
 import { pickedUs } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress } from "../ui/format";
-import { smaller } from "../ui/photo";
+import { sendPhoto, wrongFrom } from "../ui/photo";
 
 /** After the last change of the filter the notes are asked for, ms. */
 const REST_MS = 350;
 const PATIENCE_MS = 15_000;
-/** Photos go by slow links. */
-const PHOTO_PATIENCE_MS = 120_000;
 
 export function startLogbook(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
@@ -45,24 +43,27 @@ export function startLogbook(root: HTMLElement): void {
     const found = await page.ask(`/api/v1/logbook?${questionOf(filter.value)}&before=${next.value}`);
     if (found) [notes.value, next.value] = [[...notes.value, ...found.notes], found.next];
   };
-  const sendPhoto = async (note: LogNote, photo: File): Promise<void> => {
+  const addPhoto = async (note: LogNote, photo: File): Promise<void> => {
     try {
-      await putJson<LogNote>(`/api/v1/logbook/${note.id}/photo`, await smaller(photo), PHOTO_PATIENCE_MS);
+      await sendPhoto(note, photo);
       unsent.value = undefined;
     } catch (error) {
-      const why = error instanceof Error && error.constructor === Error ? error.message : fieldOf(reason(error)).text;
-      unsent.value = { note, photo, why };
+      unsent.value = { note, photo, why: wrongFrom(error).text };
     }
   };
   const write = async (written: Draft, photo: File | undefined): Promise<Wrong | undefined> => {
     try {
       const note = await postJson<LogNote>("/api/v1/logbook", PATIENCE_MS, askOf(written));
-      if (photo) await sendPhoto(note, photo);
+      if (photo) await addPhoto(note, photo);
       void show();
       return undefined;
     } catch (error) {
-      return fieldOf(reason(error));
+      return wrongFrom(error);
     }
+  };
+  const changed = (note: LogNote): void => {
+    notes.value = notes.value.map((one) => (one.id === note.id ? note : one));
+    if (note.photo && unsent.value?.note.id === note.id) unsent.value = undefined;
   };
   let timer = 0;
   effect(() => {
@@ -105,7 +106,7 @@ export function startLogbook(root: HTMLElement): void {
         <section class="write">
           <h2>Write a note</h2>
           <NoteForm draft={draft} vessels={writable} withPhoto label="Write a note" id="new" send={write} focus={query.has("write")} />
-          {unsent.value && <p class="note warn" role="alert">The note is kept, its photo is not: {unsent.value.why} <button type="button" onClick={() => unsent.value && void sendPhoto(unsent.value.note, unsent.value.photo).then(show)}>Send the photo again</button></p>}
+          {unsent.value && <p class="note warn" role="alert">The note is kept, its photo is not: {unsent.value.why} <button type="button" onClick={() => unsent.value && void addPhoto(unsent.value.note, unsent.value.photo).then(show)}>Send the photo again</button></p>}
         </section>
       )}
       <section>
@@ -115,7 +116,7 @@ export function startLogbook(root: HTMLElement): void {
         <p role="status">{page.busy.value ? "Fetching …" : notes.value.length ? `${notes.value.length}${next.value ? " newest" : ""} ${notes.value.length === 1 ? "note" : "notes"}.` : ""}</p>
         {notes.value.length === 0 && <Nothing />}
         {may && notes.value.length > 0 && <p><a class="button" href={`/api/v1/logbook.csv?${questionOf(filter.value)}`} download>Download CSV of all notes of this filter</a></p>}
-        <NoteList notes={notes.value} vessels={writable} changed={(note) => (notes.value = notes.value.map((one) => (one.id === note.id ? note : one)))} again={() => void show()} />
+        <NoteList notes={notes.value} vessels={writable} changed={changed} again={() => void show()} />
         {next.value && <button type="button" onClick={() => void older()}>Older notes</button>}
       </section>
     </>

@@ -68,6 +68,10 @@ export function draftOf({ text, vessel, time_us, lat_deg, lon_deg }: LogNote): D
   return { text, vessel: vessel === null ? "" : String(vessel), time: picked(time_us), lat: lat_deg === null ? "" : String(lat_deg), lon: lon_deg === null ? "" : String(lon_deg) };
 }
 
+export function isSame(one: Draft, other: Draft): boolean {
+  return (Object.keys(one) as (keyof Draft)[]).every((field) => one[field] === other[field]);
+}
+
 /** A correction whose time was not touched leaves the note's own, which may be finer than a picker. */
 export function correctionOf(note: LogNote, draft: Draft): LogNoteAsk {
   const ask = askOf(draft);
