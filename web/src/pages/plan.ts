@@ -238,6 +238,7 @@ class PlanPage {
       judged: (check: PlanCheck) => {
         this.steps.check(check);
         this.canvas.update(editing.shown, editing.selected, check.maneuvers);
+        this.keepFocusInSight();
       },
       go: (place) => {
         this.canvas.reveal(place);
@@ -333,6 +334,7 @@ class PlanPage {
     this.boxes.status.dataset["state"] = now.state;
     setText(this.boxes.status, keepingText(now));
     if (now.state === "conflict") this.conflict(now.newer);
+    this.keepFocusInSight();
   }
 
   private conflict(newer: StoredPlan): void {
@@ -382,6 +384,12 @@ class PlanPage {
     if (!this.fits || !this.systems.some((system) => system.fix)) return;
     this.fits = false;
     this.canvas.fit();
+  }
+
+  /** What is said above a field that is being typed in pushes it down: it stays where it is seen. */
+  private keepFocusInSight(): void {
+    const { activeElement } = document;
+    if (activeElement && this.boxes.side.contains(activeElement)) activeElement.scrollIntoView({ block: "nearest" });
   }
 
   private drawVessels(): void {
