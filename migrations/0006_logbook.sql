@@ -1,4 +1,4 @@
--- The log book that people keep. Nothing goes: a note that is corrected leaves its earlier state in log_note_before, one that is
+-- The log book that people keep. Nothing is deleted: a note that is corrected leaves its earlier state in log_note_before, one that is
 -- withdrawn is marked. vessel is NULL for a note on no vessel, lat_deg and lon_deg together for one without a place; folded is
 -- the text in small letters, which is searched; photo is the media type of the file logbook/ID in the data folder. Times are
 -- microseconds since 1970 UTC.
@@ -25,7 +25,7 @@ CREATE TABLE log_note (
 CREATE INDEX log_note_time ON log_note (time_us, id);
 CREATE INDEX log_note_photo ON log_note (photo_bytes) WHERE photo_bytes > 0;
 
--- What a note said before; by and written_us tell who wrote that, and when.
+-- Earlier texts of notes, with who wrote them and when.
 CREATE TABLE log_note_before (
     note INTEGER NOT NULL REFERENCES log_note,
     revision INTEGER NOT NULL,

@@ -1,7 +1,7 @@
 //! Routes on the sea chart for people and programs.
 //!
 //! Planning takes a processor for some milliseconds, and for up to a second where water must be prepared first. So few
-//! plan at once, a bounded number waits, and who goes away is not planned for.
+//! plan at once, a bounded number waits, and planning ends when the client goes away.
 
 use crate::charts::Set;
 use crate::error::{Error, ErrorKind, Result, slow};
@@ -38,7 +38,7 @@ impl Default for Routing {
     }
 }
 
-/// Says when nobody waits for an answer any more.
+/// Says, when it is dropped, that the client has gone.
 struct Waiting(Arc<AtomicBool>);
 
 impl Drop for Waiting {
@@ -51,7 +51,7 @@ impl Routing {
     /// The shortest route that keeps to water that is deep enough, by these limits where the question leaves them open.
     ///
     /// # Errors
-    /// The question makes no sense, or too many wait. That there is no route is an answer.
+    /// The question is malformed, or too many wait. That no route exists is an answer, not an error.
     pub async fn route(
         &self,
         set: Arc<Set>,
@@ -69,7 +69,7 @@ impl Routing {
     }
 }
 
-/// A question that makes sense.
+/// A question that was read and is in range.
 pub struct Question {
     places: Vec<LatLon>,
     needs: Needs,
@@ -82,7 +82,7 @@ impl Question {
     /// Reads what was asked.
     ///
     /// # Errors
-    /// What makes no sense in it.
+    /// Which part is malformed.
     pub fn new(ask: &SeaRouteAsk, limits: GuardLimits) -> Result<Self> {
         let malformed = |text: String| Error::new(ErrorKind::Malformed, text);
         if !POINTS.contains(&ask.points.len()) {
@@ -131,7 +131,7 @@ impl Question {
     }
 
     fn explain(&self, set: &Set, ends: &Request, cancel: &Cancel<'_>, refused: &mut SeaRouteRefusal) {
-        // Where nobody waits any more there is nothing to explain.
+        // Cancelled: the client has gone.
         let Ok(passable) = set.router.passable(ends, &self.needs, cancel) else { return };
         (refused.passable_depth_m, refused.passable_clearance_m) = (passable.depth_m, passable.clearance_m);
         let mut would_do = Vec::new();
@@ -142,7 +142,7 @@ impl Question {
             would_do.push(format!("a clearance of {clearance_m:.0} m"));
         }
         let text = match &would_do[..] {
-            [] => "Neither less depth nor less clearance opens one.".to_owned(),
+            [] => "Neither a smaller depth nor a smaller clearance gives one.".to_owned(),
             some => format!("There is one with {}.", some.join(", or with ")),
         };
         refused.text = format!("{} {text}", refused.text);
@@ -194,7 +194,7 @@ fn described_move(moved: Moved, end: &str) -> SeaRouteMoved {
         end: end.to_owned(),
         distance_m,
         text: format!(
-            "The {end} lay in water that is closed by these limits; it was moved by {distance_m:.0} m."
+            "The {end} lies too near land, shallow water or a danger; it was moved by {distance_m:.0} m."
         ),
     }
 }
@@ -204,6 +204,7 @@ fn refused(stretch: usize, refusal: &Refusal) -> SeaRouteRefusal {
         Refusal::Closed { end: End::Start, nearest_m, .. } => ("closed_start", None, *nearest_m),
         Refusal::Closed { end: End::Goal, nearest_m, .. } => ("closed_goal", None, *nearest_m),
         Refusal::NoWay { nearest, gap_m } => ("no_way", Some(degrees(*nearest)), Some(*gap_m)),
+        Refusal::TooFar { .. } => ("too_far", None, None),
         Refusal::NotConfirmed { .. } => ("not_confirmed", None, None),
         Refusal::Needs(_) | Refusal::Plan(_) => ("failed", None, None),
     };

@@ -31,7 +31,7 @@ await inBrowser(async (open) => {
   await page.keyboard.type("Swell from west, wind 8 m/s");
   await form.getByLabel("Latitude, °").fill("63,44");
   await form.getByRole("button", { name: "Write", exact: true }).press("Enter");
-  await form.getByText("A place has a longitude too.").waitFor();
+  await form.getByText("Give the longitude too.").waitFor();
   await look(page, "logbook-wrong");
   await form.getByLabel("Longitude, °").fill("10.4");
   await form.getByLabel("About vessel").selectOption("otter-0");
@@ -55,7 +55,7 @@ await inBrowser(async (open) => {
   await text.fill("Second note");
   await form.getByLabel("Photo (JPEG, PNG or WebP)").setInputFiles({ name: "x.png", mimeType: "image/png", buffer: Buffer.from("no photo") });
   await form.getByRole("button", { name: "Write", exact: true }).click();
-  await page.getByText("The note is kept, its photo is not: this is no JPEG, PNG or WebP.").waitFor();
+  await page.getByText("The note is kept, its photo is not: not a JPEG, PNG or WebP file").waitFor();
   await page.getByText("2 notes.").waitFor();
 
   // A photo that came too late is added to the note, which is not corrected by that.

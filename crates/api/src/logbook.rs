@@ -15,13 +15,13 @@ pub struct LogNote {
     /// The time it is about, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
-    /// IMC address of the vessel it is about; null for none.
+    /// IMC address of the vessel it is about; null for a note on no vessel.
     pub vessel: Option<u16>,
     /// What people call the vessel; null where they gave it no name.
     pub vessel_name: Option<String>,
-    /// WGS 84 latitude of the place it is about, north positive; null for none.
+    /// WGS 84 latitude of the place it is about, north positive; null without a place.
     pub lat_deg: Option<f64>,
-    /// WGS 84 longitude of the place it is about, east positive; null for none.
+    /// WGS 84 longitude of the place it is about, east positive; null without a place.
     pub lon_deg: Option<f64>,
     /// What it says.
     pub text: String,
@@ -30,11 +30,11 @@ pub struct LogNote {
     /// When it was written, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub written_us: i64,
-    /// Who corrected it last; null for nobody. `/api/v1/logbook/{id}/earlier` tells what it said before.
+    /// Who corrected it last; null if nobody did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
     pub corrected: Option<LogWord>,
     /// Who withdrew it; null while it stands.
     pub withdrawn: Option<LogWord>,
-    /// Media type of its photo; null where it has none.
+    /// Media type of its photo; null without a photo.
     pub photo: Option<String>,
     /// Whether the one who asks may correct or withdraw it.
     pub may_change: bool,
@@ -58,9 +58,9 @@ pub struct LogWord {
 pub struct LogNoteAsk {
     /// 1 to 4,000 characters.
     pub text: String,
-    /// IMC address of the vessel it is about; null for none.
+    /// IMC address of the vessel it is about; null for a note on no vessel.
     pub vessel: Option<u16>,
-    /// WGS 84 latitude of the place it is about; null for none.
+    /// WGS 84 latitude of the place it is about; null without a place.
     pub lat_deg: Option<f64>,
     /// WGS 84 longitude, with the latitude.
     pub lon_deg: Option<f64>,
@@ -69,7 +69,7 @@ pub struct LogNoteAsk {
     pub time_us: Option<i64>,
 }
 
-/// How a note is corrected: all that it says, anew.
+/// A corrected note: all of its fields.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -89,11 +89,11 @@ pub struct LogNoteEarlier {
     /// The time it was about, µs since 1970 UTC.
     #[cfg_attr(test, ts(type = "number"))]
     pub time_us: i64,
-    /// IMC address of the vessel; null for none.
+    /// IMC address of the vessel; null for a note on no vessel.
     pub vessel: Option<u16>,
-    /// WGS 84 latitude; null for none.
+    /// WGS 84 latitude; null without a place.
     pub lat_deg: Option<f64>,
-    /// WGS 84 longitude; null for none.
+    /// WGS 84 longitude; null without a place.
     pub lon_deg: Option<f64>,
     /// What it said.
     pub text: String,
@@ -147,6 +147,6 @@ pub struct LogNotesFileQuery {
 pub struct LogNotes {
     /// The newest first, by the time they are about.
     pub notes: Vec<LogNote>,
-    /// What to ask for as `before` to get older ones; null where there are none.
+    /// Give this as `before` to ask for older notes; null on the last page.
     pub next: Option<String>,
 }

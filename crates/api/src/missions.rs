@@ -40,7 +40,7 @@ pub struct Mission {
     pub mission: MissionAsk,
     /// Who wrote it down first, and when.
     pub written: LogWord,
-    /// Who changed it last; null for nobody.
+    /// Who changed it last; null if nobody did.
     pub changed: Option<LogWord>,
     /// Who withdrew it; null while it stands.
     pub withdrawn: Option<LogWord>,
@@ -48,7 +48,7 @@ pub struct Mission {
     pub may_change: bool,
 }
 
-/// How a mission is changed: all that it says, anew.
+/// A changed mission: all of its fields.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -77,11 +77,11 @@ pub struct MissionsQuery {
 pub struct Missions {
     /// Those that began last first.
     pub missions: Vec<Mission>,
-    /// What to ask for as `before` to get older ones; null where there are none.
+    /// Give this as `before` to ask for older missions; null on the last page.
     pub next: Option<String>,
 }
 
-/// What the history tells of a mission.
+/// A mission's summary from the history.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MissionSummary {
@@ -100,17 +100,17 @@ pub struct MissionVessel {
     pub vessel: u16,
     /// What people call it; null where they gave it no name.
     pub vessel_name: Option<String>,
-    /// Time of its first recorded position, µs since 1970 UTC; null for none.
+    /// Time of its first recorded position, µs since 1970 UTC; null without positions.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub first_us: Option<i64>,
-    /// Time of its last recorded position, µs since 1970 UTC; null for none.
+    /// Time of its last recorded position, µs since 1970 UTC; null without positions.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub last_us: Option<i64>,
     /// Distance from position to position, one a second (m); over gaps the straight way.
     pub distance_m: f64,
     /// Time with recorded positions (s): gaps of more than a minute do not count.
     pub recorded_s: f64,
-    /// The battery's first charge (%), by FuelLevel; null where none is recorded.
+    /// The battery's first charge (%), by FuelLevel; null if it was not recorded.
     pub battery_first_percent: Option<f64>,
     /// Its last charge (%).
     pub battery_last_percent: Option<f64>,

@@ -22,12 +22,12 @@ pub struct SeaRouteAsk {
     /// Speed that the duration is reckoned with (m/s); null for 1.5.
     #[serde(default)]
     pub speed_mps: Option<f64>,
-    /// Where there is no route, look for the depth and the clearance at which there is one; takes some seconds.
+    /// If no route exists, look for a smaller depth and clearance that give one; takes some seconds.
     #[serde(default)]
     pub explain: bool,
 }
 
-/// A route, or why there is none. Exactly one of both is there.
+/// The answer: either a route, or the reason that no route exists. The other is null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteAnswer {
@@ -37,7 +37,7 @@ pub struct SeaRouteAnswer {
     pub asked_clearance_m: f64,
     /// The route.
     pub route: Option<SeaRoute>,
-    /// Why there is none.
+    /// The reason that no route exists.
     pub refusal: Option<SeaRouteRefusal>,
     /// What planning took (ms).
     pub took_ms: f64,
@@ -57,9 +57,9 @@ pub struct SeaRoute {
     pub duration_s: f64,
     /// Least charted depth within the clearance (m).
     pub least_depth_m: Option<f64>,
-    /// Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+    /// Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
     pub least_clearance_m: Option<f64>,
-    /// Ends that lay in closed water and were moved to the nearest open water.
+    /// Ends too near land, shallow water or a danger, which were moved to the nearest open water.
     pub moved: Vec<SeaRouteMoved>,
     /// Whether the guard lets a vessel sail every leg by itself.
     pub guarded: bool,
@@ -79,7 +79,7 @@ pub struct SeaRouteLeg {
     pub least_depth_m: Option<f64>,
     /// Where that is: latitude and longitude (°).
     pub least_depth_at: [f64; 2],
-    /// Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+    /// Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
     pub clearance_m: Option<f64>,
 }
 
@@ -95,11 +95,11 @@ pub struct SeaRouteMoved {
     pub text: String,
 }
 
-/// Why there is no route.
+/// Why no route exists.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeaRouteRefusal {
-    /// For programs: `closed_start`, `closed_goal`, `no_way`, `not_confirmed`, `failed`.
+    /// For programs: `closed_start`, `closed_goal`, `no_way`, `too_far`, `not_confirmed` or `failed`.
     pub code: String,
     /// For people: what is in the way, and what to do.
     pub text: String,
@@ -109,8 +109,8 @@ pub struct SeaRouteRefusal {
     pub nearest: Option<[f64; 2]>,
     /// How far open water, or that place, is from where it was asked for (m).
     pub gap_m: Option<f64>,
-    /// The greatest least depth (m) at which there is a way with this clearance; null where none was found.
+    /// The greatest least depth (m) that gives a route with this clearance; null if none was found, or not asked for.
     pub passable_depth_m: Option<f64>,
-    /// The greatest clearance (m) at which there is a way of this depth; null where none was found.
+    /// The greatest clearance (m) that gives a route of this depth; null if none was found, or not asked for.
     pub passable_clearance_m: Option<f64>,
 }

@@ -1,8 +1,8 @@
 //! The classic way, for comparison and teaching: A* on a regular grid of the chart.
 //!
 //! This is the planner of a 2020 master's thesis on these vessels, on data structures that fit: a flat grid instead of
-//! a table of points, a heap instead of a linear scan. A cell is open if its middle is deep enough; nothing is known of
-//! what lies between middles, and no clearance is kept. [`crate::Router`] is what vessels are sent by.
+//! a table of points, a heap instead of a linear scan. A cell is open if its middle is deep enough; what lies between
+//! middles is not looked at, and no clearance is kept. [`crate::Router`] is what vessels are sent by.
 
 use crate::plane::{Plane, Point};
 use charts::depth_index::{Demand, DepthIndex};

@@ -142,7 +142,7 @@ impl Mesh {
         rest.into_iter().fold(first, |best, one| if one.distance_m < best.distance_m { one } else { best })
     }
 
-    /// The triangles on the way out of a bay, from one on; empty for one that lies in none.
+    /// A triangle and, where it lies in a bay, those on the way out of it.
     pub(crate) fn way_out(&self, triangle: u32) -> impl Iterator<Item = u32> {
         let next = move |at: &u32| Some(self.outward[*at as usize]).filter(|out| *out != NONE);
         std::iter::successors(Some(triangle), next)

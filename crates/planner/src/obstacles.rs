@@ -18,7 +18,7 @@ const PER_METRE: f64 = 100.0;
 const CORNERS: usize = 24;
 /// What the depth index takes a corridor wider than asked for rounding and the bow of geodesics, twice over, and the
 /// rounding to the grid here (m).
-const SLACK_M: f64 = 0.3;
+pub(crate) const SLACK_M: f64 = 0.3;
 /// Sides of the chart are straight in longitude and latitude; in pieces so long they bow by 4 cm at 63° (m).
 pub(crate) const LONGEST_SIDE_M: f64 = 1_000.0;
 /// Lines are thinned by this share of the clearance, but within these bounds (m).

@@ -104,7 +104,7 @@ impl Plane {
         let lat_rad =
             latitude_rad(((1.0 + sin_chi) / (self.c * (1.0 - sin_chi).max(1e-15))).ln() / (2.0 * self.n));
         let lon_rad = wrap_pi(self.middle.lon_rad() + l_rad / self.n);
-        // Only a point that is no number has no place.
+        // Only NaN is refused.
         LatLon::from_rad(lat_rad, lon_rad).unwrap_or(self.middle)
     }
 }
@@ -134,9 +134,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn agrees_with_the_example_of_epsg() {
-        // Guidance Note 7-2, Amersfoort / RD New, is on Bessel's ellipsoid; on WGS 84 the same formulae give distances
-        // from the middle that the geodesic confirms.
+    fn distances_from_the_middle_agree_with_the_geodesic() {
         let middle = LatLon::from_deg(63.44, 10.35).unwrap();
         let plane = Plane::new(middle);
         for (lat, lon) in [(63.45, 10.35), (63.44, 10.55), (63.9, 9.0), (62.8, 11.9)] {

@@ -4,7 +4,7 @@ use crate::Cancel;
 use crate::boxes::{Bounds, Boxes};
 use crate::mesh::Mesh;
 use crate::needs::{Needs, NeedsError};
-use crate::obstacles::{Region, cut_out, project};
+use crate::obstacles::{Region, SLACK_M, cut_out, project};
 use crate::plane::{Plane, Point};
 use charts::depth_index::{DepthIndex, GeoBox};
 use units::LatLon;
@@ -16,13 +16,13 @@ const PIECE_M: f64 = 250.0;
 /// Points on each border of a box that is brought from the plane to the globe or back.
 const BORDER_POINTS: u32 = 16;
 
-/// Why there is no sea room.
+/// Why sea room cannot be prepared.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
     /// Needs that nothing can meet.
     #[error(transparent)]
     Needs(#[from] NeedsError),
-    /// Nobody waits for it any more.
+    /// The request was cancelled.
     #[error("the answer is no longer wanted")]
     Cancelled,
     /// The chart's geometry could not be divided.
@@ -39,13 +39,15 @@ pub struct SeaRoom {
     pub(crate) mesh: Mesh,
     barriers: Vec<[Point; 2]>,
     tree: Boxes,
+    /// With what is allowed for rounding and bowing (m).
+    least_clearance_m: f64,
 }
 
 impl SeaRoom {
     /// Prepares the water of a whole chart.
     ///
     /// # Errors
-    /// When the needs are out of range, the geometry is damaged, or nobody waits any more.
+    /// When the needs are out of range, the geometry is damaged, or the request was cancelled.
     pub fn of_chart(index: &DepthIndex, needs: &Needs, cancel: &Cancel<'_>) -> Result<Self, PlanError> {
         let Some(extent) = index.extent() else {
             return Self::around(index, needs, nowhere(), (0.0, 0.0), cancel);
@@ -64,7 +66,7 @@ impl SeaRoom {
     /// Prepares the water as far as so many metres east and west, and north and south, of a place.
     ///
     /// # Errors
-    /// When the needs are out of range, the geometry is damaged, or nobody waits any more.
+    /// When the needs are out of range, the geometry is damaged, or the request was cancelled.
     pub fn around(
         index: &DepthIndex,
         needs: &Needs,
@@ -79,14 +81,24 @@ impl SeaRoom {
         let barriers = index.barriers(&needs.demand, &box_of(region, &plane, 2.0 * reach_m + MARGIN_M));
         cancel.check()?;
         let lines = project(&barriers.lines, &plane);
-        let pieces = cut_out(region, &lines, reach_m + barriers.wider_m, cancel)?;
+        let clearance_m = reach_m + barriers.wider_m;
+        let pieces = cut_out(region, &lines, clearance_m, cancel)?;
         // The chart itself says which pieces are open: by the very question that legs are asked.
         let is_open =
             |at: Point| index.shallowest_within(plane.place(at), needs.clearance_m, &needs.demand).navigable;
         let mesh = Mesh::new(&pieces, is_open, cancel)?;
         let barriers: Vec<[Point; 2]> = lines.iter().flat_map(|line| sides(line)).collect();
         let bounds: Vec<Bounds> = barriers.iter().map(|side| Bounds::of(side)).collect();
-        Ok(Self { needs: *needs, plane, region, mesh, barriers, tree: Boxes::new(&bounds) })
+        let least_clearance_m = clearance_m + SLACK_M;
+        Ok(Self {
+            needs: *needs,
+            plane,
+            region,
+            mesh,
+            barriers,
+            tree: Boxes::new(&bounds),
+            least_clearance_m,
+        })
     }
 
     /// What it was made for.
@@ -118,7 +130,12 @@ impl SeaRoom {
         borders.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// How far a leg keeps from the nearest barrier (m), and where; `None` if there is none within `within_m`.
+    /// Whether no barrier comes nearer to a leg than ways in this room keep off.
+    pub(crate) fn keeps_clear(&self, from: Point, to: Point) -> bool {
+        self.clearance(from, to, self.least_clearance_m).is_none()
+    }
+
+    /// How far a leg keeps from the nearest barrier (m), and where; `None` if no barrier is so near.
     pub(crate) fn clearance(&self, from: Point, to: Point, within_m: f64) -> Option<(f64, Point)> {
         let mut nearest: Option<(f64, Point)> = None;
         // The box around a long leg holds half the chart; those around its pieces hold little.

@@ -1,4 +1,4 @@
-//! What is asked, and what comes of it: a way in legs, or why there is none.
+//! What is asked and what is answered: a route in legs, or the reason that no route exists.
 
 use crate::Cancel;
 use crate::needs::{Needs, NeedsError};
@@ -80,14 +80,14 @@ pub struct RouteLeg {
     pub length_m: f64,
     /// The worst within the clearance: least depth, what is left of it, and where.
     pub worst: DepthAnswer,
-    /// Distance to the nearest thing that does not meet the needs (m); `None` beyond 5 km.
+    /// Distance to the nearest danger, land or shallow water (m); `None` beyond 5 km.
     pub clearance_m: Option<f64>,
 }
 
-/// A way that the chart confirms leg by leg.
+/// A route whose every leg the chart confirms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Route {
-    /// The legs, in order; none where start and goal are one place.
+    /// The legs, in order; one without length where start and goal are the same place.
     pub legs: Vec<RouteLeg>,
     /// Where it begins; the legs' ends follow.
     pub start: LatLon,
@@ -127,13 +127,13 @@ impl Route {
         self.legs.iter().filter_map(|leg| leg.worst.water.least_m()).min_by(f64::total_cmp)
     }
 
-    /// Distance to the nearest thing that does not meet the needs (m); `None` beyond 5 km.
+    /// Distance to the nearest danger, land or shallow water (m); `None` beyond 5 km.
     pub fn least_clearance_m(&self) -> Option<f64> {
         self.legs.iter().filter_map(|leg| leg.clearance_m).min_by(f64::total_cmp)
     }
 }
 
-/// Why there is no way.
+/// Why no route is given.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// Needs that nothing can meet.
@@ -146,15 +146,15 @@ pub enum Refusal {
         end: End,
         /// What there is.
         water: Water,
-        /// How far open water is (m); `None` if there is none within 50 km.
+        /// Distance to the nearest open water (m); `None` beyond 50 km.
         nearest_m: Option<f64>,
         /// How far it may be moved (m).
         allowed_m: f64,
     },
-    /// Both ends lie in open water, and nothing open connects them.
+    /// Both ends lie in open water, but no open water connects them.
     #[error(
-        "no way that is deep enough and clear by as much connects them: from the start one comes within {gap_m:.0} m of \
-         the goal"
+        "no route is deep enough and keeps this clearance; the nearest place that can be reached is {gap_m:.0} m from the \
+         goal"
     )]
     NoWay {
         /// The place nearest to the goal that can be reached.
@@ -162,13 +162,23 @@ pub enum Refusal {
         /// How far that is from the goal (m).
         gap_m: f64,
     },
-    /// A way was found that the chart does not confirm. It is not given.
+    /// The depth index does not confirm a leg that was found. The route is withheld.
     #[error(
-        "a way was found that the chart does not confirm near {at}; nothing unsafe is given. Report this"
+        "the check against the chart failed near {at}, so the route is withheld; please report this with the charts' names"
     )]
     NotConfirmed {
         /// Where.
         at: String,
+    },
+    /// Start and goal are farther apart than routes are planned.
+    #[error(
+        "start and goal are {straight_km:.0} km apart; routes are planned up to {most_km:.0} km: add places on the way"
+    )]
+    TooFar {
+        /// The straight distance (km).
+        straight_km: f64,
+        /// The greatest one (km).
+        most_km: f64,
     },
     /// Planning failed.
     #[error(transparent)]
@@ -197,9 +207,10 @@ fn closed_text(end: End, water: Water, nearest_m: Option<f64>, allowed_m: f64) -
     };
     match nearest_m {
         Some(nearest_m) => format!(
-            "{end} lies {here}; the nearest open water is {nearest_m:.0} m off, and it may be moved by {allowed_m:.0} m"
+            "{end} lies {here}; the nearest open water is {nearest_m:.0} m away, farther than the {allowed_m:.0} m by which it \
+             may be moved"
         ),
-        None => format!("{end} lies {here}, and no open water is near"),
+        None => format!("{end} lies {here}, and there is no open water within 50 km"),
     }
 }
 
@@ -288,8 +299,9 @@ impl Question<'_> {
         Refusal::NoWay { nearest: room.plane().place(at), gap_m }
     }
 
+    /// Whether a leg from open water keeps the clearance; asked often, so of the room. The chart confirms what is chosen.
     fn is_clear(&self, from: Point, to: Point) -> bool {
-        self.worst(from, to).2.navigable
+        self.room.keeps_clear(from, to)
     }
 
     fn worst(&self, from: Point, to: Point) -> (LatLon, LatLon, DepthAnswer) {

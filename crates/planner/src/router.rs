@@ -14,10 +14,17 @@ const WHOLE_VERTICES: usize = 600_000;
 const WHOLE_DEG: f64 = 8.0;
 /// Rooms that are kept; the one not asked for longest goes first.
 const MOST_ROOMS: usize = 8;
-/// Trials for what would do where there is no way.
+/// Trials for smaller demands that give a route.
 const TRIALS: u32 = 5;
+/// Where a way keeps off by some clearance, one is surely found that is asked to keep off by so much less (m) and this
+/// share of it: lines are thinned, and circles are polygons around them.
+const UNSURE_M: f64 = 2.5;
+const SURE: f64 = 0.99;
 /// Half sides of regions (m), the smallest that fits first.
 const HALVES_M: [f64; 6] = [20_000.0, 40_000.0, 80_000.0, 160_000.0, 320_000.0, 640_000.0];
+
+/// Farthest that start and goal may lie apart (m): the largest region holds both, with room around them.
+const FARTHEST_M: f64 = 800_000.0;
 
 /// Plans on one chart.
 ///
@@ -73,26 +80,28 @@ impl Router {
     /// The shortest way. The first request with new needs prepares the water, which can take a second.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason that no route exists.
     pub fn route(&self, request: &Request, needs: &Needs, cancel: &Cancel<'_>) -> Result<Route, Refusal> {
         needs.validate()?;
         if self.whole {
             return self.ask(None, request, needs, cancel).map(|(route, _)| route);
         }
-        let mut refused = None;
-        for square in squares(request) {
-            match self.ask(Some(square), request, needs, cancel) {
-                // No way out of the region and back can be shorter.
+        let straight_m = Leg { from: request.from, to: request.to }.length_m();
+        if straight_m > FARTHEST_M {
+            return Err(Refusal::TooFar { straight_km: straight_m / 1e3, most_km: FARTHEST_M / 1e3 });
+        }
+        let mut answer = Err(PlanError::Geometry("no region holds both ends".to_owned()).into());
+        for square in squares(request, straight_m) {
+            answer = match self.ask(Some(square), request, needs, cancel) {
+                // No way that leaves the region can be shorter.
                 Ok((route, least_out_m)) if route.length_m <= least_out_m => return Ok(route),
-                Ok(_) => {}
-                Err(refusal @ (Refusal::NoWay { .. } | Refusal::Closed { .. })) => refused = Some(refusal),
+                Ok((route, _)) => Ok(route),
+                // There may be a way around, by water outside.
+                Err(refusal @ Refusal::NoWay { .. }) => answer.or(Err(refusal)),
                 Err(other) => return Err(other),
-            }
+            };
         }
-        match refused {
-            Some(refusal) => Err(refusal),
-            None => Err(PlanError::Geometry("the way is longer than any region".to_owned()).into()),
-        }
+        answer
     }
 
     /// The shortest way by way of all these places, in order; the request says what holds for each stretch.
@@ -123,11 +132,11 @@ impl Router {
         whole.ok_or((0, PlanError::Geometry("no place was given".to_owned()).into()))
     }
 
-    /// Where there is no way: the greatest least depth at which there is one with this clearance, and the greatest
-    /// clearance with this depth (both in metres, each found by a few trials).
+    /// Which smaller demands would give a route: the greatest least depth with this clearance, and the greatest clearance
+    /// with this depth (m), each found by a few trials.
     ///
     /// # Errors
-    /// When nobody waits any more.
+    /// When the request was cancelled.
     pub fn passable(
         &self,
         request: &Request,
@@ -141,9 +150,10 @@ impl Router {
         })?;
         let clearance_m = greatest(needs.clearance_m, |clearance_m| {
             let route = self.try_room(request, &Needs { clearance_m, ..*needs }, cancel)?;
-            let own_m =
-                |route: &Route| route.least_clearance_m().map(|all_m| all_m - needs.demand.position_m);
-            Ok(route.map(|route| own_m(&route).unwrap_or(clearance_m).max(clearance_m)))
+            Ok(route.map(|route| {
+                let kept_m = route.least_clearance_m().unwrap_or(clearance_m) - needs.demand.position_m;
+                clearance_m.max(SURE * (kept_m - UNSURE_M))
+            }))
         })?;
         Ok(Passable { depth_m, clearance_m })
     }
@@ -155,7 +165,8 @@ impl Router {
         needs: &Needs,
         cancel: &Cancel<'_>,
     ) -> Result<Option<Route>, PlanError> {
-        let square = if self.whole { None } else { squares(request).next() };
+        let straight_m = Leg { from: request.from, to: request.to }.length_m();
+        let square = if self.whole { None } else { squares(request, straight_m).next() };
         let room = Self::prepare(&self.index, &Key { needs: *needs, region: square }, cancel)?;
         match (Question { room: &room, index: &self.index, request, cancel }).answer() {
             Ok(route) => Ok(Some(route)),
@@ -207,12 +218,12 @@ impl Router {
     }
 }
 
-/// What would do where there is no way.
+/// Smaller demands that give a route.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passable {
-    /// The greatest least depth (m); `None` where not even 0 m does.
+    /// The greatest least depth (m); `None` if 0 m is still too much.
     pub depth_m: Option<f64>,
-    /// The greatest clearance (m); `None` where not even none does.
+    /// The greatest clearance (m); `None` if no route exists even without clearance.
     pub clearance_m: Option<f64>,
 }
 
@@ -221,6 +232,9 @@ fn greatest(
     wanted: f64,
     mut reached: impl FnMut(f64) -> Result<Option<f64>, PlanError>,
 ) -> Result<Option<f64>, PlanError> {
+    if wanted <= 0.0 {
+        return Ok(None);
+    }
     let Some(mut best) = reached(0.0)? else { return Ok(None) };
     let mut too_much = wanted;
     for _ in 0..TRIALS {
@@ -237,8 +251,7 @@ fn greatest(
 }
 
 /// The regions that hold both ends with room around them, the smallest first.
-fn squares(request: &Request) -> impl Iterator<Item = Square> + use<'_> {
-    let straight_m = Leg { from: request.from, to: request.to }.length_m();
+fn squares(request: &Request, straight_m: f64) -> impl Iterator<Item = Square> + use<'_> {
     let plane = Plane::new(request.from);
     let middle = plane.place(plane.point(request.from).towards(plane.point(request.to), 0.5));
     let fits = move |half_m: &f64| *half_m >= 0.75 * straight_m + 5_000.0;

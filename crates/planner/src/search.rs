@@ -85,7 +85,7 @@ struct Search<'a> {
     effort: Effort,
 }
 
-/// The shortest way between two points in these triangles, both points included; `None` if there is none.
+/// The shortest way between two points in these triangles, both points included; `None` if they lie in different pieces of water.
 pub(crate) fn shortest(
     mesh: &Mesh,
     (from, from_triangle): (Point, u32),
@@ -231,7 +231,7 @@ impl Search<'_> {
         next
     }
 
-    /// A root at an end of an interval, if the way may bend there and none shorter is known.
+    /// A root at an end of an interval, if the way may bend there and no shorter way to it is known.
     fn bend(&mut self, root: u32, at: Point, corner: u32, is_corner: bool) -> Option<u32> {
         if !is_corner || !self.mesh.bends[corner as usize] {
             return None;

@@ -254,6 +254,7 @@ fn a_gap_is_passed_as_long_as_it_is_wide_enough() {
     let passable = router.passable(&exact(from, to), &needs, &Cancel::never()).unwrap();
     let clear_m = passable.clearance_m.unwrap();
     assert!((44.0..50.5).contains(&clear_m), "{clear_m}");
+    assert!(ask(&router, from, to, &Needs::depth_and_clearance(5.0, clear_m)).is_ok(), "what would do does");
     assert_eq!(passable.depth_m, None, "land is no question of depth");
 }
 
@@ -269,6 +270,8 @@ fn a_bar_says_which_depth_would_pass() {
     let passable =
         router.passable(&exact(at(-corner, -corner), at(corner, corner)), &needs, &Cancel::never()).unwrap();
     assert_eq!(passable.depth_m, Some(3.4));
+    let less = Needs::depth_and_clearance(3.4, 10.0);
+    assert!(ask(&router, at(-corner, -corner), at(corner, corner), &less).is_ok(), "what would do does");
 }
 
 #[test]

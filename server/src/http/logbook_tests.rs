@@ -109,7 +109,7 @@ async fn what_cannot_be_is_refused_at_its_field() {
     let shore = Shore::with(|_| ()).await;
     let operator = shore.token(None, Role::Operator).await;
     for (body, told) in [
-        (json!({"text": "  "}), "text: is empty"),
+        (json!({"text": "  "}), "text: empty"),
         (json!({"text": "x".repeat(4_001)}), "text: has 4001 characters"),
         (json!({"text": "a\u{7}b"}), "text: has control characters"),
         (json!({"text": "x", "lat_deg": 91.0, "lon_deg": 0.0}), "lat_deg: this is no place"),
@@ -142,7 +142,7 @@ async fn a_photo_is_kept_once_and_given_to_who_may_see_its_note() {
     assert_eq!(shore.get(&path, &viewer).await.status, StatusCode::NOT_FOUND);
     assert_eq!(put(&viewer, PNG).await.status, StatusCode::FORBIDDEN);
     let none = put(&operator, b"<svg onload=alert(1)>").await;
-    assert!(none.status == StatusCode::BAD_REQUEST && none.body.contains("no JPEG"), "{}", none.body);
+    assert!(none.status == StatusCode::BAD_REQUEST && none.body.contains("not a JPEG"), "{}", none.body);
     let large = put(&operator, &vec![0; (4 << 20) + 1]).await;
     assert!(large.status == StatusCode::PAYLOAD_TOO_LARGE && large.body.contains("4 MiB"), "{}", large.body);
     let kept = put(&operator, PNG).await;

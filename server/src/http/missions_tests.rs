@@ -78,7 +78,7 @@ async fn what_cannot_be_a_mission_is_refused_at_its_field() {
     let shore = Shore::with(|_| ()).await;
     let operator = shore.token(None, Role::Operator).await;
     for (name, value, told) in [
-        ("name", json!(" "), "name: is empty"),
+        ("name", json!(" "), "name: empty"),
         ("name", json!("a\nb"), "name: has several lines"),
         ("people", json!("x".repeat(501)), "people: has 501"),
         ("purpose", json!("x".repeat(2_001)), "purpose: has 2001"),

@@ -388,7 +388,7 @@ fn missions_table() -> Vec<Route> {
         Route::get(
             "/api/v1/missions/{id}/summary",
             viewer,
-            "What the history tells of a mission: distance, hours, battery and tags, vessel by vessel.",
+            "A mission's summary, vessel by vessel: distance, hours, battery and tags.",
             missions::summary,
         )
         .gives::<MissionSummary>(),
@@ -537,7 +537,7 @@ fn chart() -> Vec<Route> {
         Route::post(
             "/api/v1/chart/route",
             viewer,
-            "The shortest route that keeps to deep water and clear of dangers, or why there is none.",
+            "The shortest route through deep water, clear of dangers.",
             charts::route,
         )
         .takes::<SeaRouteAsk>()

@@ -70,7 +70,7 @@ pub(super) async fn page(
     let vessels = names_for(&state, &who);
     let (from_us, to_us) = (picked_us(&filter.from), picked_us(&filter.to));
     let no_time = |time: &Result<_, ()>| {
-        if time.is_err() { "This is no time. Write it like 2026-06-01T12:00, in UTC." } else { "" }
+        if time.is_err() { "Not a valid time. Write it like 2026-06-01T12:00, in UTC." } else { "" }
     };
     let wrong = Wrong { from: no_time(&from_us), to: no_time(&to_us) };
     // A picker takes nothing else.

@@ -52,6 +52,11 @@ impl From<sqlx::Error> for Fault {
 }
 
 impl Fault {
+    /// Refuses a change that changed no row.
+    pub(crate) fn unless_changed(done: &sqlx::sqlite::SqliteQueryResult, text: &str) -> Result<(), Self> {
+        if done.rows_affected() > 0 { Ok(()) } else { Err(Self::Refused(text.to_owned())) }
+    }
+
     /// Whether the connection is gone for good: SQLite's thread behind it was lost.
     pub(super) fn is_crash(&self) -> bool {
         matches!(self, Self::Sqlite(sqlx::Error::WorkerCrashed))

@@ -16,7 +16,7 @@ pub fn csv_row(out: &mut Vec<u8>, note: &LogNote) {
     let when =
         |word: &Option<api::LogWord>| word.as_ref().map_or_else(String::new, |word| time(word.time_us));
     let who = |word: &Option<api::LogWord>| word.as_ref().map_or_else(String::new, |word| word.by.clone());
-    // What people wrote must be no formula; what stands here by itself is none, and numbers stay numbers.
+    // A spreadsheet must not run what people wrote as a formula. Only such text is guarded; numbers stay numbers.
     let cells = [
         (time(note.time_us), false),
         (vessel.unwrap_or_default(), true),

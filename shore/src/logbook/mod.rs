@@ -1,6 +1,6 @@
 //! The log book that people keep: notes with time, place, vessel and photo.
 //!
-//! Nothing in it goes: a note is corrected or withdrawn by its author or an admin, and what it said before stays. `rows` asks
+//! Nothing in it is deleted: a note is corrected or withdrawn by its author or an admin, and its earlier text is kept. `rows` asks
 //! app.db, `photos` keeps files in the data folder, `service` decides who may what, `csv` writes the file that people take
 //! away.
 

@@ -43,7 +43,7 @@ pub(super) fn check(bytes: &[u8]) -> Result<&'static str> {
             PHOTO_BYTES >> 20
         )));
     }
-    let none = "photo: this is no JPEG, PNG or WebP. Choose a photo of one of these kinds.";
+    let none = "photo: not a JPEG, PNG or WebP file; choose one of these kinds.";
     media(bytes).ok_or_else(|| wrong(none.to_owned()))
 }
 

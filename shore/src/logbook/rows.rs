@@ -188,7 +188,7 @@ impl Request for Write {
     }
 }
 
-/// Has a note say something else, if it is at this revision and stands.
+/// Corrects a note that is at this revision and not withdrawn.
 #[derive(Debug)]
 pub(super) struct Correct {
     pub(super) id: i64,
@@ -212,7 +212,7 @@ impl Request for Correct {
                           coalesce(corrected_us, written_us)
                    FROM log_note WHERE id = ?1 AND revision = ?2 AND withdrawn_us IS NULL";
         let kept = sqlx::query(sql).bind(id).bind(revision).execute(&mut *db).await?;
-        changed(&kept, NEWER)?;
+        Fault::unless_changed(&kept, NEWER)?;
         let sql = "UPDATE log_note SET revision = revision + 1, time_us = ?2, vessel = ?3, lat_deg = ?4, lon_deg = ?5,
                           text = ?6, folded = ?7, corrected_by = ?8, corrected_us = ?9 WHERE id = ?1";
         let query = sqlx::query(sql).bind(id).bind(said.time_us).bind(said.vessel);
@@ -223,7 +223,7 @@ impl Request for Correct {
     }
 }
 
-/// Marks a note as withdrawn, if it is at this revision and stands.
+/// Withdraws a note that is at this revision.
 #[derive(Debug)]
 pub(super) struct Withdraw {
     pub(super) id: i64,
@@ -239,7 +239,7 @@ impl Request for Withdraw {
         let sql = "UPDATE log_note SET withdrawn_by = ?3, withdrawn_us = ?4
                    WHERE id = ?1 AND revision = ?2 AND withdrawn_us IS NULL";
         let query = sqlx::query(sql).bind(self.id).bind(self.revision).bind(self.by).bind(self.now.micros());
-        changed(&query.execute(db).await?, NEWER)
+        Fault::unless_changed(&query.execute(db).await?, NEWER)
     }
 }
 
@@ -273,11 +273,6 @@ impl Request for AddPhoto {
                    WHERE id = ?1 AND photo IS NULL AND withdrawn_us IS NULL";
         let bytes = i64::try_from(self.bytes).unwrap_or(i64::MAX);
         let query = sqlx::query(sql).bind(self.id).bind(self.media).bind(bytes);
-        changed(&query.execute(db).await?, HAS_PHOTO)
+        Fault::unless_changed(&query.execute(db).await?, HAS_PHOTO)
     }
-}
-
-/// Refuses where nothing was changed.
-fn changed(done: &sqlx::sqlite::SqliteQueryResult, else_text: &str) -> Result<(), Fault> {
-    if done.rows_affected() > 0 { Ok(()) } else { Err(Fault::Refused(else_text.to_owned())) }
 }

@@ -56,10 +56,10 @@ impl Logbook {
         Ok(LogNotes { notes: rows.into_iter().map(|row| self.told(who, row)).collect(), next })
     }
 
-    /// Reads what [`LogNotes::next`] told.
+    /// Reads [`LogNotes::next`].
     ///
     /// # Errors
-    /// It is none.
+    /// It is malformed.
     pub fn cursor(text: &str) -> Result<Cursor> {
         let read = || {
             let (time_us, id) = text.split_once('.')?;
@@ -94,7 +94,7 @@ impl Logbook {
         self.one(who, id).await
     }
 
-    /// Has a note say something else; what it said before is kept.
+    /// Corrects a note; its earlier text is kept.
     ///
     /// # Errors
     /// The person may not, the note was changed meanwhile, or the field that is named cannot be.
@@ -164,7 +164,7 @@ impl Logbook {
     /// The photo of a note.
     ///
     /// # Errors
-    /// There is none for this person.
+    /// No photo that this person may see.
     pub async fn photo(&self, who: &Principal, id: i64) -> Result<Photo> {
         let none = || Error::new(ErrorKind::NotFound, "This note has no photo.");
         let media = self.find(who, id).await?.photo.ok_or_else(none)?;
@@ -292,7 +292,7 @@ pub(crate) fn check_text(name: &str, text: &str, letters: std::ops::RangeInclusi
     let text = text.replace("\r\n", "\n").trim().to_owned();
     let count = text.chars().count();
     if count < *letters.start() {
-        return Err(malformed(format!("{name}: is empty: write something")));
+        return Err(malformed(format!("{name}: empty; write something")));
     }
     if count > *letters.end() {
         let most = letters.end();

@@ -110,7 +110,7 @@ fn a_photo_is_known_by_its_first_bytes() {
     assert_eq!(photos::check(b"\x89PNG\r\n\x1A\nrest").unwrap(), "image/png");
     assert_eq!(photos::check(b"RIFF\x10\0\0\0WEBPVP8 ").unwrap(), "image/webp");
     for none in [&b""[..], b"<svg>", b"GIF89a", b"RIFF\x10\0\0\0WAVE", b"\xFF\xD8"] {
-        assert!(photos::check(none).unwrap_err().text.contains("no JPEG, PNG or WebP"));
+        assert!(photos::check(none).unwrap_err().text.contains("not a JPEG, PNG or WebP"));
     }
     let mut large = b"\xFF\xD8\xFF".to_vec();
     large.resize(PHOTO_BYTES + 1, 0);

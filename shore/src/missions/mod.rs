@@ -1,6 +1,6 @@
-//! Missions that people record, with what the history tells of each.
+//! Missions that people record, with a summary of each from the history.
 //!
-//! Nothing goes: a mission is changed or withdrawn, and what it said before stays. `rows` asks app.db, `summary` the history,
+//! Nothing is deleted: a mission is changed or withdrawn, and its earlier state is kept. `rows` asks app.db, `summary` the history,
 //! `service` decides who may what.
 
 mod rows;

@@ -116,7 +116,7 @@ impl Request for Create {
     }
 }
 
-/// Has a mission say something else, if it is at this revision and stands.
+/// Changes a mission that is at this revision and not withdrawn.
 #[derive(Debug)]
 pub(super) struct Change {
     pub(super) id: i64,
@@ -138,9 +138,7 @@ impl Request for Change {
                    SELECT id, revision, body, coalesce(changed_by, by), coalesce(changed_us, written_us)
                    FROM mission WHERE id = ?1 AND revision = ?2 AND withdrawn_us IS NULL";
         let kept = sqlx::query(sql).bind(id).bind(revision).execute(&mut *db).await?;
-        if kept.rows_affected() == 0 {
-            return Err(Fault::Refused(NEWER.to_owned()));
-        }
+        Fault::unless_changed(&kept, NEWER)?;
         let sql = "UPDATE mission SET revision = revision + 1, from_us = ?2, to_us = ?3, body = ?4, changed_by = ?5,
                           changed_us = ?6 WHERE id = ?1";
         let query = sqlx::query(sql).bind(id).bind(mission.from_us).bind(mission.to_us).bind(body(&mission));
@@ -150,7 +148,7 @@ impl Request for Change {
     }
 }
 
-/// Marks a mission as withdrawn, if it is at this revision and stands.
+/// Withdraws a mission that is at this revision.
 #[derive(Debug)]
 pub(super) struct Withdraw {
     pub(super) id: i64,
@@ -166,8 +164,7 @@ impl Request for Withdraw {
         let sql = "UPDATE mission SET withdrawn_by = ?3, withdrawn_us = ?4
                    WHERE id = ?1 AND revision = ?2 AND withdrawn_us IS NULL";
         let query = sqlx::query(sql).bind(self.id).bind(self.revision).bind(self.by).bind(self.now.micros());
-        let marked = query.execute(db).await?.rows_affected() > 0;
-        if marked { Ok(()) } else { Err(Fault::Refused(NEWER.to_owned())) }
+        Fault::unless_changed(&query.execute(db).await?, NEWER)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Who may see, write, change and withdraw missions.
 //!
-//! A mission is seen by who may see one of its vessels, and tells of these alone; it is written and changed by operators of all
-//! its vessels.
+//! Who may see one of its vessels sees a mission, with those vessels only. Operators of all its vessels write and change it.
 
 use super::rows::{Change, Create, List, One, Row, Withdraw};
 use super::summary;
@@ -59,7 +58,7 @@ impl Missions {
     /// One mission.
     ///
     /// # Errors
-    /// There is none for this person.
+    /// No photo that this person may see.
     pub async fn one(&self, who: &Principal, id: i64) -> Result<Mission> {
         Ok(told(who, self.find(who, id).await?))
     }

@@ -1399,7 +1399,7 @@ revision: number,
  */
 time_us: number, 
 /**
- * IMC address of the vessel it is about; null for none.
+ * IMC address of the vessel it is about; null for a note on no vessel.
  */
 vessel: number | null, 
 /**
@@ -1407,11 +1407,11 @@ vessel: number | null,
  */
 vessel_name: string | null, 
 /**
- * WGS 84 latitude of the place it is about, north positive; null for none.
+ * WGS 84 latitude of the place it is about, north positive; null without a place.
  */
 lat_deg: number | null, 
 /**
- * WGS 84 longitude of the place it is about, east positive; null for none.
+ * WGS 84 longitude of the place it is about, east positive; null without a place.
  */
 lon_deg: number | null, 
 /**
@@ -1427,7 +1427,7 @@ by: string,
  */
 written_us: number, 
 /**
- * Who corrected it last; null for nobody. `/api/v1/logbook/{id}/earlier` tells what it said before.
+ * Who corrected it last; null if nobody did. `/api/v1/logbook/{id}/earlier` gives its earlier texts.
  */
 corrected: LogWord | null, 
 /**
@@ -1435,7 +1435,7 @@ corrected: LogWord | null,
  */
 withdrawn: LogWord | null, 
 /**
- * Media type of its photo; null where it has none.
+ * Media type of its photo; null without a photo.
  */
 photo: string | null, 
 /**
@@ -1449,11 +1449,11 @@ export type LogNoteAsk = {
  */
 text: string, 
 /**
- * IMC address of the vessel it is about; null for none.
+ * IMC address of the vessel it is about; null for a note on no vessel.
  */
 vessel: number | null, 
 /**
- * WGS 84 latitude of the place it is about; null for none.
+ * WGS 84 latitude of the place it is about; null without a place.
  */
 lat_deg: number | null, 
 /**
@@ -1485,15 +1485,15 @@ revision: number,
  */
 time_us: number, 
 /**
- * IMC address of the vessel; null for none.
+ * IMC address of the vessel; null for a note on no vessel.
  */
 vessel: number | null, 
 /**
- * WGS 84 latitude; null for none.
+ * WGS 84 latitude; null without a place.
  */
 lat_deg: number | null, 
 /**
- * WGS 84 longitude; null for none.
+ * WGS 84 longitude; null without a place.
  */
 lon_deg: number | null, 
 /**
@@ -1511,7 +1511,7 @@ export type LogNotes = {
  */
 notes: Array<LogNote>, 
 /**
- * What to ask for as `before` to get older ones; null where there are none.
+ * Give this as `before` to ask for older notes; null on the last page.
  */
 next: string | null, };
 
@@ -1553,7 +1553,7 @@ mission: MissionAsk,
  */
 written: LogWord, 
 /**
- * Who changed it last; null for nobody.
+ * Who changed it last; null if nobody did.
  */
 changed: LogWord | null, 
 /**
@@ -1625,11 +1625,11 @@ vessel: number,
  */
 vessel_name: string | null, 
 /**
- * Time of its first recorded position, µs since 1970 UTC; null for none.
+ * Time of its first recorded position, µs since 1970 UTC; null without positions.
  */
 first_us: number | null, 
 /**
- * Time of its last recorded position, µs since 1970 UTC; null for none.
+ * Time of its last recorded position, µs since 1970 UTC; null without positions.
  */
 last_us: number | null, 
 /**
@@ -1641,7 +1641,7 @@ distance_m: number,
  */
 recorded_s: number, 
 /**
- * The battery's first charge (%), by FuelLevel; null where none is recorded.
+ * The battery's first charge (%), by FuelLevel; null if it was not recorded.
  */
 battery_first_percent: number | null, 
 /**
@@ -1663,7 +1663,7 @@ export type Missions = {
  */
 missions: Array<Mission>, 
 /**
- * What to ask for as `before` to get older ones; null where there are none.
+ * Give this as `before` to ask for older missions; null on the last page.
  */
 next: string | null, };
 
@@ -2397,11 +2397,11 @@ duration_s: number,
  */
 least_depth_m: number | null, 
 /**
- * Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+ * Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
  */
 least_clearance_m: number | null, 
 /**
- * Ends that lay in closed water and were moved to the nearest open water.
+ * Ends too near land, shallow water or a danger, which were moved to the nearest open water.
  */
 moved: Array<SeaRouteMoved>, 
 /**
@@ -2427,7 +2427,7 @@ asked_clearance_m: number,
  */
 route: SeaRoute | null, 
 /**
- * Why there is none.
+ * The reason that no route exists.
  */
 refusal: SeaRouteRefusal | null, 
 /**
@@ -2457,7 +2457,7 @@ clearance_m: number | null,
  */
 speed_mps: number | null, 
 /**
- * Where there is no route, look for the depth and the clearance at which there is one; takes some seconds.
+ * If no route exists, look for a smaller depth and clearance that give one; takes some seconds.
  */
 explain: boolean, };
 
@@ -2479,7 +2479,7 @@ least_depth_m: number | null,
  */
 least_depth_at: [number, number], 
 /**
- * Distance to the nearest thing that is not deep enough (m); null beyond 5 km.
+ * Distance to the nearest danger, land or shallow water (m); null beyond 5 km.
  */
 clearance_m: number | null, };
 
@@ -2499,7 +2499,7 @@ text: string, };
 
 export type SeaRouteRefusal = { 
 /**
- * For programs: `closed_start`, `closed_goal`, `no_way`, `not_confirmed`, `failed`.
+ * For programs: `closed_start`, `closed_goal`, `no_way`, `too_far`, `not_confirmed` or `failed`.
  */
 code: string, 
 /**
@@ -2519,11 +2519,11 @@ nearest: [number, number] | null,
  */
 gap_m: number | null, 
 /**
- * The greatest least depth (m) at which there is a way with this clearance; null where none was found.
+ * The greatest least depth (m) that gives a route with this clearance; null if none was found, or not asked for.
  */
 passable_depth_m: number | null, 
 /**
- * The greatest clearance (m) at which there is a way of this depth; null where none was found.
+ * The greatest clearance (m) that gives a route of this depth; null if none was found, or not asked for.
  */
 passable_clearance_m: number | null, };
 

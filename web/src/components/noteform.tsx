@@ -61,7 +61,7 @@ export function NoteForm({ draft: first, vessels, withPhoto, label, id, send, ca
       },
       () => {
         work(false);
-        told({ field: "lat_deg", text: "Your device does not tell its position. Type it, or leave it out." });
+        told({ field: "lat_deg", text: "Your device did not give a position. Type one, or leave it empty." });
       },
       { enableHighAccuracy: true, timeout: PLACE_MS },
     );

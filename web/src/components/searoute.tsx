@@ -41,7 +41,7 @@ export function SeaRoutePanel({ model, act }: { readonly model: SeaRouteModel; r
       {trouble.value && <p class="note bad" role="alert">{trouble.value}</p>}
       <div class="row">
         {route && <button type="button" class="main" onClick={act.take}>{around.value ? "Take this way" : "Add to the plan"}</button>}
-        {answer.value?.refusal?.code === "no_way" && <button type="button" disabled={model.busy.value} onClick={act.explain}>What would do?</button>}
+        {answer.value?.refusal?.code === "no_way" && <button type="button" disabled={model.busy.value} onClick={act.explain}>Find what would work</button>}
         {chosen.value > 2 && <button type="button" onClick={act.lessVia}>Remove the last place to pass</button>}
         {chosen.value > 1 && !around.value && <button type="button" onClick={act.swap}>Other way round</button>}
         <button type="button" onClick={act.close}>Close</button>

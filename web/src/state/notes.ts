@@ -34,12 +34,12 @@ export interface Wrong {
 export function wrongOf({ text, time, lat, lon }: Draft): Wrong | undefined {
   const letters = [...text.trim()].length;
   if (!letters) return { field: "text", text: "Write something." };
-  if (letters > LETTERS) return { field: "text", text: `${letters} characters; ${LETTERS} may be. Shorten it.` };
-  if (time && !Number.isFinite(pickedUs(time))) return { field: "time_us", text: "This is no time." };
+  if (letters > LETTERS) return { field: "text", text: `${letters} characters; at most ${LETTERS}.` };
+  if (time && !Number.isFinite(pickedUs(time))) return { field: "time_us", text: "Not a valid time." };
   if (lat && !within(lat, 90)) return { field: "lat_deg", text: "Degrees from -90 to 90, like 63.4405." };
   if (lon && !within(lon, 180)) return { field: "lon_deg", text: "Degrees from -180 to 180, like 10.3521." };
-  if (lat && !lon) return { field: "lon_deg", text: "A place has a longitude too." };
-  if (lon && !lat) return { field: "lat_deg", text: "A place has a latitude too." };
+  if (lat && !lon) return { field: "lon_deg", text: "Give the longitude too." };
+  if (lon && !lat) return { field: "lat_deg", text: "Give the latitude too." };
   return undefined;
 }
 

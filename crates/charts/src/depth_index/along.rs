@@ -101,11 +101,11 @@ impl DepthIndex {
     pub fn shallowest_along(&self, leg: Leg, half_width_m: f64, demand: &Demand) -> DepthAnswer {
         let answers = self.pieces(leg, half_width_m, demand).map(|piece| {
             let hit = self.worst_of(&piece, demand);
-            self.answer(&piece, hit, demand)
+            (Self::answer(&piece, hit, demand), hit.at)
         });
-        let worst = answers.reduce(|worst, one| if order(&worst) <= order(&one) { worst } else { one });
+        let worst = answers.reduce(|worst, one| if order(&worst.0) <= order(&one.0) { worst } else { one });
         // A leg always has a piece.
-        worst.unwrap_or_else(|| self.depth_at(leg.from, demand))
+        worst.map_or_else(|| self.depth_at(leg.from, demand), |(answer, at)| self.with_zone(answer, at))
     }
 
     /// The first danger on a leg: where a disc of the half width, moving along, first touches something that is
@@ -113,21 +113,26 @@ impl DepthIndex {
     pub fn first_danger_along(&self, leg: Leg, half_width_m: f64, demand: &Demand) -> Option<DepthAnswer> {
         self.pieces(leg, half_width_m, demand).find_map(|piece| {
             let hit = self.first_of(&piece, demand)?;
-            Some(self.answer(&piece, hit, demand))
+            Some(self.with_zone(Self::answer(&piece, hit, demand), hit.at))
         })
     }
 
-    fn answer(&self, piece: &Piece, hit: Hit, demand: &Demand) -> DepthAnswer {
+    /// With the zone of confidence at the place, if no allowance was made for the worst near the corridor. Looked up for
+    /// what is answered alone, as it takes longer than the rest.
+    fn with_zone(&self, answer: DepthAnswer, at: Spot) -> DepthAnswer {
+        DepthAnswer { zone: answer.zone.or_else(|| self.state_at(at).zone), ..answer }
+    }
+
+    fn answer(piece: &Piece, hit: Hit, demand: &Demand) -> DepthAnswer {
         let water = hit.stored.water();
         let (navigable, margin_m) = demand.judge(water, piece.error);
-        let zone = piece.zone.or_else(|| self.state_at(hit.at).zone);
         DepthAnswer {
             water,
             object: hit.object,
             at: hit.at.place(),
             along_m: piece.before_m + hit.along_m,
             off_m: hit.off_m,
-            zone,
+            zone: piece.zone,
             depth_error_m: Demand::depth_error_m(piece.error, water.least_m().unwrap_or(0.0)),
             margin_m,
             navigable,

@@ -1,4 +1,4 @@
-//! What a vessel must keep clear of, as lines: for who plans ways rather than asks about one.
+//! What a vessel must keep clear of, as lines: for route planning.
 
 use super::demand::{Demand, ZoneError};
 use super::index::DepthIndex;
@@ -10,7 +10,8 @@ use crate::grid::{Bounds, PER_DEGREE, Vertex};
 /// Lines and points that corridors are held against.
 ///
 /// [`DepthIndex::shallowest_along`] calls a corridor navigable if none of these comes within its half width and its
-/// start lies in navigable water. So what keeps so far from all of them is navigable or nowhere is.
+/// start lies in navigable water. So a connected piece of water that keeps this distance from all of them is navigable
+/// everywhere or nowhere.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Barriers {
     /// Polylines; a single vertex is a point.
@@ -103,7 +104,7 @@ impl DepthIndex {
         (Some(error), if widen { error.horizontal_m } else { 0.0 })
     }
 
-    /// Sides that have closed areas to the left and to the right, in order: nobody comes there.
+    /// Sides with closed areas to the left and to the right, in order: no corridor reaches them without touching others first.
     fn inner_sides(&self, closed: impl Fn(u32) -> bool) -> Vec<Side> {
         let mut sides: Vec<(Side, bool)> = Vec::new();
         for area in &self.areas.list {

@@ -17,7 +17,7 @@ enum PlanCommand {
     Route(route::RouteArguments),
 }
 
-/// Does as told.
+/// Runs the subcommand.
 pub(super) fn plan(common: &Common, arguments: &PlanArguments) -> anyhow::Result<()> {
     match &arguments.command {
         PlanCommand::Route(arguments) => route::route(common, arguments),

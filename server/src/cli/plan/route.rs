@@ -13,7 +13,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use shore::plans::{self, Format};
 use std::fs::{self, File};
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -31,7 +31,7 @@ const LONGEST_LINE: usize = 64 * 1024;
 Each line of a file of pairs is one JSON object, of which depth and clearance may be left out; each gives one line:
   {\"id\": 1, \"from\": [63.44, 10.40], \"to\": [63.45, 10.29], \"min_depth\": 5, \"clearance\": 25}
 
-It ends with a failure when there is no route; with --pairs, when a line makes no sense.")]
+It exits with a failure if no route exists; with --pairs, if a line is malformed.")]
 pub(super) struct RouteArguments {
     /// The chart set, a GeoPackage [default: charts.set of the configuration].
     #[arg(long, value_name = "FILE")]
@@ -54,7 +54,7 @@ pub(super) struct RouteArguments {
     /// Distance to keep from all that is not so deep (m) [default: what the guard demands].
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     clearance: Option<f64>,
-    /// A start or goal in closed water is moved to the nearest open water, by so much at most (m).
+    /// A start or goal too near land, shallow water or a danger is moved to open water, by so much at most (m).
     #[arg(long, value_name = "M", default_value_t = 1000.0)]
     move_up_to: f64,
     /// Corners are joined where legs would be shorter (m).
@@ -88,7 +88,7 @@ struct Pair {
     clearance: Option<f64>,
 }
 
-/// What holds for every route of one call.
+/// What every route of one call shares.
 struct Terms<'a> {
     arguments: &'a RouteArguments,
     limits: GuardLimits,
@@ -162,7 +162,7 @@ impl Terms<'_> {
                 if arguments.json {
                     say!("{}", self.described(&Value::Null, &route, time_us));
                 } else {
-                    self.tell(&route, &needs);
+                    self.print(&route, &needs);
                 }
                 Ok(())
             }
@@ -181,6 +181,9 @@ impl Terms<'_> {
     ) -> anyhow::Result<()> {
         let no_way = matches!(refusal, Refusal::NoWay { .. });
         let ends = Request { from: ends[0], to: ends[1], ..*request };
+        if no_way {
+            complain!("no route; looking for a smaller depth and clearance that give one ...");
+        }
         let passable = no_way.then(|| self.router.passable(&ends, needs, &Cancel::never())).transpose()?;
         if self.arguments.json {
             let mut value = refused(&Value::Null, refusal);
@@ -211,10 +214,18 @@ impl Terms<'_> {
         let mut line = Vec::new();
         loop {
             line.clear();
-            if reader.read_until(b'\n', &mut line).with_context(|| file.display().to_string())? == 0 {
+            // A file without line ends must not fill the memory.
+            let mut start = reader.by_ref().take(LONGEST_LINE as u64 + 1);
+            if start.read_until(b'\n', &mut line).with_context(|| file.display().to_string())? == 0 {
                 break;
             }
             number += 1;
+            if line.len() > LONGEST_LINE {
+                bail!(
+                    "{}: line {number} is longer than {LONGEST_LINE} bytes; one JSON object a line is read",
+                    file.display()
+                );
+            }
             if line.trim_ascii().is_empty() {
                 continue;
             }
@@ -230,14 +241,11 @@ impl Terms<'_> {
                 }
             }
         }
-        ensure!(bad == 0, "{}: {bad} lines make no sense; their answers say why", file.display());
+        ensure!(bad == 0, "{}: malformed lines: {bad}; their answers say why", file.display());
         Ok(())
     }
 
     fn pair(&self, line: &[u8]) -> Result<Value, String> {
-        if line.len() > LONGEST_LINE {
-            return Err(format!("it is longer than {LONGEST_LINE} bytes"));
-        }
         let pair: Pair = serde_json::from_slice(line).map_err(|error| error.to_string())?;
         let place = |name: &str, [lat, lon]: [f64; 2]| {
             LatLon::from_deg(lat, lon).map_err(|error| format!("{name}: {lat}, {lon} is no place: {error}"))
@@ -275,12 +283,12 @@ impl Terms<'_> {
                "moved_start_m": moved(route.moved_start), "moved_goal_m": moved(route.moved_goal), "legs": legs})
     }
 
-    fn tell(&self, route: &Route, needs: &Needs) {
+    fn print(&self, route: &Route, needs: &Needs) {
         for (moved, end) in [(route.moved_start, "start"), (route.moved_goal, "goal")] {
             if let Some(moved) = moved {
                 let (lat, lon) = (moved.to.lat_deg(), moved.to.lon_deg());
                 complain!(
-                    "the {end} lies in closed water; moved by {:.0} m to {lat:.6},{lon:.6}",
+                    "the {end} lies too near land, shallow water or a danger; moved by {:.0} m to {lat:.6},{lon:.6}",
                     moved.distance_m
                 );
             }
@@ -321,6 +329,7 @@ fn refused(id: &Value, refusal: &Refusal) -> Value {
             value["nearest"] = json!([nearest.lat_deg(), nearest.lon_deg()]);
             value["gap_m"] = json!(gap_m);
         }
+        Refusal::TooFar { .. } => value["code"] = json!("too_far"),
         Refusal::NotConfirmed { .. } => value["code"] = json!("not_confirmed"),
         Refusal::Needs(_) => value["code"] = json!("malformed"),
         Refusal::Plan(_) => value["code"] = json!("failed"),
