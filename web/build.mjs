@@ -1,9 +1,10 @@
-// Bundles src/ into dist/: names with a hash of the content, a gzip of each, and a manifest that the server reads.
+// Bundles src/ into dist/: names with a hash of the content, each also packed by Brotli and gzip, and a manifest that the
+// server reads.
 
 import { build } from "esbuild";
 import { copyFile, mkdir, readdir, readFile, rename, rm, writeFile } from "node:fs/promises";
 import { basename, join } from "node:path";
-import { gzipSync } from "node:zlib";
+import { brotliCompressSync, gzipSync } from "node:zlib";
 
 const made = "dist.new";
 await rm(made, { recursive: true, force: true });
@@ -23,6 +24,7 @@ const { metafile } = await build({
   legalComments: "none",
   entryNames: "[name]-[hash]",
   assetNames: "[name]-[hash]",
+  loader: { ".woff2": "file" },
   outdir: made,
   logLevel: "warning",
 });
@@ -31,9 +33,15 @@ const manifest = {};
 const sizes = {};
 for (const [path, output] of Object.entries(metafile.outputs)) {
   const name = basename(path);
-  const packed = gzipSync(await readFile(path), { level: 9 });
-  await writeFile(join(made, `${name}.gz`), packed);
-  sizes[path] = packed.length;
+  const plain = await readFile(path);
+  sizes[path] = plain.length;
+  // A font is packed already.
+  if (!path.endsWith(".woff2")) {
+    const packed = brotliCompressSync(plain);
+    await writeFile(join(made, `${name}.br`), packed);
+    await writeFile(join(made, `${name}.gz`), gzipSync(plain, { level: 9 }));
+    sizes[path] = packed.length;
+  }
   const entry = output.entryPoint && basename(output.entryPoint).replace(/\.ts$/, ".js");
   if (["main.js", "offline.js", "main.css"].includes(entry)) manifest[entry] = name;
 }
@@ -50,12 +58,13 @@ await build({
   define: { PARTS: JSON.stringify(["main.css", "offline.js"].map((name) => `/static/${manifest[name]}`)) },
   logLevel: "warning",
 });
+await copyFile("node_modules/@fontsource-variable/atkinson-hyperlegible-next/LICENSE", join(made, "font-license.txt"));
 for (const icon of await readdir("icons")) await copyFile(join("icons", icon), join(made, icon));
 // Whoever compiles or serves at this moment sees the old bundle or the new one, hardly ever none.
 await rm("dist", { recursive: true, force: true });
 await rename(made, "dist");
 
-// What each page loads: everything that its entry reaches, and the style.
+// What each page loads: everything that its entry reaches, the style, and the font for western Europe.
 const reach = (path, seen = new Set()) => {
   if (seen.has(path)) return seen;
   seen.add(path);
@@ -66,7 +75,8 @@ const outputs = Object.entries(metafile.outputs);
 const of = (source) => outputs.find(([, output]) => output.entryPoint === source)?.[0];
 for (const page of ["fleet", "vessel", "import", "plans", "plan", "detections", "data", "logbook", "missions", "mission"]) {
   const loaded = new Set(["src/main.ts", of(`src/pages/${page}.ts`) ? `src/pages/${page}.ts` : `src/pages/${page}.tsx`, "src/style/main.css"].flatMap((source) => [...reach(of(source))]));
+  for (const path of Object.keys(sizes)) if (/next-latin-wght.*woff2$/.test(path)) loaded.add(path);
   const kB = Math.round([...loaded].reduce((sum, path) => sum + sizes[path], 0) / 1024);
-  console.log(`web/dist: the page ${page} loads ${kB} kB gzip`);
+  console.log(`web/dist: the page ${page} loads ${kB} kB`);
   if (kB > 300) throw new Error("a page may weigh 300 kB at most");
 }

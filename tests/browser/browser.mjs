@@ -11,15 +11,13 @@ const { chromium } = require("playwright-core");
 const axe = await readFile(require.resolve("axe-core/axe.min.js"), "utf8");
 
 /** A desk, a small laptop, a tablet and a phone; a page that is opened has the first. */
-const SIZES = [
+export const SIZES = [
   { width: 1440, height: 900 },
   { width: 1024, height: 768 },
   { width: 820, height: 1180 },
   { width: 390, height: 844 },
 ];
-/** Widths at which nothing may stick out, beside those that pictures are made of. */
-export const FITS = [...SIZES, { width: 1024, height: 768 }, { width: 390, height: 844 }];
-const PALETTES = ["day", "dusk", "night"];
+const PALETTES = ["day", "sun", "dusk", "night"];
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
 /** Those of axe's rules that look at colours, and the one that looks at how large targets are: nine tenths of axe's time. */
 const [COLOURS, SIZE] = [["color-contrast", "link-in-text-block"], ["target-size"]];
@@ -119,22 +117,32 @@ export async function logIn(page, url, name, password, next) {
   await page.getByText("Your password is changed").waitFor();
 }
 
-/** A page as it should be: no wider than its window at any of the sizes, and without a violation by axe in any palette. What is
- * no matter of colours is the same in all palettes. Texts that look alike are judged by two of them, and of targets those
- * that are small or under others; with LUTRA_LONG set axe looks at each. With LUTRA_PICTURES set pictures of it all lie in
- * target/screenshots. */
+/** A page as it should be: no wider than its window at any of the sizes, and without a violation by axe. Scripts that go
+ * through tasks look in one palette: which ink stands on which ground is held to the same contrast in all of them by
+ * web/test/palettes.test.mjs, and [`lookInAll`] has axe judge each page in each. Texts that look alike are judged by two of
+ * them, and of targets those that are small or under others. With LUTRA_LONG set axe looks at each, in all palettes; with
+ * LUTRA_PICTURES set pictures of it all lie in target/screenshots. */
 export async function look(page, name) {
+  await lookIn(page, name, process.env.LUTRA_LONG ? PALETTES : PALETTES.slice(0, 1));
+}
+
+/** As [`look`], in all palettes. */
+export async function lookInAll(page, name) {
+  await lookIn(page, name, PALETTES);
+}
+
+async function lookIn(page, name, palettes) {
   const whole = Boolean(process.env.LUTRA_LONG);
-  for (const palette of PALETTES) {
+  for (const palette of palettes) {
     await page.evaluate((palette) => (document.documentElement.dataset.palette = palette), palette);
-    const first = palette === PALETTES[0];
     const runs = [[COLOURS, whole ? "all" : "texts"]];
-    if (first) runs.push([[...TAGS], "all"], [SIZE, whole ? "all" : "targets"]);
+    // What is no matter of colours is the same in all palettes.
+    if (palette === palettes[0]) runs.push([[...TAGS], "all"], [SIZE, whole ? "all" : "targets"]);
     await violations(page, `${name} in ${palette}`, runs);
     if (process.env.LUTRA_PICTURES) for (const size of SIZES) await picture(page, size, `${name}-${palette}-${size.width}`);
   }
   // Palettes do not change widths. The size in which flows go on comes last.
-  for (const size of [...FITS].reverse()) {
+  for (const size of [...SIZES].reverse()) {
     await resize(page, size);
     await fits(page, `${name} at ${size.width} px`);
   }

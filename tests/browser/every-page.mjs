@@ -1,9 +1,17 @@
 // Every page and what opens on it, with an alarm of each priority told: node every-page.mjs URL ONE-TIME-PASSWORD.
 
-import { check, inBrowser, logIn, look } from "./browser.mjs";
+import { check, inBrowser, logIn, lookInAll as look } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
 const BOAT = 2068;
+
+/** The page that shows what pages are made of: the font has come, and its digits are of one width. */
+async function judgeStyle(page) {
+  await page.getByRole("heading", { name: "Icons" }).waitFor();
+  check(await page.evaluate(() => document.fonts.ready.then(() => document.fonts.check('16px "Atkinson Hyperlegible Next"'))), "the font has come");
+  const widths = await page.locator(".digits .num").evaluateAll((all) => all.map((one) => one.getBoundingClientRect().width));
+  check(widths.length === 2 && widths[0] === widths[1] && widths[0] > 0, `digits of one width: ${widths}`);
+}
 
 await inBrowser(async (open) => {
   const page = await open();
@@ -58,11 +66,12 @@ await inBrowser(async (open) => {
   await page.getByRole("button", { name: "Replay what is shown" }).click();
   await look(page, "vessel in the past");
 
-  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/account", "account"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/doors", "doors"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
+  for (const [path, name] of [["/plans", "plans"], [`/plans/${plan}`, "plan"], ["/logbook", "log book"], ["/missions", "missions"], ["/account", "account"], ["/style", "style"], ["/admin", "people"], ["/admin/vessels", "vessels"], ["/admin/sessions", "sessions"], ["/admin/tokens", "tokens"], ["/admin/import", "import"], ["/admin/doors", "doors"], ["/admin/storage", "storage"], ["/admin/audit", "audit"]]) {
     await go(path);
     if (name === "plans") await page.getByText("STOP …").click();
     if (name === "plan") await page.locator(".steps .step").first().click();
     if (name === "people") await page.getByRole("row", { name: /^admin/ }).getByText("Change", { exact: true }).click();
+    if (name === "style") await judgeStyle(page);
     await look(page, name);
   }
   const missing = await page.goto(`${url}/nowhere`);

@@ -6,7 +6,7 @@ import { once } from "node:events";
 import { mkdir } from "node:fs/promises";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
-import { FITS, inBrowser, logIn } from "./browser.mjs";
+import { inBrowser, logIn, SIZES } from "./browser.mjs";
 
 const [program, ...only] = process.argv.slice(2);
 const [FOLDER, VESSEL, PATIENCE_MS] = ["target/walkthrough", "otter-1", 60_000];
@@ -86,7 +86,7 @@ async function walk(page, url, name, task) {
   };
   const picture = async (step) => {
     pictures += 1;
-    for (const size of [...FITS].sort((one, other) => one.width - other.width)) {
+    for (const size of [...SIZES].sort((one, other) => one.width - other.width)) {
       await page.setViewportSize(size);
       await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
       await page.screenshot({ path: join(FOLDER, `${number}-${pictures}-${step}-${size.width}.png`) });

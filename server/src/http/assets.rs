@@ -32,15 +32,19 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         Some("css") => "text/css; charset=utf-8",
         Some("svg") => "image/svg+xml",
         Some("png") => "image/png",
+        Some("woff2") => "font/woff2",
         Some("txt") => "text/plain; charset=utf-8",
         _ => return Err(ApiError::not_found("There is no such file.")),
     };
-    let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok());
-    let gzip = accepted.is_some_and(|accepted| accepted.contains("gzip"));
-    let packed = if gzip { Dist::get(&format!("{name}.gz")) } else { None };
-    let packed_is = packed.is_some();
-    let file =
-        packed.or_else(|| Dist::get(&name)).ok_or_else(|| ApiError::not_found("There is no such file."))?;
+    let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or("");
+    // The smaller one first; a browser asks for Brotli over TLS and from its own computer only.
+    let packed = [("br", "br"), ("gzip", "gz")]
+        .into_iter()
+        .filter(|(coding, _)| accepted.split(',').any(|one| one.split(';').next().map(str::trim) == Some(coding)))
+        .find_map(|(coding, suffix)| Some((Dist::get(&format!("{name}.{suffix}"))?, Some(coding))));
+    let whole = || Dist::get(&name).map(|file| (file, None));
+    let (file, coding) =
+        packed.or_else(whole).ok_or_else(|| ApiError::not_found("There is no such file."))?;
     let body = match file.data {
         Cow::Borrowed(bytes) => axum::body::Body::from(bytes),
         Cow::Owned(bytes) => axum::body::Body::from(bytes),
@@ -54,8 +58,8 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
         body,
     )
         .into_response();
-    if packed_is {
-        response.headers_mut().insert(header::CONTENT_ENCODING, header::HeaderValue::from_static("gzip"));
+    if let Some(coding) = coding {
+        response.headers_mut().insert(header::CONTENT_ENCODING, header::HeaderValue::from_static(coding));
     }
     Ok(response)
 }

@@ -68,7 +68,7 @@ impl<S: Sync> FromRequestParts<S> for Frame {
 
 /// A palette by its name; anything else follows the computer's own setting.
 fn palette(name: &str) -> &'static str {
-    ["day", "dusk", "night"].into_iter().find(|known| *known == name).unwrap_or("auto")
+    ["sun", "day", "dusk", "night"].into_iter().find(|known| *known == name).unwrap_or("auto")
 }
 
 /// The chosen palette and where to go back to.

@@ -14,6 +14,7 @@ mod login;
 mod missions;
 mod plans;
 mod rows;
+mod style;
 mod vessel;
 
 pub(crate) use frame::refusal;
@@ -44,10 +45,11 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::page("/missions", Need::Somewhere(Role::Viewer), "Missions.", missions::list),
         Route::page("/missions/{id}", Need::Somewhere(Role::Viewer), "One mission.", missions::one),
         Route::page("/data", Need::Somewhere(Role::Viewer), "Recordings and files of them.", data::page),
+        Route::page("/style", Need::Somewhere(Role::Viewer), "What pages are made of.", style::page),
         Route::page("/login", Need::Anyone, "The login.", login::page),
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),
-        Route::form("/palette", Need::Anyone, "Choose day, dusk or night.", frame::choose_palette),
+        Route::form("/palette", Need::Anyone, "Choose sun, day, dusk or night.", frame::choose_palette),
         Route::page("/account", Need::Session, "Password, sessions and tokens.", account::page),
         Route::form("/account/password", Need::Session, "Change the password.", account::password),
         Route::form("/account/session/end", Need::Session, "End a session.", account::session_end),

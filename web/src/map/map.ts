@@ -17,7 +17,7 @@ import type { Fix, System, TrackPoint } from "../api/types.gen";
 import { latitude, longitude, position, systemName } from "../ui/format";
 import { type ChartOnMap, createChart } from "./chart/chart";
 import { make, setAttribute } from "../ui/dom";
-import { type Palette, readPalette } from "./palette";
+import { CANVAS_FONT, type Palette, readPalette } from "./palette";
 import { createOverlays, type Overlays } from "./overlays";
 import { type Clicks, createClicks } from "./clicks";
 import { createFollow } from "./follow";
@@ -316,7 +316,7 @@ function northArrow(): HTMLElement {
 }
 
 function graticuleLayer(ink: string, halo: string, grid: string): Graticule {
-  const text = new Text({ font: "12px system-ui, sans-serif", fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 3 }) });
+  const text = new Text({ font: `12px ${CANVAS_FONT}`, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 3 }) });
   const along = text.clone();
   text.setTextBaseline("bottom");
   along.setTextAlign("end");

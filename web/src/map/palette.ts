@@ -1,5 +1,8 @@
 // The map's colours, from the style sheet, so that one palette rules page and map.
 
+/** Of what is written on a canvas: the page's own font, as `--font` in tokens.css. */
+export const CANVAS_FONT = '"Atkinson Hyperlegible Next", system-ui, sans-serif';
+
 export interface Palette {
   readonly ink: string;
   readonly halo: string;

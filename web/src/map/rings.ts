@@ -9,7 +9,7 @@ import { fromLonLat } from "ol/proj";
 import { Fill, Stroke, Style, Text } from "ol/style";
 import { setAttribute } from "../ui/dom";
 import { over } from "./layers";
-import type { Palette } from "./palette";
+import { CANVAS_FONT, type Palette } from "./palette";
 import { ringStep_m } from "./scale";
 import type { MapTools } from "./tools";
 
@@ -35,7 +35,7 @@ export function createRings(map: OlMap, tools: MapTools, palette: () => Palette)
   let drawn = "";
   const style = (text: string): Style[] => {
     const { ink, halo } = palette();
-    const label = new Text({ text, font: "600 12px system-ui, sans-serif", offsetY: -9, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) });
+    const label = new Text({ text, font: `600 12px ${CANVAS_FONT}`, offsetY: -9, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) });
     return text ? [new Style({ text: label })] : [new Style({ stroke: new Stroke({ color: halo, width: 3 }) }), new Style({ stroke: new Stroke({ color: ink, width: 1, lineDash: [2, 4] }) })];
   };
   const draw = (): void => {

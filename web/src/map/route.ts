@@ -9,6 +9,7 @@ import { Circle, Fill, Stroke, Style, Text } from "ol/style";
 import type { PlanPlace, PlanUnderWay } from "../api/types.gen";
 import { over } from "./layers";
 import type { FleetMap } from "./map";
+import { CANVAS_FONT } from "./palette";
 
 /** Of longer routes the names would hide the route. */
 const MOST_NAMES = 40;
@@ -30,7 +31,7 @@ export function createRoute(map: FleetMap): Route {
     const name = feature.get("name") as string | undefined;
     if (name !== undefined) {
       const image = new Circle({ radius: now ? 8 : 5, fill: new Fill({ color: now ? colour : halo }), stroke: new Stroke({ color: now ? ink : colour, width: 2 }) });
-      const text = new Text({ text: name, font: `${now ? 700 : 500} 13px system-ui, sans-serif`, offsetY: -16, overflow: true, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) });
+      const text = new Text({ text: name, font: `${now ? 700 : 500} 13px ${CANVAS_FONT}`, offsetY: -16, overflow: true, fill: new Fill({ color: ink }), stroke: new Stroke({ color: halo, width: 4 }) });
       return [new Style({ image, text, zIndex: now ? 4 : 3 })];
     }
     const stroke = now ? new Stroke({ color: colour, width: 4 }) : new Stroke({ color: colour, width: 2, lineDash: [7, 6] });

@@ -12,6 +12,7 @@ import { Circle, Fill, Stroke, Style, Text } from "ol/style";
 import type { PlanPlace } from "../api/types.gen";
 import { over } from "./layers";
 import type { FleetMap } from "./map";
+import { CANVAS_FONT } from "./palette";
 
 /** A finger or pointer is on a handle within this, px. */
 const NEAR_PX = 16;
@@ -47,7 +48,7 @@ export function createSeaRoute(map: FleetMap, handlers?: SeaRouteHandlers): SeaR
         new Style({ image: new Circle({ radius: 13, fill: new Fill({ color: halo }), stroke: new Stroke({ color: halo, width: 4 }) }), zIndex: 3 }),
         new Style({
           image: new Circle({ radius: 12, fill: new Fill({ color: halo }), stroke: new Stroke({ color: colour, width: 3 }) }),
-          text: new Text({ text: label, font: "700 13px system-ui, sans-serif", fill: new Fill({ color: ink }) }),
+          text: new Text({ text: label, font: `700 13px ${CANVAS_FONT}`, fill: new Fill({ color: ink }) }),
           zIndex: 4,
         }),
       ];

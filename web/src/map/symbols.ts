@@ -3,7 +3,7 @@
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from "ol/style";
 import type { System } from "../api/types.gen";
 import { systemName } from "../ui/format";
-import { type Palette, seriesColour } from "./palette";
+import { CANVAS_FONT, type Palette, seriesColour } from "./palette";
 
 /** How a vessel looks: a hull that points where the vessel does, hollow when its position is old. */
 export interface VesselStyle {
@@ -19,7 +19,7 @@ export function vesselStyle(system: System, palette: Palette, selected: boolean)
   const circle = (system.fix?.heading_rad ?? null) === null;
   const label = new Text({
     text: systemName(system) + (old ? ` (${system.liveness})` : ""),
-    font: "600 13px system-ui, sans-serif",
+    font: `600 13px ${CANVAS_FONT}`,
     offsetY: 22,
     fill: new Fill({ color: palette.ink }),
     stroke: new Stroke({ color: palette.halo, width: 4 }),
@@ -84,7 +84,7 @@ export function tagColour(palette: Palette, tag: number): string {
 /** Tags that were heard hereabouts: edged in the tag's colour where it is one tag, else in ink. */
 export function tagsStyle(count: number, tag: number | undefined, palette: Palette): Style[] {
   const size = Math.min(18, 8 + Math.log2(count) * 2);
-  const text = new Text({ text: count > 1 ? String(count) : "", font: "600 12px system-ui, sans-serif", fill: new Fill({ color: palette.ink }) });
+  const text = new Text({ text: count > 1 ? String(count) : "", font: `600 12px ${CANVAS_FONT}`, fill: new Fill({ color: palette.ink }) });
   const image = new RegularShape({
     points: 4,
     radius: size + 3,

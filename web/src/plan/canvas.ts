@@ -19,6 +19,7 @@ import { type Grip, gripsOf } from "../state/wholes";
 import { createArea } from "./area";
 import { GRIP_PX, gripOffset, gripStyle } from "./grips";
 import type { SketchView } from "./sketching";
+import { CANVAS_FONT } from "../map/palette";
 
 /** A finger or pointer is on a vertex within this, px. */
 const NEAR_PX = 14;
@@ -93,7 +94,7 @@ export function createCanvas(map: FleetMap, handlers: CanvasHandlers): PlanCanva
       const first = vertex.point === 0;
       const label = new Text({
         text: feature.get("label") as string,
-        font: "600 13px system-ui, sans-serif",
+        font: `600 13px ${CANVAS_FONT}`,
         offsetY: -18,
         overflow: true,
         fill: new Fill({ color: ink }),

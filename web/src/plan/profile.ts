@@ -3,7 +3,7 @@
 import uPlot from "uplot";
 import { postJson, reason } from "../api/http";
 import type { ChartCorridor, ChartProfilePoint, PlanPlace } from "../api/types.gen";
-import { readPalette } from "../map/palette";
+import { CANVAS_FONT, readPalette } from "../map/palette";
 import { depthText, type DepthLimits } from "../state/chart";
 import type { LeastDepth } from "../state/planverdict";
 import { make, setText } from "../ui/dom";
@@ -52,7 +52,7 @@ export function createProfile(root: HTMLElement, halfWidth_m: number, mark: (pla
     const known = depths.filter((one): one is number => one !== null);
     const deepest = Math.max(safe * 2, ...known);
     const highest = Math.min(-1, ...known);
-    const axis: uPlot.Axis = { stroke: palette.ink, grid: { stroke: palette.grid, width: 1 }, ticks: { stroke: palette.grid, width: 1 }, font: "13px system-ui, sans-serif" };
+    const axis: uPlot.Axis = { stroke: palette.ink, grid: { stroke: palette.grid, width: 1 }, ticks: { stroke: palette.grid, width: 1 }, font: `13px ${CANVAS_FONT}` };
     const flat = (value: number): number[] => along.map(() => value);
     plot = new uPlot(
       {

@@ -14,6 +14,7 @@ import { nearestStretch } from "../state/chart";
 import { wayOf } from "../state/plan";
 import { canGoAround } from "../state/searoute";
 import { make } from "../ui/dom";
+import { CANVAS_FONT } from "../map/palette";
 
 /** Reasons that are listed; the server tells no more than a hundred. */
 const LISTED = 20;
@@ -55,11 +56,11 @@ export function createVerdict(map: FleetMap): VerdictOnMap {
       new Style({ image: new Circle({ radius: 12, fill: new Fill({ color: danger }), stroke: new Stroke({ color: halo, width: 3 }) }), zIndex: 3 }),
       new Style({
         image: new Circle({ radius: 14, stroke: new Stroke({ color: ink, width: 1.5 }) }),
-        text: new Text({ text: "!", font: "800 17px system-ui, sans-serif", fill: new Fill({ color: halo }) }),
+        text: new Text({ text: "!", font: `800 17px ${CANVAS_FONT}`, fill: new Fill({ color: halo }) }),
         zIndex: 4,
       }),
       new Style({
-        text: new Text({ text, font: "700 13px system-ui, sans-serif", offsetY: 26, overflow: true, fill: new Fill({ color: danger }), stroke: new Stroke({ color: halo, width: 5 }) }),
+        text: new Text({ text, font: `700 13px ${CANVAS_FONT}`, offsetY: 26, overflow: true, fill: new Fill({ color: danger }), stroke: new Stroke({ color: halo, width: 5 }) }),
         zIndex: 5,
       }),
     ];

@@ -2,7 +2,7 @@
 
 import uPlot from "uplot";
 import type { Gap } from "../api/types.gen";
-import { readPalette } from "../map/palette";
+import { CANVAS_FONT, readPalette } from "../map/palette";
 import { make, setAttribute, setText } from "../ui/dom";
 import { age, utc } from "../ui/format";
 import type { Table } from "./model";
@@ -94,7 +94,7 @@ export function createChart(title: string, unit: string, looks: readonly LineLoo
     });
     bands.push({ series: [3 * index + 1, 3 * index + 2], fill: faint(stroke(look)) });
   });
-  const axis: uPlot.Axis = { stroke: palette.ink, grid: { stroke: palette.grid, width: 1 }, ticks: { stroke: palette.grid, width: 1 }, font: "13px system-ui, sans-serif" };
+  const axis: uPlot.Axis = { stroke: palette.ink, grid: { stroke: palette.grid, width: 1 }, ticks: { stroke: palette.grid, width: 1 }, font: `13px ${CANVAS_FONT}` };
   const plot = new uPlot(
     {
       width: 600,
@@ -236,7 +236,7 @@ function shade(plot: uPlot, gaps: readonly Gap[], fill: string, ink: string): vo
     ctx.fillRect(left, bbox.top, width, bbox.height);
     if (width < 70) continue;
     ctx.fillStyle = ink;
-    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.font = `${12 * devicePixelRatio}px ${CANVAS_FONT}`;
     ctx.fillText(gap.kind.replaceAll("_", " "), Math.max(left, bbox.left) + 6, bbox.top + 16 * devicePixelRatio);
   }
   ctx.restore();

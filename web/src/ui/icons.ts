@@ -13,6 +13,9 @@ const PATHS = {
 
 export type Icon = keyof typeof PATHS;
 
+/** All of them. */
+export const ICONS = Object.keys(PATHS) as readonly Icon[];
+
 const SVG = "http://www.w3.org/2000/svg";
 
 export function icon(name: Icon): SVGElement {

@@ -52,6 +52,31 @@ const DAY: ChartColours = {
   aids: { white: "#F4F8F9", black: "#070707", red: "#F15469", green: "#3FA56F", blue: "#3A78F0", yellow: "#F4DA48", grey: "#7D898C", brown: "#8F6B3A", amber: "#EB7D36", violet: "#A24FB5", orange: "#EB7D36", magenta: "#C545C3", pink: "#E59AB8" },
 };
 
+/** A screen that reflects the sun: depth areas far apart, every line and number black or nearly so. */
+const SUN: ChartColours = {
+  ...DAY,
+  drying: "#6FA884",
+  veryShallow: "#4FA3EE",
+  shallow: "#8CC4FA",
+  safe: "#CDE6F3",
+  deep: "#F4FBFD",
+  land: "#D9C067",
+  coast: "#000000",
+  safety: "#000000",
+  contour: "#3A4446",
+  sounding: "#1C2021",
+  soundingShallow: "#000000",
+  noDataLine: "#3A4446",
+  danger: "#8A007F",
+  caution: "#8A007F",
+  cautionFaint: "#A74BC4",
+  area: "#3A4446",
+  outline: "#000000",
+  text: "#000000",
+  halo: "#FFFFFF",
+  overscale: "rgba(0, 0, 0, 0.6)",
+};
+
 const DUSK: ChartColours = {
   drying: "#15251F",
   veryShallow: "#16232F",
@@ -106,6 +131,7 @@ const NIGHT: ChartColours = {
 export function chartColours(): ChartColours {
   const { palette } = document.documentElement.dataset;
   if (palette === "night") return NIGHT;
+  if (palette === "sun") return SUN;
   if (palette === "dusk") return DUSK;
   return palette === "auto" && matchMedia("(prefers-color-scheme: dark)").matches ? DUSK : DAY;
 }

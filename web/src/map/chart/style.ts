@@ -8,9 +8,8 @@ import { Fill, Stroke, Style, Text } from "ol/style";
 import { type DepthLimits, isIsolated, isOverscale, safetyContour, type Shade, shadeOf, shownScale, soundingText, type Switch } from "../../state/chart";
 import { type ChartColours, chartColours } from "./colours";
 import { aidIcon, type Danger, dangerIcon, lightIcon, overscalePattern, soundingIcon } from "./symbols";
+import { CANVAS_FONT } from "../palette";
 
-/** Soundings and names of the chart. */
-const FONT = "system-ui, sans-serif";
 /** From here on in names of aids and heights of bridges and cables are told, m/px. */
 const AID_NAMES_TO = 6;
 /** Buildings, towers and tanks; most stand on land, where the land decides. */
@@ -126,7 +125,7 @@ export function createStyles(changed: () => void): ChartStyles {
   const label = (text: string, options: { size: number; weight?: string; dx?: number; dy?: number; color?: string; align?: CanvasTextAlign; over?: boolean }): Text =>
     new Text({
       text,
-      font: `${options.weight ?? "400"} ${options.size}px ${FONT}`,
+      font: `${options.weight ?? "400"} ${options.size}px ${CANVAS_FONT}`,
       offsetX: options.dx ?? 0,
       offsetY: options.dy ?? 0,
       textAlign: options.align ?? "center",
@@ -139,7 +138,7 @@ export function createStyles(changed: () => void): ChartStyles {
     const bold = depth <= limits.autonomous_m;
     const text = soundingText(depth);
     return once(`sounding ${bold} ${text}`, () =>
-      new Style({ image: soundingIcon(text, bold ? `700 13px ${FONT}` : `12px ${FONT}`, bold ? colours.soundingShallow : colours.sounding) }));
+      new Style({ image: soundingIcon(text, bold ? `700 13px ${CANVAS_FONT}` : `12px ${CANVAS_FONT}`, bold ? colours.soundingShallow : colours.sounding) }));
   };
 
   const danger = (feature: FeatureLike): Style => {
