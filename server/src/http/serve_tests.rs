@@ -88,6 +88,8 @@ async fn an_owner_lost_to_a_fault_ends_the_server_and_what_was_heard_is_kept() {
         let boats = Boats::join(&serving.state.shore.router).await;
         let said = boat(0, clock::now());
         boats.say(said.clone()).await;
+        // The hub does first what it is asked first: from here on the recorder has what was said.
+        serving.state.shore.router.inspect(|_, _| ()).await.unwrap();
         lose(&serving, owner).await;
         assert_eq!(serving.failed().await, owner);
         let (status, body) = get(&serving, "/healthz").await;
