@@ -26,7 +26,7 @@ await inBrowser(async (open) => {
   // right is every-page's and the keyboard's matter.
   const panel = (name) => page.locator(`.tabpanel:has([role="region"][aria-label="${name === "Tags" ? "Tags heard" : name}"])`);
   const older = (name) => panel(name).locator("button.older", { hasText: "Older ones" });
-  const csv = (what) => page.locator(`button[aria-label^="Download CSV of ${what} as shown"]`);
+  const csv = (what) => page.locator(`[aria-label^="Download CSV of ${what}"]`);
   const take = async (button) => {
     const saved = page.waitForEvent("download");
     await button.click();
@@ -78,10 +78,19 @@ await inBrowser(async (open) => {
   check(!(await older("Tags").isVisible()), "there are no older ones");
   const lines = await shown("Tags");
   same(lines.length, heard.rows.length, "tags");
-  lines.forEach(([time, tag, data, snr, frequency, receiver, place], at) => {
-    const [vessel, , when, name, value, snrDb, kHz, serial, lat, lon] = heard.rows[at];
-    same([time, tag, data, snr, frequency, receiver], [`${when.slice(0, 19).replace("T", " ")}Z`, name, value, snrDb, kHz, serial], `tag ${at} of ${vessel}`);
-    isAt(place, Number(lat), Number(lon));
+  // The file is the server's: the oldest first.
+  const cells = heard.rows.toReversed();
+  const of = (name) => {
+    const at = heard.head.findIndex((one) => one.split(" ")[0] === name);
+    check(at >= 0, `${name} in ${heard.head}`);
+    return at;
+  };
+  const columns = ["tag", "sensor_value", "snr", "frequency", "receiver"].map(of);
+  const [when, lat, lon] = ["heard_utc", "latitude", "longitude"].map(of);
+  lines.forEach(([time, ...rest], at) => {
+    const row = cells[at];
+    same([time, ...rest.slice(0, 5)], [`${row[when].slice(0, 19).replace("T", " ")}Z`, ...columns.map((one) => row[one])], `tag ${at}`);
+    isAt(rest[5], Number(row[lat]), Number(row[lon]));
   });
 
   // Plots and the track: each sample under the pointer, with its value, its time and the place of the vessel then.

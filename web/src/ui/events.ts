@@ -30,22 +30,6 @@ const TAGS = 5_000;
 
 /** A place that rests on a position so old is said to, s. */
 const OLD_S = 2;
-/** What a file tells of a detection beside what the table shows. */
-const FURTHER: readonly (readonly [string, (one: Detection) => string | number | null])[] = [
-  ["receiver's clock", (one) => (one.clock === "set" ? "set" : "not set")],
-  ["receiver's count [s]", (one) => (one.clock_us / 1e6).toFixed(3)],
-  ["position age [s]", (one) => one.pose_age_s],
-  ["position deviation [m]", (one) => one.pose_sigma_m],
-  ["lines lost before", (one) => one.lines_lost],
-  ["noise average", (one) => one.noise_average],
-  ["noise peak", (one) => one.noise_peak],
-  ["noise age [s]", (one) => one.noise_age_s],
-  ["propeller [rpm]", (one) => one.propeller_rpm],
-  ["line number", (one) => one.memory_address],
-  ["line", (one) => one.raw],
-  ["id", (one) => one.id],
-];
-
 /** The log book in `root`, with the notes that people wrote; `write` gives the way to a new note, where somebody may write one. */
 export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity: (number: number) => string, handlers: EventHandlers, write?: () => string): LogTable {
   const least = make("select", {}, ...["everything", "information and worse", "warnings and worse", "errors and worse"].map((text, index) => make("option", { value: String(index - 1) }, text)));
@@ -54,17 +38,18 @@ export function createLogBook(root: HTMLElement, ask: Ask<LogBookEntry>, entity:
   const kind: Kind<LogBookEntry> = {
     label: "Log book",
     names: ["Time, UTC", "Severity", "From", "Text"],
-    columns: ["time [UTC]", "severity", "entity", "from", "text"],
+    file: {
+      columns: ["time [UTC]", "severity", "entity", "from", "text"],
+      record: (one) => [exact(one.time_us), severity(one), entity(one.entity), one.context, one.text],
+    },
     page: ENTRIES,
     ask,
     key: (one) => `${one.time_us}/${one.entity}/${entity(one.entity)}/${one.kind}/${one.context}/${one.text}`,
     merged: (before) => before,
     cells: (one) => [utc(one.time_us), `${one.kind === NOTE ? "✎" : (SHAPE[one.kind] ?? "?")} ${severity(one)}`, one.context || entity(one.entity), one.text],
-    record: (one) => [exact(one.time_us), severity(one), entity(one.entity), one.context, one.text],
     marks: (one) => (SEVERITY[one.kind] ? { "data-severity": severity(one) } : {}),
     // What people wrote is for people, however little of the rest they want.
     wanted: (one) => one.kind === NOTE || (one.kind === 4 ? -1 : one.kind) >= Number(least.value),
-    chosen: () => false,
     note: (shown, all, cut) => `${cut} ${shown ? "" : all ? `Nothing so serious ${cut ? "among them" : "in this time"}.` : "The log book has no entry in this time."}`.trim(),
     changed: () => undefined,
   };
@@ -101,15 +86,15 @@ function written({ entity, time_us, fields }: Update): LogBookEntry {
   };
 }
 
-/** Tags heard in `root`; `changed` is told of all that are in hand. */
-export function createDetections(root: HTMLElement, ask: Ask<Detection>, handlers: EventHandlers, changed: (known: Part<Detection>) => void): TagTable {
+/** Tags heard in `root`; `file` is the address of the file of a stretch, `changed` is told of all that are in hand. */
+export function createDetections(root: HTMLElement, ask: Ask<Detection>, file: (stretch: Stretch) => string, handlers: EventHandlers, changed: (known: Part<Detection>) => void): TagTable {
   const whole = make("button", { type: "button", hidden: "" }, "Show all tags");
   let chosen: ReadonlySet<string> | undefined;
   const key = (one: Detection): string => one.id;
   const kind: Kind<Detection> = {
     label: "Tags heard",
     names: ["Time, UTC", "Tag", "Data", "SNR, dB", "kHz", "Receiver", "Place of the vessel"],
-    columns: ["reported [UTC]", "heard [UTC]", "tag", "data", "snr [dB]", "frequency [kHz]", "receiver", "lat [°]", "lon [°]", ...FURTHER.map(([name]) => name)],
+    file,
     page: TAGS,
     ask,
     key,
@@ -123,22 +108,9 @@ export function createDetections(root: HTMLElement, ask: Ask<Detection>, handler
       String(one.serial_no),
       placeOf(one),
     ],
-    record: (one) => [
-      exact(one.time_us),
-      one.heard_us === null ? null : exact(one.heard_us),
-      tagName(one),
-      one.data,
-      one.snr_db,
-      one.frequency_khz,
-      one.serial_no,
-      one.lat_deg,
-      one.lon_deg,
-      ...FURTHER.map(([, read]) => read(one)),
-    ],
     marks: () => ({}),
     tag: (one) => String(one.tag_id % 4),
     wanted: (one) => !chosen || chosen.has(key(one)),
-    chosen: () => chosen !== undefined,
     note: (shown, all, cut) => `${chosen ? `${shown} of ${all} tags: those at the place on the map. ${cut}` : cut || (all ? "" : "No tag was heard in this time.")}`.trim(),
     changed,
   };

@@ -41,27 +41,31 @@ export interface EventTable<T> {
   readonly known: () => Part<T>;
 }
 
+/** A file that the page writes of what is wanted. */
+export interface PageFile<T> {
+  /** Heads of the columns, with units; the vessel comes before them. */
+  readonly columns: readonly string[];
+  record(one: T): readonly (string | number | null)[];
+}
+
 /** What a table is about. */
 export interface Kind<T extends Event> extends Identity<T> {
   /** As in "the newest 2 of 3 …", and in the names of files. */
   readonly label: string;
   /** Heads of the columns. */
   readonly names: readonly string[];
-  /** The same in a file, with units; the vessel comes before them. */
-  readonly columns: readonly string[];
+  /** How all of a stretch is taken away: the address of the server's file, or a file that the page writes. */
+  readonly file: ((stretch: Stretch) => string) | PageFile<T>;
   /** How many are shown at first, and more with each asking. */
   readonly page: number;
   ask(query: string, signal: AbortSignal): Promise<Part<T>>;
   cells(one: T): readonly string[];
-  record(one: T): readonly (string | number | null)[];
   /** Further marks of its row. */
   marks(one: T): Readonly<Record<string, string>>;
   /** Of the second cell. */
   tag?(one: T): string;
   /** Whether somebody wants to see it. */
   wanted(one: T): boolean;
-  /** Whether those that are wanted are all in hand, so that a file needs no others. */
-  chosen(): boolean;
   /** What to say of those that are shown; `cut` tells which part of the time they are of. */
   note(shown: number, all: number, cut: string): string;
   /** Called whenever what is in hand has changed. */
@@ -71,7 +75,12 @@ export interface Kind<T extends Event> extends Identity<T> {
 export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { at, pick, vessel, may }: EventHandlers, ...extra: readonly HTMLElement[]): EventTable<T> {
   const { label, names } = kind;
   const note = make("p", { class: "dim", role: "status" });
-  const take = make("button", { type: "button", hidden: "", "aria-label": `Download CSV of ${label.toLowerCase()} as shown, of all of this time` }, "CSV");
+  const { file } = kind;
+  const whole = `Download CSV of ${label.toLowerCase()}`;
+  const take =
+    typeof file === "function"
+      ? make("a", { class: "button", hidden: "", download: "", "aria-label": `${whole}, all of this time` }, "CSV")
+      : make("button", { type: "button", hidden: "", "aria-label": `${whole} as shown, of all of this time` }, "CSV");
   const older = make("button", { type: "button", class: "older", hidden: "" }, "Older ones");
   const head = make("tr");
   for (const name of names) head.append(make("th", { scope: "col" }, name));
@@ -127,6 +136,7 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     // Older ones may be wanted where none of these is.
     setAttribute(box, "hidden", shown.length || known?.next ? null : "");
     setAttribute(take, "hidden", may && known && !trouble && all.length ? null : "");
+    if (typeof file === "function" && known) setAttribute(take, "href", file(known.stretch));
     const before = drawn;
     if (before?.length !== shown.length || shown.some((one, at) => one !== before[at])) {
       drawn = shown;
@@ -190,6 +200,14 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
     else draw();
   };
 
+  const write = async ({ columns, record }: PageFile<T>, of: Known<T>, signal: AbortSignal): Promise<void> => {
+    const all = await everything(kind, of.stretch, signal, (count) => setText(note, `Fetching all of this time: ${count} so far …`));
+    if (signal.aborted) return;
+    const name = vessel();
+    const text = csv(["vessel", ...columns], all.map((one) => [name, ...record(one)]));
+    save(`${name} ${utc(of.stretch.fromUs)} to ${utc(of.stretch.toUs)} ${label.toLowerCase()}.csv`.replaceAll(":", "").replaceAll(" ", "_"), text);
+  };
+
   older.addEventListener("click", () =>
     void work("Fetching older ones …", async (of, signal) => {
       const part = await kind.ask(question(of.stretch, kind.page, of.next), signal);
@@ -202,16 +220,7 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
       if (held && !known.next) box.focus();
     }),
   );
-  take.addEventListener("click", () =>
-    void work("Fetching all of this time …", async (of, signal) => {
-      const all = kind.chosen() ? shown : await whole(kind, of.stretch, signal, (count) => setText(note, `Fetching all of this time: ${count} so far …`));
-      if (signal.aborted) return;
-      const name = vessel();
-      const text = csv(["vessel", ...kind.columns], all.map((one) => [name, ...kind.record(one)]));
-      save(`${name} ${utc(of.stretch.fromUs)} to ${utc(of.stretch.toUs)} ${label.toLowerCase()}.csv`.replaceAll(":", "").replaceAll(" ", "_"), text);
-    }),
-  );
-
+  if (typeof file !== "function") take.addEventListener("click", () => void work("Fetching all of this time …", (of, signal) => write(file, of, signal)));
   const show = async (stretch: Stretch, goesOn: boolean, signal: AbortSignal): Promise<void> => {
     const anew = !goesOn || !known;
     if (anew) {
@@ -263,7 +272,7 @@ export function eventTable<T extends Event>(root: HTMLElement, kind: Kind<T>, { 
 }
 
 /** Everything of a stretch that is wanted, page by page. */
-async function whole<T extends Event>(kind: Kind<T>, stretch: Stretch, signal: AbortSignal, told: (count: number) => void): Promise<T[]> {
+async function everything<T extends Event>(kind: Kind<T>, stretch: Stretch, signal: AbortSignal, told: (count: number) => void): Promise<T[]> {
   const all: T[] = [];
   for (let part = await kind.ask(question(stretch, FILE_PAGE, null), signal); ; ) {
     for (const one of part.items) if (kind.wanted(one)) all.push(one);

@@ -64,7 +64,7 @@ export function createPanels(needs: PanelNeeds) {
   const tags = createDetections(boxes.panels.Tags, async (query, signal) => {
     const { detections, next } = await getJson<Detections>(`${path}/detections?${query}`, signal);
     return { items: detections, next };
-  }, events, ({ items, next }) => {
+  }, ({ fromUs, toUs, open }) => `/api/v1/detections.csv?vessel=${address}&from_us=${fromUs}${open ? "" : `&to_us=${toUs}`}`, events, ({ items, next }) => {
     map.overlays.detections(items);
     const last = next ? items.at(-1) : undefined;
     setText(boxes.tagsCut, last ? `Tags on the map: the newest ${items.length}, since ${utc(last.time_us)}. Older ones: under Tags.` : "");
