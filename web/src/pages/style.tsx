@@ -8,6 +8,8 @@ import { type Icon, icon, ICONS } from "../ui/icons";
 
 const SIZES = ["xs", "s", "m", "l", "xl", "2xl", "3xl"];
 const SPACES = ["2xs", "xs", "s", "m", "l", "xl", "2xl"];
+/** Contrast from which on a colour is for words. */
+const TEXT = 4.5;
 const PRIORITIES = ["emergency", "alarm", "warning", "caution"];
 
 /** Draws all of it, and again when the palette changes. */
@@ -27,7 +29,7 @@ function Style() {
   return (
     <>
       <Section title="Colours" about="Ink on its ground, and how many times as light one is as the other. Red, orange and yellow are for alerts.">
-        <div class="swatches">{PAIRS.map(([ink, ground]) => <Swatch key={`${ink} ${ground}`} ink={ink} ground={ground} />)}</div>
+        <div class="swatches">{PAIRS.map(([ink, ground, least]) => <Swatch key={`${ink} ${ground}`} ink={ink} ground={ground} text={least >= TEXT} />)}</div>
       </Section>
       <Section title="Text" about="Atkinson Hyperlegible Next; values in digits of one width, so that nothing moves when they change.">
         {SIZES.map((size) => <p key={size} class="sample" data-size={size}><code>--text-{size}</code> 63.440 12° N 10.404 56° E, 1 l I 0 O, blåskjell</p>)}
@@ -56,10 +58,11 @@ function Section(props: { readonly title: string; readonly about?: string; reado
   return <section><h2>{props.title}</h2>{props.about && <p class="dim">{props.about}</p>}{props.children}</section>;
 }
 
-function Swatch({ ink, ground }: { readonly ink: string; readonly ground: string }) {
+/** `text`: whether words are written in it; what only edges and lines have is shown as an edge. */
+function Swatch({ ink, ground, text }: { readonly ink: string; readonly ground: string; readonly text: boolean }) {
   const box = useRef<HTMLDivElement>(null);
   // A style attribute would be refused by the page's policy; a property set by a script is not.
-  useEffect(() => void Object.assign(box.current?.style ?? {}, { color: `var(--${ink})`, background: `var(--${ground})` }), [ink, ground]);
+  useEffect(() => void Object.assign(box.current?.style ?? {}, { [text ? "color" : "borderColor"]: `var(--${ink})`, background: `var(--${ground})` }), [ink, ground, text]);
   const [one, other] = [hexRgb(token(ink)), hexRgb(token(ground))];
   return <div class="swatch" ref={box}><strong>{ink}</strong> on {ground}<br />{token(ink)} on {token(ground)}{one && other && `, ${contrast(one, other).toFixed(1)}:1`}</div>;
 }
