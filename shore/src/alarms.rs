@@ -208,6 +208,20 @@ impl Alarms {
         Ok(list)
     }
 
+    /// What stands, of all vessels and the server itself.
+    ///
+    /// # Errors
+    /// The server is stopping.
+    pub(crate) async fn standing(&self) -> Result<Vec<api::Alarm>> {
+        let ask = |operations: &mut Operations, _: Now| {
+            let fleet = operations.fleet();
+            operations.alarms().standing().map(|one| alarm(fleet, one)).collect::<Vec<_>>()
+        };
+        let mut standing = self.router.ask(ask).await?;
+        name(&self.people, &mut standing);
+        Ok(standing)
+    }
+
     /// What happened to alarms, the newest first, each with its number.
     ///
     /// # Errors

@@ -11,6 +11,7 @@
 //! - [`charts`], [`routing`], [`plans`], [`identity`]: the sea chart, routes on it, plans as people draw them, accounts
 //!   and the audit log.
 //! - [`logbook`], [`missions`]: what people write down.
+//! - [`notices`]: alarms told by mail and webhook.
 //!
 //! It may know every crate below it, and knows nothing of HTTP, pages, or how a server is configured: each service has
 //! settings of its own.
@@ -28,6 +29,7 @@ pub mod identity;
 pub mod links;
 pub mod logbook;
 pub mod missions;
+pub mod notices;
 pub mod owners;
 mod parameters;
 pub mod plans;
@@ -57,6 +59,7 @@ use crate::identity::People;
 use crate::links::Links;
 use crate::logbook::Logbook;
 use crate::missions::Missions;
+use crate::notices::Notices;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -94,6 +97,8 @@ pub struct Shore {
     pub logbook: Logbook,
     /// Missions that people record.
     pub missions: Missions,
+    /// Messages about alarms.
+    pub notices: Notices,
     /// The vessels that came in by the link.
     pub links: Links,
     /// Who steers which vessel by hand.

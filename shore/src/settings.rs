@@ -1,6 +1,6 @@
 //! What the shore is told once, at its start.
 
-use crate::{charts, identity, sinks};
+use crate::{charts, identity, notices, sinks};
 use std::path::PathBuf;
 
 /// What all services are told.
@@ -18,6 +18,8 @@ pub struct Settings {
     pub charts: charts::Settings,
     /// Other stores.
     pub sinks: sinks::Settings,
+    /// Messages about alarms.
+    pub notices: notices::Settings,
     /// Bytes that an uploaded log may have, unpacked.
     pub most_unpacked_bytes: u64,
 }

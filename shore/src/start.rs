@@ -10,6 +10,7 @@ use crate::identity::{FirstAdmin, People};
 use crate::links::Links;
 use crate::logbook::Logbook;
 use crate::missions::Missions;
+use crate::notices::Notices;
 use crate::owners::Owners;
 use crate::recorder::Recorder;
 use crate::reports::Reports;
@@ -121,6 +122,7 @@ impl Opened {
         let alarms = Alarms::new(router.clone(), people.clone());
         let logbook = Logbook::new(people.clone(), clock.clone(), &settings.data);
         let missions = Missions::new(people.clone(), clock.clone(), history.clone());
+        let notices = Notices::new(people.clone(), clock.clone(), settings.notices);
         let sinks = open_sinks.states();
         let reports = Reports::new(router.clone(), history.clone(), grounding.clone());
         let helms = Helms::default();
@@ -137,6 +139,7 @@ impl Opened {
             routing: Routing::default(),
             logbook,
             missions,
+            notices,
             links,
             helms,
             router,
@@ -155,7 +158,7 @@ impl Opened {
 impl Running {
     /// Starts what goes on by itself: the audit log, the chart set as it changes, sinks, the watch for alarms.
     fn keep(&mut self) {
-        let Shore { people, commands, alarms, charts, links, recorder, owners, tasks, stop, .. } =
+        let Shore { people, commands, alarms, charts, links, notices, recorder, owners, tasks, stop, .. } =
             &*self.shore;
         people.keep(owners, tasks, stop);
         tasks.spawn(charts.clone().keep(stop.clone()));
@@ -172,6 +175,7 @@ impl Running {
             stop: stop.clone(),
         };
         tasks.spawn(owners.watch("the watch for alarms", alarms.clone().watch(watch)));
+        tasks.spawn(owners.watch("the messages about alarms", notices.clone().keep(alarms.clone(), stop.clone())));
     }
 
     /// Ends the services, once nobody is let in any more and [`Shore::stop`] was cancelled.

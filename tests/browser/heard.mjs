@@ -75,13 +75,13 @@ await inBrowser(async (open) => {
 
   // A file has what the messages carried, and nothing else.
   const saved = page.waitForEvent("download");
-  await page.getByRole("button", { name: "Download CSV of tags heard as shown" }).click();
+  await page.getByRole("link", { name: "Download CSV of tags heard" }).click();
   const file = table(await readFile(await (await saved).path(), "utf8"));
   const cells = (tag, ...names) => names.map((name) => file.rows.find((one) => one[file.head.indexOf("tag")] === tag)[file.head.indexOf(name)]);
-  const names = ["data", "receiver's clock", "position age [s]", "position deviation [m]", "line"];
+  const names = ["sensor_value [count]", "clock", "position_age [s]", "position_deviation [m]", "raw_line"];
   same(cells("R64K-101", ...names), ["", "set", "", "", ""], "by TBRFishTag alone");
   same(cells("R64K-102", ...names), ["", "set", "0.4", "0.8", "$001024,a line"], "by both messages");
-  same(cells("OPi-103", ...names, "heard [UTC]", "receiver's count [s]"), ["", "not set", "0.4", "0.8", "$001024,a line", "", "600.250"], "without a clock");
+  same(cells("OPi-103", ...names, "heard_utc", "clock_count [s]"), ["", "not set", "0.4", "0.8", "$001024,a line", "", "600.250"], "without a clock");
 
   // One that no frame brought is asked for when the connection begins anew, from the last word on, and the others stay.
   await page.evaluate(() => (window.forgetful = true));

@@ -192,14 +192,22 @@ await inBrowser(async (open) => {
   check(!(await names()).some((name) => name.includes("Rows 2")), "undone");
 });
 
-/** Where on the map the pointer is over a grip of this kind: looked for as a person does, by moving it. */
+/** Where on the map the pointer is over a grip of this kind: looked for by events within the page, for each move of the real
+ * pointer takes a frame. */
 async function findOver(page, map, kind) {
-  const box = await map.boundingBox();
-  for (let y = box.y + 20; y < box.y + box.height - 20; y += 22) {
-    for (let x = box.x + 20; x < box.x + box.width - 60; x += 22) {
-      await page.mouse.move(x, y);
-      if ((await map.getAttribute("data-over")) === kind) return [x, y];
+  const found = await map.evaluate((root, kind) => {
+    const { left, top, right, bottom } = root.getBoundingClientRect();
+    for (let y = top + 20; y < bottom - 20; y += 22) {
+      for (let x = left + 20; x < right - 60; x += 22) {
+        const under = document.elementFromPoint(x, y);
+        under?.dispatchEvent(new PointerEvent("pointermove", { clientX: x, clientY: y, bubbles: true, pointerType: "mouse" }));
+        if (root.dataset.over === kind) return [x, y];
+      }
     }
-  }
-  throw new Error(`no grip to ${kind}`);
+    return null;
+  }, kind);
+  check(found, `a grip to ${kind}`);
+  await page.mouse.move(...found);
+  check((await map.getAttribute("data-over")) === kind, `the pointer is over the grip to ${kind}`);
+  return found;
 }

@@ -10,7 +10,7 @@ pub use doors::{Doors, Imc, Imcproxy, Listen, Tcp, Udp, parse_network};
 pub use load::{ConfigError, Overrides, load};
 
 use serde::{Deserialize, Serialize};
-use shore::{Settings, charts, identity, sinks};
+use shore::{Settings, charts, identity, notices, sinks};
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 
@@ -35,6 +35,8 @@ pub struct Config {
     pub doors: Doors,
     /// Other stores that get everything too.
     pub sinks: sinks::Settings,
+    /// Messages about alarms to people who look at no page.
+    pub notices: notices::Settings,
     /// The sea chart.
     pub charts: charts::Settings,
     /// What the server tells about itself.
@@ -101,6 +103,7 @@ impl Default for Config {
             imc: Imc::default(),
             doors: Doors::default(),
             sinks: sinks::Settings::default(),
+            notices: notices::Settings::default(),
             charts: charts::Settings::default(),
             log: Log::default(),
         }
@@ -141,6 +144,7 @@ impl Config {
         let (index, influx) = (chartdb::index_path(&set), &self.sinks.influx);
         let tls = [&self.tls.certificate, &self.tls.key];
         let named = tls.into_iter().chain([&influx.token_file, &influx.password_file, &influx.ca_file]);
+        let named = named.chain([&self.notices.mail.password_file]);
         let named = named.cloned().chain(read_from.map(Path::to_owned));
         [set, index].into_iter().chain(named).collect()
     }
@@ -159,6 +163,7 @@ impl Config {
             people: self.people.clone(),
             charts: self.charts.clone(),
             sinks: self.sinks.clone(),
+            notices: self.notices.clone(),
             most_unpacked_bytes: self.http.max_unpacked_mib << 20,
         }
     }
@@ -224,6 +229,7 @@ impl Config {
         problems.extend(self.imc.problems());
         problems.extend(self.doors.problems());
         problems.extend(self.sinks.influx.problems());
+        problems.extend(self.notices.problems());
         problems
     }
 }

@@ -108,6 +108,7 @@ async fn whatever_the_server_cannot_do_without_is_watched() {
         "the audit log",
         "the look for changes of app.db",
         "the watch for alarms",
+        "the messages about alarms",
         "the list of alarms",
         "the UDP door",
         "the UDP reader",

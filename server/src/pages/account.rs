@@ -2,6 +2,7 @@
 
 use super::form::{Sent, role, vessel};
 use super::frame::{Frame, PageError, html};
+use super::notices::{MessageRow, RuleRow, message_row, rule_row};
 use super::rows::{self, SessionRow, TokenRow};
 use crate::AppState;
 use crate::http::{ApiError, Remote, Who};
@@ -11,6 +12,7 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use shore::notices::{PER_HOUR, Webhooks};
 use shore::identity::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
 
 #[derive(Template)]
@@ -22,10 +24,17 @@ struct AccountPage {
     sessions: Vec<SessionRow>,
     tokens: Vec<TokenRow>,
     vessels: Vec<Vessel>,
+    rules: Vec<RuleRow>,
+    messages: Vec<MessageRow>,
+    /// Whether this server sends mail, and webhooks.
+    sends: (bool, bool),
+    per_hour: usize,
     notice: String,
     problem: String,
     /// A new token, shown this once.
     secret: String,
+    /// What a new webhook's messages are signed by, shown this once.
+    signing: String,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -34,11 +43,13 @@ pub(super) struct Done {
     done: String,
 }
 
+/// What the page says above all else.
 #[derive(Default)]
-struct Words {
-    notice: String,
-    problem: String,
-    secret: String,
+pub(super) struct Words {
+    pub(super) notice: String,
+    pub(super) problem: String,
+    pub(super) secret: String,
+    pub(super) signing: String,
 }
 
 /// `GET /account`.
@@ -52,12 +63,21 @@ pub(super) async fn page(
         "password" => "Your password is changed; your other sessions have ended.",
         "session" => "The session has ended.",
         "token" => "The token is revoked.",
+        "rule" => "The rule is made. Try it with “Send a test message”.",
+        "rule-removed" => "The rule is removed.",
+        "delivered" => "The test message was delivered.",
         _ => "",
     };
     show(&state, &who, frame, Words { notice: notice.to_owned(), ..Words::default() }).await
 }
 
-async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> Result<Response, PageError> {
+/// The page with words of its own.
+pub(super) async fn show(
+    state: &AppState,
+    who: &Principal,
+    frame: Frame,
+    words: Words,
+) -> Result<Response, PageError> {
     let person = who.person;
     let (own, must_change) = match &who.via {
         Via::Session { id, must_change_password, .. } => (Some(*id), *must_change_password),
@@ -66,6 +86,8 @@ async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> 
     let read =
         state.shore.people.ask(((sessions::List(Some(person)), tokens::List(Some(person))), vessels::List));
     let ((sessions, tokens), vessels) = read.await?;
+    let mine = state.shore.notices.mine(who).await?;
+    let settings = state.shore.notices.settings();
     let bad = !words.problem.is_empty();
     let mut response = html(&AccountPage {
         frame: Frame { path: "/account".to_owned(), ..frame },
@@ -73,10 +95,15 @@ async fn show(state: &AppState, who: &Principal, frame: Frame, words: Words) -> 
         least: state.config.people.password_length,
         sessions: sessions.into_iter().map(|session| rows::session(session, own)).collect(),
         tokens: tokens.into_iter().map(|token| rows::token(token, &vessels)).collect(),
+        rules: mine.rules.iter().map(|rule| rule_row(rule, &vessels)).collect(),
+        messages: mine.messages.into_iter().map(message_row).collect(),
+        sends: (!settings.mail.host.is_empty(), settings.webhooks != Webhooks::Off),
+        per_hour: PER_HOUR,
         vessels,
         notice: words.notice,
         problem: words.problem,
         secret: words.secret,
+        signing: words.signing,
     });
     if bad {
         *response.status_mut() = StatusCode::UNPROCESSABLE_ENTITY;

@@ -12,6 +12,7 @@ mod frame;
 mod logbook;
 mod login;
 mod missions;
+mod notices;
 mod plans;
 mod rows;
 mod style;
@@ -50,11 +51,14 @@ pub(crate) fn routes() -> Vec<Route> {
         Route::form("/login", Need::Anyone, "Log in.", login::login),
         Route::form("/logout", Need::Session, "Log out.", login::logout),
         Route::form("/palette", Need::Anyone, "Choose sun, day, dusk or night.", frame::choose_palette),
-        Route::page("/account", Need::Session, "Password, sessions and tokens.", account::page),
+        Route::page("/account", Need::Session, "Password, messages, sessions and tokens.", account::page),
         Route::form("/account/password", Need::Session, "Change the password.", account::password),
         Route::form("/account/session/end", Need::Session, "End a session.", account::session_end),
         Route::form("/account/token", Need::Somewhere(Role::Viewer), "Make a token.", account::token_make),
         Route::form("/account/token/revoke", Need::Session, "Revoke a token.", account::token_revoke),
+        Route::form("/account/notice", Need::Somewhere(Role::Viewer), "Ask for messages.", notices::add),
+        Route::form("/account/notice/test", Need::Somewhere(Role::Viewer), "Try a rule.", notices::test),
+        Route::form("/account/notice/remove", Need::Session, "Remove a rule.", notices::remove),
         Route::page("/admin", admin, "People.", admin::people::page),
         Route::form("/admin/person", admin, "Add a person.", admin::people::add),
         Route::form("/admin/person/role", admin, "Give or take a role.", admin::people::role),

@@ -243,7 +243,7 @@ async fn permissions(db: &mut SqliteConnection, person: i64) -> Result<Vec<Permi
 }
 
 /// As [`permissions`], to decide by.
-pub(super) async fn grants(db: &mut SqliteConnection, person: i64) -> Result<Grants, Fault> {
+pub(crate) async fn grants(db: &mut SqliteConnection, person: i64) -> Result<Grants, Fault> {
     Ok(Grants::new(&permissions(db, person).await?))
 }
 

@@ -164,6 +164,7 @@ mod tests {
             people: crate::identity::Settings::default(),
             charts: crate::charts::Settings::default(),
             sinks: crate::sinks::Settings::default(),
+            notices: crate::notices::Settings::default(),
             most_unpacked_bytes: 1 << 20,
         };
         let running =

@@ -1,0 +1,137 @@
+//! What a person wants to be told, and whether that can be.
+
+use super::settings::{Settings, Webhooks};
+use hyper::Uri;
+use operations::alarms::Priority;
+use std::time::Duration;
+
+/// Messages of one rule within an hour.
+pub const PER_HOUR: usize = 10;
+/// The longest time that a rule leaves people to acknowledge.
+const LONGEST: Duration = Duration::from_hours(24);
+/// Letters of a target.
+const TARGET_CHARS: usize = 500;
+
+/// How a message goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// To an address of mail.
+    Mail,
+    /// To a URL.
+    Webhook,
+}
+
+impl Way {
+    /// The word for people and app.db.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mail => "mail",
+            Self::Webhook => "webhook",
+        }
+    }
+
+    /// The way of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Mail, Self::Webhook].into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// A rule as a person asks for it. Does not show its target in logs: what stands in a URL may be as good as a password.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Ask {
+    /// How.
+    pub way: Way,
+    /// An address of mail, or a URL.
+    pub target: String,
+    /// The least priority that is told.
+    pub least: Priority,
+    /// IMC address of the vessel; `None` for all that the person may see, and the server itself.
+    pub vessel: Option<u16>,
+    /// How long an alarm stands without an acknowledgement before it is told.
+    pub after: Duration,
+    /// Whether the end of an alarm that was told is told too.
+    pub also_over: bool,
+}
+
+impl std::fmt::Debug for Ask {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} to {}, {} and more", self.way.name(), self.shown_target(), self.least.name())
+    }
+}
+
+/// What a webhook's messages are signed by. Does not show itself in logs.
+#[derive(Clone, PartialEq, Eq)]
+pub(super) struct SigningKey(pub(super) String);
+
+impl std::fmt::Debug for SigningKey {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("SigningKey(…)")
+    }
+}
+
+/// A rule that is kept.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Rule {
+    /// Its number.
+    pub id: i64,
+    /// Whose it is.
+    pub person: i64,
+    /// What it says.
+    pub ask: Ask,
+    /// When it was made, µs since 1970 UTC: what stood before is not told.
+    pub made_us: i64,
+    /// What a webhook's messages are signed by; never shown again.
+    pub(super) key: SigningKey,
+}
+
+impl Ask {
+    /// Where it leads, for logs: of a URL the host alone.
+    pub(super) fn shown_target(&self) -> String {
+        match self.way {
+            Way::Mail => self.target.clone(),
+            Way::Webhook => {
+                let url = self.target.parse::<Uri>().ok();
+                url.as_ref().and_then(|url| url.host()).unwrap_or_default().to_owned()
+            }
+        }
+    }
+
+    /// Whether this server can do that.
+    ///
+    /// # Errors
+    /// What is wrong, with the remedy.
+    pub fn check(&self, settings: &Settings) -> Result<(), String> {
+        if self.target.chars().count() > TARGET_CHARS {
+            return Err(format!("Where to: {TARGET_CHARS} letters at most."));
+        }
+        if self.after > LONGEST {
+            return Err("An alarm may wait for an acknowledgement for 24 hours at most.".to_owned());
+        }
+        match self.way {
+            Way::Mail if settings.mail.host.is_empty() => {
+                Err("This server sends no mail: its configuration names no mail server (notices.mail.host)."
+                    .to_owned())
+            }
+            Way::Mail => match self.target.parse::<lettre::Address>() {
+                Ok(_) => Ok(()),
+                Err(_) => Err(format!("{:?} is no address of mail; give one like name@example.org.", self.target)),
+            },
+            Way::Webhook => self.check_url(settings.webhooks),
+        }
+    }
+
+    fn check_url(&self, webhooks: Webhooks) -> Result<(), String> {
+        let url = self.target.parse::<Uri>();
+        let Some(url) = url.ok().filter(|url| url.host().is_some() && url.scheme().is_some()) else {
+            return Err(format!("{:?} is no URL; give one like https://example.org/hook.", self.target));
+        };
+        if url.authority().is_some_and(|authority| authority.as_str().contains('@')) {
+            return Err("A URL with a password in it is not kept: leave out what stands before the @.".to_owned());
+        }
+        match (webhooks, url.scheme_str()) {
+            (Webhooks::Off, _) => Err("This server sends no webhooks (notices.webhooks).".to_owned()),
+            (_, Some("https")) | (Webhooks::Any, Some("http")) => Ok(()),
+            _ => Err("A webhook's URL begins with https://.".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Looks once a second what is to be told, and sends what waits.
+
+use super::content::{Content, What};
+use super::judge::{Draft, Held, Told, due};
+use super::mail::{self, Letter};
+use super::rows::{self, Delivery, Due, Put, ReadTold, Rules, Settle, Waiting};
+use super::rule::{Ask, Rule, SigningKey, Way};
+use super::settings::Settings;
+use super::webhook::{self, Post};
+use crate::alarms::Alarms;
+use crate::clock::Clock;
+use crate::error::{Error, Result};
+use crate::identity::{People, Principal, Secret};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+use units::UtcTime;
+
+/// How often it looks.
+const EVERY: Duration = Duration::from_secs(1);
+/// Messages on their way at once.
+const AT_ONCE: usize = 4;
+/// A way that takes longer is taken to hang.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// When a message that was not taken is tried again, after its first attempt, its second and so on; then as the last.
+pub(super) const AGAIN: [Duration; 5] = [
+    Duration::from_secs(10),
+    Duration::from_mins(1),
+    Duration::from_mins(5),
+    Duration::from_mins(15),
+    Duration::from_mins(30),
+];
+/// A message that is not taken for so long is given up.
+const GIVEN_UP: Duration = Duration::from_hours(24);
+/// Messages that are shown to a person.
+const SHOWN: u32 = 20;
+
+/// The messages; cheap to clone.
+#[derive(Clone)]
+pub struct Notices {
+    people: People,
+    clock: Clock,
+    settings: Arc<Settings>,
+}
+
+/// A rule that was made.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Made {
+    /// Its number.
+    pub id: i64,
+    /// What a webhook's messages are signed by, told this once; empty for mail.
+    pub secret: String,
+}
+
+/// What a person asked for, and what became of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mine {
+    /// The rules, by number.
+    pub rules: Vec<Rule>,
+    /// The newest messages first.
+    pub messages: Vec<Delivery>,
+}
+
+impl Notices {
+    pub(crate) fn new(people: People, clock: Clock, settings: Settings) -> Self {
+        Self { people, clock, settings: Arc::new(settings) }
+    }
+
+    /// How messages leave the server.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// What a person asked for.
+    ///
+    /// # Errors
+    /// app.db cannot be read.
+    pub async fn mine(&self, who: &Principal) -> Result<Mine> {
+        let (rules, messages) =
+            self.people.ask(rows::Mine { person: who.person, messages: SHOWN }).await?;
+        Ok(Mine { rules, messages })
+    }
+
+    /// Makes a rule for a person.
+    ///
+    /// # Errors
+    /// This server cannot do that, the person may not see the vessel, or has as many rules as may be.
+    pub async fn add(&self, who: &Principal, from: String, ask: Ask) -> Result<Made> {
+        ask.check(&self.settings).map_err(Error::refused)?;
+        if ask.vessel.is_some_and(|vessel| who.grants.on(vessel).is_none()) {
+            return Err(Error::refused("You may not see that vessel."));
+        }
+        let secret = match ask.way {
+            Way::Webhook => Secret::random().text(),
+            Way::Mail => String::new(),
+        };
+        let subject = format!("{} to {}", ask.way.name(), ask.shown_target());
+        let add = rows::Add { person: who.person, ask, key: SigningKey(secret.clone()), now: self.clock.utc() };
+        let id = self.people.act(who, from, "notice.rule.make", subject, add).await?;
+        Ok(Made { id, secret })
+    }
+
+    /// Removes a rule of a person; its messages that wait are not sent any more.
+    ///
+    /// # Errors
+    /// The person has no such rule.
+    pub async fn remove(&self, who: &Principal, from: String, id: i64) -> Result<()> {
+        let remove = rows::Remove { person: who.person, id };
+        Ok(self.people.act(who, from, "notice.rule.remove", id.to_string(), remove).await?)
+    }
+
+    /// Sends a message to try a rule, and waits what becomes of it.
+    ///
+    /// # Errors
+    /// The person has no such rule, or app.db cannot be written.
+    pub async fn test(&self, who: &Principal, id: i64) -> Result<Delivery> {
+        let mine = self.mine(who).await?;
+        if !mine.rules.iter().any(|rule| rule.id == id) {
+            return Err(Error::refused("You have no such rule."));
+        }
+        let now = self.clock.utc();
+        let content =
+            Content { event: What::Test, time_us: now.micros(), alarm: None, last_for_an_hour: false };
+        // The service does not take it up beside; it does when this attempt was killed.
+        let due = UtcTime::from_micros(now.micros() + i64::try_from(PATIENCE.as_micros() * 2).unwrap_or(0));
+        let put = Put { drafts: vec![Draft { rule: id, alarm: None, content }], now, due };
+        let message = self.people.change(put).await?;
+        let waiting = self.people.ask(Due { now, id: Some(message) }).await?;
+        for one in waiting {
+            self.deliver(one).await;
+        }
+        let mine = self.mine(who).await?;
+        let newest = mine.messages.into_iter().find(|one| one.rule == id);
+        newest.ok_or_else(|| Error::refused("The rule was removed meanwhile."))
+    }
+
+    /// Tells of what stands as the alarms have it, until the end.
+    pub(crate) async fn keep(self, alarms: Alarms, stop: CancellationToken) {
+        let mut told = None;
+        let (mut sending, mut busy) = (JoinSet::new(), BTreeSet::new());
+        loop {
+            while let Some(done) = sending.try_join_next() {
+                if let Ok(id) = done {
+                    busy.remove(&id);
+                }
+            }
+            if let Err(error) = self.look(&alarms, &mut told).await {
+                tracing::warn!(%error, "messages about alarms wait");
+            }
+            if let Ok(waiting) = self.people.ask(Due { now: self.clock.utc(), id: None }).await {
+                for one in waiting {
+                    if busy.len() < AT_ONCE && busy.insert(one.id) {
+                        let (notices, id) = (self.clone(), one.id);
+                        sending.spawn(async move {
+                            notices.deliver(one).await;
+                            id
+                        });
+                    }
+                }
+            }
+            let next = self.clock.mono() + EVERY;
+            if stop.run_until_cancelled(self.clock.sleep_until(next)).await.is_none() {
+                return;
+            }
+        }
+    }
+
+    async fn look(&self, alarms: &Alarms, known: &mut Option<Told>) -> Result<()> {
+        let rules = self.people.ask(Rules).await?;
+        let told = match known {
+            Some(told) => told,
+            None => known.insert(self.people.ask(ReadTold(self.clock.utc())).await?),
+        };
+        if rules.is_empty() {
+            return Ok(());
+        }
+        self.tell(&rules, &alarms.standing().await?, told).await
+    }
+
+    /// Holds what stands against the rules, and keeps what is to be told.
+    pub(super) async fn tell(&self, rules: &[Held], standing: &[api::Alarm], told: &mut Told) -> Result<()> {
+        let now = self.clock.utc();
+        let drafts = due(rules, standing, told, now);
+        if !drafts.is_empty() {
+            self.people.change(Put { drafts: drafts.clone(), now, due: now }).await?;
+            for draft in drafts {
+                told.keep(draft.rule, &draft.content);
+            }
+        }
+        told.forget(rules, standing, now);
+        Ok(())
+    }
+
+    /// One attempt, and what became of it.
+    pub(super) async fn deliver(&self, waiting: Waiting) {
+        let attempt = tokio::time::timeout(PATIENCE, self.attempt(&waiting)).await;
+        let answer = attempt.unwrap_or_else(|_| Err(anyhow::anyhow!("it does not answer")));
+        let now = self.clock.utc();
+        let late = u128::try_from(now.micros() - waiting.made_us).is_ok_and(|us| us >= GIVEN_UP.as_micros());
+        let (outcome, words) = match answer {
+            Ok(None) => (Ok("delivered"), String::new()),
+            Ok(Some(refused)) => (Ok("refused"), refused),
+            Err(error) if late => (Ok("given up"), format!("{error:#}")),
+            Err(error) => {
+                let wait = AGAIN[usize::try_from(waiting.tries).unwrap_or(AGAIN.len()).min(AGAIN.len() - 1)];
+                let again = now.micros() + i64::try_from(wait.as_micros()).unwrap_or(0);
+                (Err(UtcTime::from_micros(again)), format!("{error:#}"))
+            }
+        };
+        let way = waiting.rule.ask.way.name();
+        metrics::counter!("lutra_notices_total", "way" => way, "outcome" => outcome.unwrap_or("tried again"))
+            .increment(1);
+        if let Ok("refused" | "given up") = outcome {
+            tracing::warn!(message = waiting.id, way, %words, "a message about an alarm was not taken");
+        }
+        let settle = Settle { id: waiting.id, words, outcome, now };
+        if let Err(error) = self.people.change(settle).await {
+            // It is sent again: the other side knows it by its number.
+            tracing::warn!(message = waiting.id, %error, "what became of a message is not written down");
+        }
+    }
+
+    /// Sends a message: `None` when it was taken, else why it never will be.
+    async fn attempt(&self, Waiting { id, rule, content, .. }: &Waiting) -> anyhow::Result<Option<String>> {
+        let (settings, target) = (&*self.settings, rule.ask.target.as_str());
+        match rule.ask.way {
+            Way::Mail => {
+                let host = settings.mail.from.rsplit('@').next().unwrap_or("lutra").trim_end_matches('>');
+                let letter = Letter {
+                    to: target,
+                    id: format!("<lutra-{id}-{}@{host}>", content.time_us),
+                    subject: content.subject(),
+                    text: content.text(settings),
+                };
+                Ok(match mail::send(settings, letter).await? {
+                    mail::Answer::Taken => None,
+                    mail::Answer::Refused(words) => Some(words),
+                })
+            }
+            Way::Webhook => {
+                let now_s = self.clock.utc().micros() / 1_000_000;
+                let body = serde_json::to_string(content)?;
+                let post = Post { url: target, secret: &rule.key.0, delivery: *id, now_s, body };
+                Ok(match webhook::post(settings, post).await? {
+                    webhook::Answer::Taken => None,
+                    webhook::Answer::Refused(words) => Some(words),
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! A message to a URL: one HTTP POST of JSON, signed.
+//!
+//! `Lutra-Delivery` is the message's number, the same when it is sent again. `Lutra-Signature` is `t=SECONDS,v1=HEX`: HEX is
+//! HMAC-SHA256 (RFC 2104) by the rule's secret over `SECONDS.BODY`. Only an answer of 2xx counts as taken; redirects
+//! are not followed. The name is looked up once and the address that was judged is the one that is connected to.
+
+use super::settings::{Settings, Webhooks};
+use anyhow::{Context as _, bail, ensure};
+use bytes::Bytes;
+use http_body_util::{BodyExt as _, Full, Limited};
+use hyper::client::conn::http1;
+use hyper::header::{CONTENT_TYPE, HOST, USER_AGENT};
+use hyper::{Request, StatusCode, Uri};
+use hyper_util::rt::TokioIo;
+use ring::hmac;
+use rustls::pki_types::pem::PemObject as _;
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{ClientConfig, RootCertStore};
+use std::net::{IpAddr, SocketAddr};
+use std::path::Path;
+use std::sync::Arc;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+use tokio_rustls::TlsConnector;
+
+/// Bytes of an answer that are read.
+const ANSWER_BYTES: usize = 4 * 1024;
+
+/// What a webhook said.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// It took the message.
+    Taken,
+    /// It will not, whenever it is asked.
+    Refused(String),
+}
+
+/// A message for a webhook.
+pub(super) struct Post<'a> {
+    pub(super) url: &'a str,
+    pub(super) secret: &'a str,
+    /// The message's number.
+    pub(super) delivery: i64,
+    /// When it is sent, s since 1970 UTC.
+    pub(super) now_s: i64,
+    pub(super) body: String,
+}
+
+/// Sends a message.
+///
+/// # Errors
+/// It was not taken now; it may be later.
+pub(super) async fn post(settings: &Settings, post: Post<'_>) -> anyhow::Result<Answer> {
+    let url: Uri = post.url.parse()?;
+    let host = url.host().context("the URL names no host")?.trim_matches(['[', ']']).to_owned();
+    let encrypted = url.scheme_str() == Some("https");
+    let port = url.port_u16().unwrap_or(if encrypted { 443 } else { 80 });
+    let address = match address(&host, port, settings.webhooks).await? {
+        Ok(address) => address,
+        Err(refused) => return Ok(Answer::Refused(refused)),
+    };
+    let stream = TcpStream::connect(address).await?;
+    let (status, text) = if encrypted {
+        let name = ServerName::try_from(host)?;
+        let stream = trusting(&settings.ca_file)?.connect(name, stream).await?;
+        exchange(stream, &url, post).await?
+    } else {
+        exchange(stream, &url, post).await?
+    };
+    Ok(match status {
+        status if status.is_success() => Answer::Taken,
+        // What may pass is tried again.
+        StatusCode::REQUEST_TIMEOUT | StatusCode::TOO_MANY_REQUESTS => bail!("it answers {status}: {text}"),
+        status if status.is_server_error() => bail!("it answers {status}: {text}"),
+        status if status.is_redirection() => {
+            Answer::Refused(format!("it answers {status}, which is not followed: give the URL it leads to"))
+        }
+        status => Answer::Refused(format!("it answers {status}: {text}")),
+    })
+}
+
+async fn exchange<S>(stream: S, url: &Uri, post: Post<'_>) -> anyhow::Result<(StatusCode, String)>
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
+    let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
+    // It ends when the sender is dropped or the other side hangs up.
+    tokio::spawn(connection);
+    let request = Request::post(url.path_and_query().map_or("/", |path| path.as_str()))
+        .header(HOST, url.authority().context("the URL names no host")?.as_str())
+        .header(USER_AGENT, concat!("lutra/", env!("CARGO_PKG_VERSION")))
+        .header(CONTENT_TYPE, "application/json")
+        .header("lutra-delivery", post.delivery)
+        .header("lutra-signature", signature(post.secret, post.now_s, &post.body))
+        .body(Full::new(Bytes::from(post.body)))?;
+    let answer = sender.send_request(request).await?;
+    let status = answer.status();
+    let body = Limited::new(answer.into_body(), ANSWER_BYTES).collect().await;
+    let text = body.map(|body| String::from_utf8_lossy(&body.to_bytes()).trim().chars().take(200).collect());
+    Ok((status, text.unwrap_or_default()))
+}
+
+/// As `t=SECONDS,v1=HEX`.
+pub(super) fn signature(secret: &str, now_s: i64, body: &str) -> String {
+    let key = hmac::Key::new(hmac::HMAC_SHA256, secret.as_bytes());
+    let tag = hmac::sign(&key, format!("{now_s}.{body}").as_bytes());
+    format!("t={now_s},v1={}", hex::encode(tag.as_ref()))
+}
+
+/// Where a name leads, if that may be; else why not.
+async fn address(host: &str, port: u16, allowed: Webhooks) -> anyhow::Result<Result<SocketAddr, String>> {
+    let found: Vec<SocketAddr> = tokio::net::lookup_host((host, port)).await?.collect();
+    let first = found.first().with_context(|| format!("{host} has no address"))?;
+    let private = found.iter().find(|one| !is_public(one.ip()));
+    Ok(match (allowed, private) {
+        (Webhooks::Any, _) | (Webhooks::Public, None) => Ok(*first),
+        (Webhooks::Public, Some(one)) => Err(format!(
+            "{host} leads to {}, which is no public address; the server's configuration decides whether that may be \
+             (notices.webhooks)",
+            one.ip()
+        )),
+        (Webhooks::Off, _) => Err("this server sends no webhooks (notices.webhooks)".to_owned()),
+    })
+}
+
+/// Whether an address is one of the public Internet (IANA's special-purpose registries).
+fn is_public(address: IpAddr) -> bool {
+    match address.to_canonical() {
+        IpAddr::V4(v4) => {
+            let [a, b, c, _] = v4.octets();
+            let shared = a == 100 && (64..128).contains(&b);
+            let benchmark = a == 198 && (b == 18 || b == 19);
+            let protocol = (a, b, c) == (192, 0, 0);
+            !(v4.is_private()
+                || v4.is_loopback()
+                || v4.is_link_local()
+                || v4.is_broadcast()
+                || v4.is_documentation()
+                || v4.is_multicast()
+                || a == 0
+                || a >= 240
+                || shared
+                || benchmark
+                || protocol)
+        }
+        // Global unicast without what is for documentation, and without the ways that wrap an IPv4 address.
+        IpAddr::V6(v6) => {
+            let [a, b, ..] = v6.segments();
+            let documentation = (a, b) == (0x2001, 0x0db8) || a == 0x3fff;
+            let wrapped = a == 0x2002 || (a, b) == (0x2001, 0) || (a, b) == (0x0064, 0xff9b);
+            (a & 0xe000) == 0x2000 && !documentation && !wrapped
+        }
+    }
+}
+
+/// Encryption that trusts the authorities of a file.
+fn trusting(file: &Path) -> anyhow::Result<TlsConnector> {
+    let mut roots = RootCertStore::empty();
+    let wrong = || format!("notices.ca_file {}", file.display());
+    for certificate in CertificateDer::pem_file_iter(file).with_context(wrong)? {
+        // One that cannot be used says nothing of the others.
+        roots.add(certificate.with_context(wrong)?).ok();
+    }
+    ensure!(!roots.is_empty(), "{} holds no certificate in PEM", wrong());
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let config = ClientConfig::builder_with_provider(provider)
+        .with_safe_default_protocol_versions()?
+        .with_root_certificates(roots)
+        .with_no_client_auth();
+    Ok(TlsConnector::from(Arc::new(config)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signature_is_that_of_the_time_and_the_body() {
+        // By `printf '1700000000.{"a":1}' | openssl dgst -sha256 -hmac whsec`.
+        let wanted = "t=1700000000,v1=8ad37ba156048ae0e0a5533c75cdf26fee88b07f93cb57ee4c80adb053012032";
+        assert_eq!(signature("whsec", 1_700_000_000, "{\"a\":1}"), wanted);
+    }
+
+    #[test]
+    fn only_public_addresses_are_public() {
+        for one in ["1.1.1.1", "8.8.8.8", "193.71.1.1", "2a00:1450::1", "2606:4700::1111"] {
+            assert!(is_public(one.parse().unwrap()), "{one}");
+        }
+        let private = [
+            "127.0.0.1", "10.77.0.1", "172.16.0.1", "192.168.1.1", "169.254.169.254", "100.64.0.1", "0.0.0.0",
+            "255.255.255.255", "224.0.0.1", "198.18.0.1", "192.0.0.8", "192.0.2.1", "240.0.0.1", "::1", "::",
+            "fe80::1", "fc00::1", "fd12::1", "ff02::1", "::ffff:10.0.0.1", "::ffff:127.0.0.1", "2001:db8::1",
+            "2002:7f00:1::", "64:ff9b::7f00:1",
+        ];
+        for one in private {
+            assert!(!is_public(one.parse().unwrap()), "{one}");
+        }
+    }
+}
