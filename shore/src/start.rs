@@ -175,7 +175,9 @@ impl Running {
             stop: stop.clone(),
         };
         tasks.spawn(owners.watch("the watch for alarms", alarms.clone().watch(watch)));
-        tasks.spawn(owners.watch("the messages about alarms", notices.clone().keep(alarms.clone(), stop.clone())));
+        tasks.spawn(
+            owners.watch("the messages about alarms", notices.clone().keep(alarms.clone(), stop.clone())),
+        );
     }
 
     /// Ends the services, once nobody is let in any more and [`Shore::stop`] was cancelled.

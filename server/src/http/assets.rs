@@ -40,7 +40,9 @@ pub(crate) async fn serve(Path(name): Path<String>, headers: HeaderMap) -> Resul
     // The smaller one first; a browser asks for Brotli over TLS and from its own computer only.
     let packed = [("br", "br"), ("gzip", "gz")]
         .into_iter()
-        .filter(|(coding, _)| accepted.split(',').any(|one| one.split(';').next().map(str::trim) == Some(coding)))
+        .filter(|(coding, _)| {
+            accepted.split(',').any(|one| one.split(';').next().map(str::trim) == Some(coding))
+        })
         .find_map(|(coding, suffix)| Some((Dist::get(&format!("{name}.{suffix}"))?, Some(coding))));
     let whole = || Dist::get(&name).map(|file| (file, None));
     let (file, coding) =

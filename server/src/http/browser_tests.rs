@@ -158,6 +158,12 @@ async fn alarms_are_told_acknowledged_and_over() {
     before_a_boat("alarms.mjs").await;
 }
 
+/// Alarms told by a webhook to who looks at no page.
+#[tokio::test(flavor = "multi_thread")]
+async fn alarms_reach_people_who_look_at_no_page() {
+    before_a_boat("notices.mjs").await;
+}
+
 /// Alarms, people, vessels and tokens without a pointer.
 #[tokio::test(flavor = "multi_thread")]
 async fn alarms_and_people_are_managed_by_keyboard_alone() {
@@ -504,6 +510,7 @@ async fn over_a_long_past(script: &'static str) {
 pub(super) fn quiet(data: &Path) -> Config {
     let mut config = Config { data: data.to_owned(), ..Config::default() };
     config.imc.active = false;
+    config.notices.webhooks = shore::notices::Webhooks::Any;
     config.http.listen = "127.0.0.1:0".parse().unwrap();
     config
 }

@@ -12,8 +12,8 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use shore::notices::{PER_HOUR, Webhooks};
 use shore::identity::{Fault, Principal, Via, password, persons, sessions, tokens, vessels};
+use shore::notices::{PER_HOUR, Webhooks};
 
 #[derive(Template)]
 #[template(path = "account.html")]

@@ -90,7 +90,9 @@ pub(super) async fn add(
                 return Ok(Redirect::to("/account?done=rule").into_response());
             }
             Ok(Made { secret, .. }) => Words { signing: secret, ..Words::default() },
-            Err(error) if error.kind == ErrorKind::Refused => Words { problem: error.text, ..Words::default() },
+            Err(error) if error.kind == ErrorKind::Refused => {
+                Words { problem: error.text, ..Words::default() }
+            }
             Err(error) => return Err(ApiError::from(error).into()),
         },
     };

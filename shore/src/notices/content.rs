@@ -29,7 +29,6 @@ impl What {
             Self::Test => "test",
         }
     }
-
 }
 
 /// A message as it is kept and as a webhook gets it.
@@ -84,7 +83,8 @@ impl Content {
             )
             .ok();
         }
-        writeln!(text, "\nYou asked for this message under your name on the pages, Messages about alarms.").ok();
+        writeln!(text, "\nYou asked for this message under your name on the pages, Messages about alarms.")
+            .ok();
         text
     }
 }

@@ -104,7 +104,8 @@ pub(super) fn due(rules: &[Held], standing: &[api::Alarm], told: &Told, now: Utc
             continue;
         }
         let over = told.alarms.values().filter_map(|alarm| {
-            let open = told.is_told(rule, alarm.id, What::Raised) && !told.is_told(rule, alarm.id, What::Over);
+            let open =
+                told.is_told(rule, alarm.id, What::Raised) && !told.is_told(rule, alarm.id, What::Over);
             let newest = standing.iter().find(|one| one.id == alarm.id);
             let over = newest.is_none_or(|one| one.over_us.is_some());
             (open && over).then(|| newest.unwrap_or(alarm))

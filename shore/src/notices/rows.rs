@@ -21,14 +21,21 @@ const HELD_BACK: &str = "held back: many within an hour";
 
 type FoundRule = (i64, i64, String, String, String, String, Option<u16>, i64, bool, i64);
 
-const RULE: &str = "SELECT id, person, way, target, secret, least, vessel, after_s, also_over, made_us FROM notice_rule ";
+const RULE: &str =
+    "SELECT id, person, way, target, secret, least, vessel, after_s, also_over, made_us FROM notice_rule ";
 
 /// What is written in app.db by a newer server means nothing here and is left out.
 fn rule(found: FoundRule) -> Option<Rule> {
     let (id, person, way, target, secret, least, vessel, after_s, also_over, made_us) = found;
     let (way, least) = (Way::named(&way)?, Priority::named(&least)?);
     let after = Duration::from_secs(u64::try_from(after_s).ok()?);
-    Some(Rule { id, person, ask: Ask { way, target, least, vessel, after, also_over }, made_us, key: SigningKey(secret) })
+    Some(Rule {
+        id,
+        person,
+        ask: Ask { way, target, least, vessel, after, also_over },
+        made_us,
+        key: SigningKey(secret),
+    })
 }
 
 /// A message and what became of it, for the person who asked for it.
@@ -186,7 +193,8 @@ impl Request for Put {
             let held_back = (made >= PER_HOUR).then_some((HELD_BACK, self.now.micros()));
             let sql = "INSERT INTO notice (rule, alarm, what, body, made_us, due_us, outcome, outcome_us)
                        SELECT id, ?2, ?3, ?4, ?5, ?6, ?7, ?8 FROM notice_rule WHERE id = ?1";
-            let insert = sqlx::query(sql).bind(rule).bind(alarm.map(u64::cast_signed)).bind(content.event.name());
+            let insert =
+                sqlx::query(sql).bind(rule).bind(alarm.map(u64::cast_signed)).bind(content.event.name());
             let insert = insert.bind(serde_json::to_string(&content).unwrap_or_default());
             let insert = insert.bind(self.now.micros()).bind(self.due.micros());
             let insert = insert.bind(held_back.map(|one| one.0)).bind(held_back.map(|one| one.1));

@@ -114,7 +114,9 @@ impl Ask {
             }
             Way::Mail => match self.target.parse::<lettre::Address>() {
                 Ok(_) => Ok(()),
-                Err(_) => Err(format!("{:?} is no address of mail; give one like name@example.org.", self.target)),
+                Err(_) => {
+                    Err(format!("{:?} is no address of mail; give one like name@example.org.", self.target))
+                }
             },
             Way::Webhook => self.check_url(settings.webhooks),
         }
@@ -126,7 +128,9 @@ impl Ask {
             return Err(format!("{:?} is no URL; give one like https://example.org/hook.", self.target));
         };
         if url.authority().is_some_and(|authority| authority.as_str().contains('@')) {
-            return Err("A URL with a password in it is not kept: leave out what stands before the @.".to_owned());
+            return Err(
+                "A URL with a password in it is not kept: leave out what stands before the @.".to_owned()
+            );
         }
         match (webhooks, url.scheme_str()) {
             (Webhooks::Off, _) => Err("This server sends no webhooks (notices.webhooks).".to_owned()),

@@ -78,8 +78,7 @@ impl Notices {
     /// # Errors
     /// app.db cannot be read.
     pub async fn mine(&self, who: &Principal) -> Result<Mine> {
-        let (rules, messages) =
-            self.people.ask(rows::Mine { person: who.person, messages: SHOWN }).await?;
+        let (rules, messages) = self.people.ask(rows::Mine { person: who.person, messages: SHOWN }).await?;
         Ok(Mine { rules, messages })
     }
 
@@ -97,7 +96,8 @@ impl Notices {
             Way::Mail => String::new(),
         };
         let subject = format!("{} to {}", ask.way.name(), ask.shown_target());
-        let add = rows::Add { person: who.person, ask, key: SigningKey(secret.clone()), now: self.clock.utc() };
+        let add =
+            rows::Add { person: who.person, ask, key: SigningKey(secret.clone()), now: self.clock.utc() };
         let id = self.people.act(who, from, "notice.rule.make", subject, add).await?;
         Ok(Made { id, secret })
     }

@@ -281,7 +281,10 @@ async fn a_webhook_gets_what_happened_signed_and_the_same_again_when_it_failed()
     office.work(&standing, &mut told).await;
     let (head, body) = got.recv().await.unwrap();
     assert!(head.starts_with("post /a?b=c http/1.1\r\n"), "{head}");
-    assert_eq!(office.outcomes().await, [(String::new(), "it answers 500 Internal Server Error: word".to_owned())]);
+    assert_eq!(
+        office.outcomes().await,
+        [(String::new(), "it answers 500 Internal Server Error: word".to_owned())]
+    );
 
     office.work(&standing, &mut told).await;
     assert!(got.try_recv().is_err(), "it is not due yet");
@@ -317,8 +320,7 @@ async fn a_message_outlives_a_restart_and_is_not_told_again() {
     // As after a kill: what is in app.db is all that is known.
     let owners = Owners::new(office.clock.clone());
     let config = identity::Settings::default();
-    let people =
-        People::start(office.folder.path(), &config, &owners, office.clock.clone()).await.unwrap().0;
+    let people = People::start(office.folder.path(), &config, &owners, office.clock.clone()).await.unwrap().0;
     let notices = Notices::new(people.clone(), office.clock.clone(), open_settings());
     let office = Office { people, notices, ..office };
     let mut told = office.people.ask(ReadTold(office.clock.utc())).await.unwrap();
@@ -441,10 +443,15 @@ async fn a_mail_says_what_happened_what_to_do_and_where_to_look() {
     office.work(&standing, &mut Told::default()).await;
     let mail = got.recv().await.unwrap();
     let (head, body) = mail.split_once("\r\n\r\n").unwrap();
-    assert!(head.contains("Subject: [Lutra] otter  Bcc: all@example.org: not heard for 30 s (alarm)"), "{head}");
+    assert!(
+        head.contains("Subject: [Lutra] otter  Bcc: all@example.org: not heard for 30 s (alarm)"),
+        "{head}"
+    );
     assert!(!head.lines().any(|line| line.starts_with("Bcc:")), "{head}");
     assert!(head.contains("To: nils@example.org") && head.contains("Message-ID: <lutra-"), "{head}");
-    for words in ["What to do: look for it", "https://lutra.example.org/vessels/10256", "If ignored: it sails on"] {
+    for words in
+        ["What to do: look for it", "https://lutra.example.org/vessels/10256", "If ignored: it sails on"]
+    {
         assert!(body.contains(words), "{words} in {body}");
     }
     assert_eq!(office.outcomes().await[0].0, "delivered");
@@ -485,6 +492,7 @@ async fn rules_are_their_persons_alone() {
     for number in 0..20 {
         office.add(ask(Way::Webhook, &format!("https://example.org/{number}"))).await;
     }
-    let more = office.notices.add(&office.nils, String::new(), ask(Way::Webhook, "https://example.org/")).await;
+    let more =
+        office.notices.add(&office.nils, String::new(), ask(Way::Webhook, "https://example.org/")).await;
     assert!(more.err().unwrap().text.contains("20 rules"));
 }
