@@ -76,7 +76,7 @@ await inBrowser(async (open) => {
   await part.getByRole("row", { name: /over: .* delivered$/ }).first().waitFor();
   await look(page, "notices-delivered");
 
-  await part.getByText(/^Remove the rule|^Remove/).first().click();
+  await part.locator("summary", { hasText: /^Remove/ }).click();
   await part.getByRole("button", { name: "Remove the rule now" }).click();
   await page.getByText("The rule is removed.").waitFor();
 });
