@@ -29,7 +29,7 @@ function Style() {
   return (
     <>
       <Section title="Colours" about="Ink on its ground, and how many times as light one is as the other. Red, orange and yellow are for alerts.">
-        <div class="swatches">{PAIRS.map(([ink, ground, least]) => <Swatch key={`${ink} ${ground}`} ink={ink} ground={ground} text={least >= TEXT} />)}</div>
+        <div class="pairs">{PAIRS.map(([ink, ground, least]) => <Swatch key={`${ink} ${ground}`} ink={ink} ground={ground} text={least >= TEXT} />)}</div>
       </Section>
       <Section title="Text" about="Atkinson Hyperlegible Next; values in digits of one width, so that nothing moves when they change.">
         {SIZES.map((size) => <p key={size} class="sample" data-size={size}><code>--text-{size}</code> 63.440 12° N 10.404 56° E, 1 l I 0 O, blåskjell</p>)}
@@ -64,7 +64,7 @@ function Swatch({ ink, ground, text }: { readonly ink: string; readonly ground: 
   // A style attribute would be refused by the page's policy; a property set by a script is not.
   useEffect(() => void Object.assign(box.current?.style ?? {}, { [text ? "color" : "borderColor"]: `var(--${ink})`, background: `var(--${ground})` }), [ink, ground, text]);
   const [one, other] = [hexRgb(token(ink)), hexRgb(token(ground))];
-  return <div class="swatch" ref={box}><strong>{ink}</strong> on {ground}<br />{token(ink)} on {token(ground)}{one && other && `, ${contrast(one, other).toFixed(1)}:1`}</div>;
+  return <div class="pair" ref={box}><strong>{ink}</strong> on {ground}<br />{token(ink)} on {token(ground)}{one && other && `, ${contrast(one, other).toFixed(1)}:1`}</div>;
 }
 
 function Picture({ name }: { readonly name: Icon }) {
