@@ -10,7 +10,6 @@ use super::index::{DepthIndex, Entry};
 use super::piece::Piece;
 use super::seams::{self, Around};
 use crate::coverage::Source;
-use crate::crc32::crc32;
 use crate::grid::{Bounds, PER_DEGREE};
 use crate::s57::Feature;
 use std::collections::BTreeMap;
@@ -72,16 +71,18 @@ pub fn assemble<E: From<BuildError>>(
     put(&head)?;
     let mut made: BTreeMap<usize, (Entry, Span)> = BTreeMap::new();
     for at in codec::file_order(&boxes) {
-        let (entry, bytes) = if let Some(kept) = kept.whole(at) {
+        let (entry, bytes, checksum) = if let Some(kept) = kept.whole(at) {
             kept
         } else {
             let piece = around.joined(at)?;
-            (Entry::of(charts[at].mark, boxes[at], &piece), codec::piece_bytes(&piece))
+            let bytes = codec::piece_bytes(&piece);
+            let checksum = crc32fast::hash(&bytes);
+            (Entry::of(charts[at].mark, boxes[at], &piece), bytes, checksum)
         };
         let length = u32::try_from(bytes.len());
         let length = length.map_err(|_| BuildError::TooLarge(charts[at].source.name.clone()))?;
         put(&bytes)?;
-        made.insert(at, (entry, Span { offset, length, checksum: crc32(&bytes) }));
+        made.insert(at, (entry, Span { offset, length, checksum }));
         offset += u64::from(length);
     }
     let sources: Vec<Source> = charts.iter().map(|chart| chart.source.clone()).collect();
@@ -133,9 +134,10 @@ impl<'a> Kept<'a> {
         Some(Piece::clone(&piece).own())
     }
 
-    /// A chart with its seams, as it lies there; `None` where it changed or cannot be read.
-    fn whole(&self, at: usize) -> Option<(Entry, Vec<u8>)> {
+    /// A chart with its seams, as it lies there, and the checksum of it; `None` where it changed or cannot be read.
+    fn whole(&self, at: usize) -> Option<(Entry, Vec<u8>, u32)> {
         let (before, there) = (self.before?, self.same[at].filter(|_| self.untouched[at])?);
-        Some((before.directory.entries[there].clone(), before.piece_bytes(there)?))
+        let (bytes, checksum) = before.piece_bytes(there)?;
+        Some((before.directory.entries[there].clone(), bytes, checksum))
     }
 }

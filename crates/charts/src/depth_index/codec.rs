@@ -14,7 +14,6 @@ use super::ring::Ring;
 use super::shelf::{IndexBytes, Shelf};
 use super::tree::{NO_DATA, Node, Run, Tree};
 use crate::coverage::Source;
-use crate::crc32::crc32;
 use crate::grid::{Bounds, Vertex};
 use crate::s57::{ObjectClass, ObjectId};
 use std::sync::Arc;
@@ -66,7 +65,7 @@ pub(super) fn end(sources: &[Source], entries: &[Entry], spans: &[Span]) -> Vec<
         out.0.extend(span.offset.to_le_bytes());
         out.u32s(&[span.length, span.checksum]);
     });
-    let tail = [out.0.len() as u32, crc32(&out.0)];
+    let tail = [out.0.len() as u32, crc32fast::hash(&out.0)];
     out.u32s(&tail);
     out.0
 }
@@ -77,7 +76,7 @@ pub(super) fn end(sources: &[Source], entries: &[Entry], spans: &[Span]) -> Vec<
 /// When it is damaged.
 pub(super) fn piece(bytes: &[u8], span: Span, directory: &Directory, at: usize) -> Result<Piece, IndexError> {
     let damaged = |here: usize| IndexError::Damaged(span.offset as usize + here);
-    if bytes.len() != span.length as usize || crc32(bytes) != span.checksum {
+    if bytes.len() != span.length as usize || crc32fast::hash(bytes) != span.checksum {
         return Err(damaged(0));
     }
     checked_piece(bytes, directory, at).ok_or(damaged(0))
@@ -121,8 +120,11 @@ impl DepthIndex {
         let mut spans = vec![Span { offset: 0, length: 0, checksum: 0 }; boxes.len()];
         for at in file_order(&boxes) {
             let piece = piece_bytes(&self.piece(at));
-            spans[at] =
-                Span { offset: bytes.len() as u64, length: piece.len() as u32, checksum: crc32(&piece) };
+            spans[at] = Span {
+                offset: bytes.len() as u64,
+                length: piece.len() as u32,
+                checksum: crc32fast::hash(&piece),
+            };
             bytes.extend(piece);
         }
         bytes.extend(end(self.sources(), entries, &spans));
@@ -214,7 +216,7 @@ fn read_directory(bytes: &dyn IndexBytes, from: u64) -> Result<(Directory, Vec<S
     let (offset, size, checksum) = directory_at(bytes, from)?;
     let damaged = IndexError::Damaged(offset as usize);
     let rows = bytes.read(from + offset, size).map_err(|_| damaged)?;
-    if crc32(&rows) != checksum {
+    if crc32fast::hash(&rows) != checksum {
         return Err(damaged);
     }
     let mut reader = Reader { bytes: &rows, at: 0 };

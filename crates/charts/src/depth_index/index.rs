@@ -196,10 +196,14 @@ impl DepthIndex {
         }
     }
 
-    /// A piece as bytes, but none where it cannot be read.
-    pub(super) fn piece_bytes(&self, at: usize) -> Option<Vec<u8>> {
+    /// A piece as bytes with their checksum, but none where it cannot be read.
+    pub(super) fn piece_bytes(&self, at: usize) -> Option<(Vec<u8>, u32)> {
         match &self.pieces {
-            Pieces::Held(pieces) => Some(codec::piece_bytes(&pieces[at])),
+            Pieces::Held(pieces) => {
+                let bytes = codec::piece_bytes(&pieces[at]);
+                let checksum = crc32fast::hash(&bytes);
+                Some((bytes, checksum))
+            }
             Pieces::Kept(shelf) => shelf.bytes(at),
         }
     }

@@ -11,7 +11,6 @@ use super::piece::{Kind, Piece};
 use super::places::{AreaEntry, Places};
 use super::ring::Ring;
 use super::tree::{Tree, cut};
-use crate::crc32::crc32;
 use crate::grid::Bounds;
 use crate::s57::{ObjectClass, ObjectId};
 use std::collections::BTreeMap;
@@ -87,11 +86,12 @@ impl Shelf {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner).unreadable.values().cloned().collect()
     }
 
-    /// The bytes of a piece, if they are whole.
-    pub(super) fn bytes(&self, at: usize) -> Option<Vec<u8>> {
+    /// The bytes of a piece and their checksum, if they are whole.
+    pub(super) fn bytes(&self, at: usize) -> Option<(Vec<u8>, u32)> {
         let span = self.spans[at];
         let bytes = self.bytes.read(span.offset, span.length as usize).ok()?;
-        (bytes.len() == span.length as usize && crc32(&bytes) == span.checksum).then_some(bytes)
+        let whole = bytes.len() == span.length as usize && crc32fast::hash(&bytes) == span.checksum;
+        whole.then_some((bytes, span.checksum))
     }
 
     /// A piece, read anew.
