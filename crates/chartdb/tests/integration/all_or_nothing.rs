@@ -141,7 +141,7 @@ fn flipped_bits_are_refused_or_read_but_never_half_imported() {
 }
 
 #[test]
-fn pipes_and_what_is_far_too_large_are_refused_before_they_are_read() {
+fn devices_and_what_is_far_too_large_are_refused_before_they_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let db = path("set/chart.gpkg");
@@ -153,7 +153,8 @@ fn pipes_and_what_is_far_too_large_are_refused_before_they_are_read() {
         assert!(found.contains(words) && !db.exists(), "{found}");
     };
     for name in ["GB5X01SE.000", "survey.xyz", "land.geojson", "lakes.gpkg", "CATALOG.031"] {
-        assert!(Command::new("mkfifo").arg(path(name)).status().unwrap().success());
+        // It has no end; nothing that reads it would come back.
+        std::os::unix::fs::symlink("/dev/zero", path(name)).unwrap();
         refused(&path(name), "this is no file but a pipe");
     }
     std::fs::create_dir(path("cells")).unwrap();
