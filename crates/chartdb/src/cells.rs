@@ -1,7 +1,7 @@
 //! Importing one S-57 cell with its updates.
 
 use crate::error::{ChartDbError, Named as _, Result};
-use crate::files::Found;
+use crate::files::{self, Found};
 use crate::locate::Zones;
 use crate::read::Chart;
 use crate::report::{ImportOptions, Imported, Outcome, outcome, unchanged};
@@ -10,20 +10,19 @@ use crate::write::{self, Entry, NewSource, Writer};
 use charts::s57::{Cell, NamedBytes, S57Error, S57Problem, SkinCheck};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::PathBuf;
 
 pub(crate) fn import(
     stage: &mut Stage,
     name: &str,
-    files: &BTreeMap<u16, PathBuf>,
+    paths: &BTreeMap<u16, PathBuf>,
     found: &Found,
     options: &ImportOptions,
 ) -> Result<Imported> {
     let mut named = Vec::new();
     let mut hash = Sha256::new();
-    for path in files.values() {
-        let bytes = fs::read(path).named(path)?;
+    for path in paths.values() {
+        let bytes = files::read(path)?;
         found.verify(path, &bytes)?;
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(&bytes);

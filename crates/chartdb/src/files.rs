@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 /// Folders in folders; an ENC_ROOT has four or five.
 const DEEPEST: usize = 32;
 
+/// A file larger than this is no cell: by the standard they have 5 MB at most (S-57 appendix B.1, 2.2).
+const MOST_CELL_BYTES: u64 = 256 << 20;
+
 /// What to import, in order.
 #[derive(Debug, Default)]
 pub(crate) struct Found {
@@ -77,6 +80,7 @@ impl Found {
     }
 
     fn file(&mut self, path: &Path) -> Result<()> {
+        size_of(path)?;
         if is_catalogue(path) {
             return self.catalogue(path);
         }
@@ -114,7 +118,7 @@ impl Found {
         let files = self.cells.entry(name.clone()).or_default();
         let Some(before) = files.insert(number, path.to_owned()) else { return Ok(()) };
         let same_file = fs::canonicalize(&before).named(&before)? == fs::canonicalize(path).named(path)?;
-        if !same_file && fs::read(&before).named(&before)? != fs::read(path).named(path)? {
+        if !same_file && read(&before)? != read(path)? {
             let problem = format!("{} is another file of the same name; keep one of them", before.display());
             self.failures.push((name, ChartDbError::file(path.display().to_string(), problem)));
         }
@@ -122,7 +126,7 @@ impl Found {
     }
 
     fn catalogue(&mut self, path: &Path) -> Result<()> {
-        let bytes = fs::read(path).named(path)?;
+        let bytes = read(path)?;
         let name = path.display().to_string();
         match Catalogue::read(&name, &bytes) {
             Ok(catalogue) => {
@@ -154,6 +158,29 @@ impl Found {
         let problem = S57Problem::Checksum { expected, found };
         Err(S57Error { file: path.display().to_string(), place: None, problem })
     }
+}
+
+/// The bytes of a cell, an update or a catalogue. What cannot be one is refused before it is read.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+    let bytes = size_of(path)?;
+    if bytes > MOST_CELL_BYTES {
+        let problem = format!(
+            "{} MB are no S-57 cell, which has 5 MB at most; give the cells as their producer gives them",
+            bytes >> 20
+        );
+        return Err(ChartDbError::file(path.display().to_string(), problem));
+    }
+    fs::read(path).named(path)
+}
+
+/// The size of a file. Anything else is refused: a pipe would wait for ever, and a device has no end.
+fn size_of(path: &Path) -> Result<u64> {
+    let about = fs::metadata(path).named(path)?;
+    if about.is_file() {
+        return Ok(about.len());
+    }
+    let problem = "this is no file but a pipe, a device or a folder; give the file itself";
+    Err(ChartDbError::file(path.display().to_string(), problem))
 }
 
 fn base_name(path: &Path) -> String {

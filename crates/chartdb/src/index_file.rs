@@ -1,15 +1,21 @@
 //! The depth index beside a chart set: `chart.gpkg` has `chart.lutra-index`.
 //!
 //! It holds the digest of the set that it was made of. One of another set, or a damaged one, is not used: the
-//! index is made anew from the database, and put in its place where that can be written.
+//! index is made anew from the database, and put in its place where that can be written. Of one of another state of the
+//! set, the pieces of charts that are the same are taken over.
 
 use crate::error::{ChartDbError, Named as _, Result};
 use crate::read::ChartDb;
-use charts::depth_index::SealedIndex;
+use charts::depth_index::{DepthIndex, IndexBytes, SealedIndex};
 use std::fs::{self, File};
-use std::io::Write as _;
+use std::io::{BufWriter, Write as _};
+use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
+
+/// Of an index, that is kept in memory at most.
+const KEPT_BYTES: usize = 96 << 20;
 
 /// Nobody writes an index for so long.
 const ABANDONED: Duration = Duration::from_hours(1);
@@ -28,7 +34,8 @@ pub fn index_path(db: &Path) -> PathBuf {
     db.with_extension("lutra-index")
 }
 
-/// Loads the index of a chart set; makes it anew where it does not fit.
+/// Loads the index of a chart set; makes it anew where it does not fit. Of its pieces those are read that questions
+/// need, from the file that it is now, whatever takes its place.
 ///
 /// # Errors
 /// When there is no chart set, or it cannot be read.
@@ -36,41 +43,129 @@ pub fn load_index(db: &Path) -> Result<LoadedIndex> {
     let charts = ChartDb::open(db)?;
     let digest = charts.digest()?;
     let path = index_path(db);
-    let why = match fs::read(&path) {
-        Err(error) => format!("{}: {error}", path.display()),
-        Ok(bytes) if SealedIndex::digest_of(&bytes).is_some_and(|found| found != digest) => {
-            format!("{} belongs to another state of the chart set", path.display())
+    let (why, before) = match open(&path) {
+        Ok(sealed) if sealed.digest == digest => return Ok(LoadedIndex { sealed, rebuilt: None }),
+        Ok(sealed) => {
+            let why = format!("{} belongs to another state of the chart set", path.display());
+            (why, Some(sealed.index))
         }
-        Ok(bytes) => match SealedIndex::from_bytes(&bytes) {
-            Ok(sealed) => return Ok(LoadedIndex { sealed, rebuilt: None }),
-            Err(error) => format!("{}: {error}", path.display()),
-        },
+        Err(why) => (format!("{}: {why}", path.display()), None),
     };
-    let sealed = SealedIndex { digest, index: charts.build_index()? };
-    // A folder that cannot be written still gives answers.
-    write(&path, &sealed).ok();
+    make(&charts, digest, before.as_ref(), &path, why)
+}
+
+/// Makes the index anew although there is one that fits, as when parts of it turn out to be damaged.
+///
+/// # Errors
+/// When there is no chart set, or it cannot be read.
+pub fn remake_index(db: &Path) -> Result<LoadedIndex> {
+    let charts = ChartDb::open(db)?;
+    let path = index_path(db);
+    let why = format!("{} is damaged", path.display());
+    make(&charts, charts.digest()?, None, &path, why)
+}
+
+fn make(
+    charts: &ChartDb,
+    digest: [u8; 32],
+    before: Option<&DepthIndex>,
+    path: &Path,
+    why: String,
+) -> Result<LoadedIndex> {
+    let written = PartFile::of(charts, digest, before, path).and_then(PartFile::put_in_place);
+    let sealed = match written {
+        Ok(()) => open(path).map_err(|why| ChartDbError::file(path.display().to_string(), why))?,
+        // A folder that cannot be written still gives answers.
+        Err(ChartDbError::Io { .. }) => {
+            let mut bytes = SealedIndex::head(digest);
+            charts.make_index(before, |part| {
+                bytes.extend_from_slice(part);
+                Ok(())
+            })?;
+            let sealed = SealedIndex::from_bytes(&bytes);
+            sealed.map_err(|error| ChartDbError::file(path.display().to_string(), error.to_string()))?
+        }
+        Err(error) => return Err(error),
+    };
     Ok(LoadedIndex { sealed, rebuilt: Some(why) })
 }
 
-/// Writes under another name first: a file that is there is whole. The name has the number of the process, for an
-/// import and a server may write at the same time.
-pub(crate) fn write(path: &Path, sealed: &SealedIndex) -> Result<()> {
-    let part = part_of(&numbered(path, std::process::id()));
-    let write = || {
-        let mut file = File::create(&part)?;
-        file.write_all(&sealed.to_bytes())?;
-        file.sync_all()?;
-        let now = file.metadata()?.modified();
-        fs::rename(&part, path)?;
+/// The index in a file, whatever it is of.
+pub(crate) fn open(path: &Path) -> Result<SealedIndex, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let about = file.metadata().map_err(|error| error.to_string())?;
+    // A pipe would wait for ever.
+    if !about.is_file() {
+        return Err("this is no file".to_owned());
+    }
+    let bytes = Arc::new(FileBytes { file, length: about.len() });
+    SealedIndex::open(bytes, KEPT_BYTES).map_err(|error| error.to_string())
+}
+
+/// A file, held open.
+#[derive(Debug)]
+struct FileBytes {
+    file: File,
+    length: u64,
+}
+
+impl IndexBytes for FileBytes {
+    fn length(&self) -> u64 {
+        self.length
+    }
+
+    fn read(&self, offset: u64, length: usize) -> Result<Vec<u8>, String> {
+        // No more is made room for than there is.
+        if offset.checked_add(length as u64).is_none_or(|end| end > self.length) {
+            return Err("it ends before".to_owned());
+        }
+        let mut bytes = vec![0; length];
+        self.file.read_exact_at(&mut bytes, offset).map_err(|error| error.to_string())?;
+        Ok(bytes)
+    }
+}
+
+/// An index under another name until it is whole. The name has the number of the process, for an import and a server
+/// may write at the same time.
+pub(crate) struct PartFile {
+    part: PathBuf,
+    path: PathBuf,
+}
+
+impl PartFile {
+    /// The index of these charts, to lie at `path`.
+    pub(crate) fn of(
+        charts: &ChartDb,
+        digest: [u8; 32],
+        before: Option<&DepthIndex>,
+        path: &Path,
+    ) -> Result<Self> {
+        let part = part_of(&numbered(path, std::process::id()));
+        // From here on what was written goes away unless it gets its place.
+        let new = Self { part, path: path.to_owned() };
+        let mut file = BufWriter::new(File::create(&new.part).named(path)?);
+        file.write_all(&SealedIndex::head(digest)).named(path)?;
+        charts.make_index(before, |part| file.write_all(part).named(path))?;
+        let file = file.into_inner().map_err(std::io::IntoInnerError::into_error).named(path)?;
+        file.sync_all().named(path)?;
+        Ok(new)
+    }
+
+    /// Gives it its name.
+    pub(crate) fn put_in_place(self) -> Result<()> {
+        let now = fs::metadata(&self.part).and_then(|data| data.modified());
+        fs::rename(&self.part, &self.path).named(&self.path)?;
         if let Ok(now) = now {
-            sweep(path, now);
+            sweep(&self.path, now);
         }
         Ok(())
-    };
-    write().map_err(|source| {
-        fs::remove_file(&part).ok();
-        ChartDbError::Io { path: path.to_owned(), source }
-    })
+    }
+}
+
+impl Drop for PartFile {
+    fn drop(&mut self) {
+        fs::remove_file(&self.part).ok();
+    }
 }
 
 /// `chart.lutra-index.4711`.
@@ -117,7 +212,6 @@ pub(crate) fn forget(path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use charts::depth_index::DepthIndex;
 
     #[test]
     fn what_another_process_writes_is_left_alone_and_what_a_dead_one_left_is_not() {
@@ -134,7 +228,10 @@ mod tests {
         let before = other("chart.lutra-index.part", Duration::from_secs(10));
         let dead = other("chart.lutra-index.2.part", ABANDONED * 2);
         let old = other("chart.lutra-index.part.old.part", ABANDONED * 2);
-        write(&path, &SealedIndex { digest: [7; 32], index: DepthIndex::default() }).unwrap();
+        let sealed = SealedIndex { digest: [7; 32], index: DepthIndex::default() };
+        let part = part_of(&numbered(&path, std::process::id()));
+        fs::write(&part, sealed.to_bytes()).unwrap();
+        PartFile { part, path: path.clone() }.put_in_place().unwrap();
         assert_eq!(fs::read(&writing).unwrap(), b"half");
         assert_eq!(fs::read(&before).unwrap(), b"half");
         assert!(!dead.exists() && old.exists());

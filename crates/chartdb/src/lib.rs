@@ -11,7 +11,8 @@
 //!
 //! On disk, for a set `chart.gpkg`:
 //! - `chart.gpkg`: an OGC GeoPackage 1.3, which QGIS opens as it is (its tables: `schema.rs`);
-//! - `chart.lutra-index`: the depth index under the digest of the set;
+//! - `chart.lutra-index`: the depth index under the digest of the set, a piece for each chart; a change makes the pieces
+//!   of the charts that it touches, and takes the others over;
 //! - `chart.gpkg.part`: a change under way, or what an import that did not end leaves for the next of the same charts;
 //! - `chart.gpkg.lock`: locked by the one process that changes the set.
 
@@ -34,6 +35,6 @@ mod write;
 
 pub use error::{ChartDbError, Result};
 pub use import::{import, remove};
-pub use index_file::{LoadedIndex, index_path, load_index};
+pub use index_file::{LoadedIndex, index_path, load_index, remake_index};
 pub use read::{Chart, ChartDb, LogEntry};
 pub use report::{ImportFailure, ImportOptions, ImportProgress, ImportReport, Imported, Outcome};

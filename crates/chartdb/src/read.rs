@@ -5,7 +5,7 @@ use crate::error::{ChartDbError, Named as _, Result};
 use crate::row;
 use crate::schema::{self, WHOLE_TABLES};
 use charts::coverage::Source;
-use charts::depth_index::{DepthIndex, IndexBuilder};
+use charts::depth_index::{ChartToIndex, DepthIndex, assemble};
 use charts::s57::{Area, Feature, Geometry, ObjectClass, Path, Sounding};
 use rusqlite::{Connection, OpenFlags, Row};
 use sha2::{Digest as _, Sha256};
@@ -206,15 +206,10 @@ impl ChartDb {
     pub fn digest(&self) -> Result<[u8; 32]> {
         let mut hash = Sha256::new_with_prefix(MEANING);
         for chart in self.charts()? {
-            let text = [chart.name, chart.kind, chart.sha256, chart.edition, chart.update].join("\u{1F}");
-            hash.update(text.as_bytes());
+            hash.update(chart.contents().as_bytes());
             hash.update(b"\n");
         }
-        let edited: String = self
-            .connection
-            .query_row("SELECT value FROM chart_set WHERE key = 'edited'", [], |row| row.get(0))
-            .named(&self.path)?;
-        hash.update(edited.as_bytes());
+        hash.update(self.edited()?.as_bytes());
         Ok(hash.finalize().into())
     }
 
@@ -268,21 +263,54 @@ impl ChartDb {
         Ok(all)
     }
 
-    /// Makes the depth index of all charts.
-    ///
-    /// # Errors
-    /// When the database cannot be read, or the charts make no index.
-    pub fn build_index(&self) -> Result<DepthIndex> {
-        let mut builder = IndexBuilder::new();
-        for chart in self.charts()? {
-            let features = self.features(&chart)?;
-            builder.add_features(chart.source(), &features)?;
-        }
-        Ok(builder.build()?)
+    /// Gives the bytes of the depth index of all charts, part after part; what did not change is taken over from the
+    /// index before.
+    pub(crate) fn make_index(
+        &self,
+        before: Option<&DepthIndex>,
+        put: impl FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
+        let edited = self.edited()?;
+        let charts = self.charts()?;
+        let entry = |chart: &Chart| {
+            let bounds_deg = if edited.is_empty() { chart.bounds_deg } else { self.bounds_now(chart)? };
+            Ok(ChartToIndex { source: chart.source(), mark: chart.mark(&edited), bounds_deg })
+        };
+        let entries = charts.iter().map(entry).collect::<Result<Vec<_>>>()?;
+        let features = |source: &Source| {
+            let chart = charts.iter().find(|chart| chart.name == source.name);
+            chart.map_or(Ok(Vec::new()), |chart| self.features(chart))
+        };
+        assemble(entries, before, features, put)
+    }
+
+    /// What somebody's editing left there; empty where nobody did.
+    fn edited(&self) -> Result<String> {
+        let select = "SELECT value FROM chart_set WHERE key = 'edited'";
+        self.connection.query_row(select, [], |row| row.get(0)).named(&self.path)
+    }
+
+    /// The box of a chart that somebody may have edited.
+    fn bounds_now(&self, chart: &Chart) -> Result<Option<[f64; 4]>> {
+        let features = self.features(chart)?;
+        let envelope = blob::Envelope::of(features.iter().flat_map(|feature| feature.geometry.points()));
+        Ok(envelope.map(|blob::Envelope([west, east, south, north])| [west, south, east, north]))
     }
 }
 
 impl Chart {
+    /// What names its contents.
+    fn contents(&self) -> String {
+        let Self { name, kind, sha256, edition, update, .. } = self;
+        [name, kind, sha256, edition, update].map(String::as_str).join("\u{1F}")
+    }
+
+    /// The same for an index, in a set that was edited so.
+    fn mark(&self, edited: &str) -> [u8; 32] {
+        let hash = Sha256::new_with_prefix(MEANING).chain_update(self.contents());
+        hash.chain_update("\n").chain_update(edited).finalize().into()
+    }
+
     /// As the depth index names it.
     pub fn source(&self) -> Source {
         Source {

@@ -6,10 +6,9 @@
 //! all that was changed in the copy: nothing goes into a set but what its operator gives at that time.
 
 use crate::error::{ChartDbError, Named as _, Result};
-use crate::index_file::{self, forget, index_path, part_of};
+use crate::index_file::{self, PartFile, forget, index_path, part_of};
 use crate::read::{Chart, ChartDb};
 use crate::schema;
-use charts::depth_index::SealedIndex;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OptionalExtension as _};
 use std::collections::BTreeSet;
@@ -93,7 +92,8 @@ impl Stage {
             forget(&part)?;
             return Ok(digest);
         }
-        let sealed = SealedIndex { digest, index: copy.build_index()? };
+        let before = index_file::open(&index_path(&live)).ok().map(|sealed| sealed.index);
+        let index = PartFile::of(&copy, digest, before.as_ref(), &index_path(&live))?;
         let mut connection = copy.into_connection();
         let end = connection.transaction().named(&part)?;
         schema::finish(&end, time).named(&part)?;
@@ -102,7 +102,7 @@ impl Stage {
         connection.close().map_err(|(_, error)| error).named(&part)?;
         File::open(&part).and_then(|file| file.sync_all()).named(&part)?;
         replace(&live, &part, &base)?;
-        index_file::write(&index_path(&live), &sealed)?;
+        index.put_in_place()?;
         Ok(digest)
     }
 

@@ -154,12 +154,6 @@ impl Coverage {
         &self.charts
     }
 
-    /// Whether a better chart may cover part of a box: `chart` is its number in [`Coverage::charts`].
-    pub(crate) fn may_hide(&self, chart: usize, bounds: &Bounds) -> bool {
-        !self.charts[chart].source.supplement
-            && self.boxes.iter().any(|(better, one)| *better < chart && one.overlaps(bounds))
-    }
-
     /// The chart in force at a place; `None` where none covers it.
     pub fn at(&self, place: LatLon) -> Option<&Source> {
         let at = vertex(place.lon_deg(), place.lat_deg())?;

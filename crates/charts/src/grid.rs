@@ -41,6 +41,12 @@ impl Bounds {
         }
     }
 
+    /// Whether a box lies within; an empty one does everywhere.
+    pub(crate) fn contains(&self, other: &Self) -> bool {
+        other.min[0] > other.max[0]
+            || (0..2).all(|axis| self.min[axis] <= other.min[axis] && other.max[axis] <= self.max[axis])
+    }
+
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         (0..2).all(|axis| self.min[axis] <= other.max[axis] && other.min[axis] <= self.max[axis])
     }

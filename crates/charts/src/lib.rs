@@ -13,7 +13,6 @@
 #![cfg_attr(test, expect(clippy::float_cmp, reason = "tests compare with values that are exact"))]
 
 pub mod coverage;
-mod crc32;
 pub mod demo;
 pub mod depth_index;
 mod grid;

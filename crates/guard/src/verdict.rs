@@ -172,6 +172,7 @@ impl Spot {
     /// What an answer of the index means in words and numbers.
     pub fn of(answer: &DepthAnswer, index: &DepthIndex) -> Self {
         let object = answer.object.and_then(|id| index.object(id));
+        let object = object.as_ref();
         let source = object.map(|object| index.source(object));
         Self {
             at: answer.at,

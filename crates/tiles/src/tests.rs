@@ -258,7 +258,7 @@ fn what_is_drawn_at_a_place_is_what_the_depth_index_says() {
         let told = index.depth_at(at, &Demand::default());
         let deciding = told.object.and_then(|id| index.object(id));
         // Dangers of an extent lie on top of the skin, which alone is compared.
-        if deciding.is_some_and(|object| {
+        if deciding.as_ref().is_some_and(|object| {
             !matches!(object.class, ObjectClass::DEPARE | ObjectClass::DRGARE | ObjectClass::LNDARE)
         }) {
             continue;
@@ -276,7 +276,7 @@ fn what_is_drawn_at_a_place_is_what_the_depth_index_says() {
             Water::Land => !land.is_empty(),
             Water::NoData => cover.is_empty() && water.is_empty() && land.is_empty(),
             Water::Depth { least_m, .. } => {
-                let scale = deciding.map(|object| f64::from(index.source(object).scale));
+                let scale = deciding.as_ref().map(|object| f64::from(index.source(object).scale));
                 let ids: BTreeSet<u64> = water.iter().map(|got| got.id).collect();
                 land.is_empty()
                     && ids.len() == 1

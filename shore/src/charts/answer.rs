@@ -85,6 +85,7 @@ fn depth(set: &Set, sheet: &Sheet, answer: &DepthAnswer, navigable: bool) -> Cha
         _ => (None, None),
     };
     let object = answer.object.and_then(|id| set.index.object(id));
+    let object = object.as_ref();
     let source = object.map(|object| set.index.source(object));
     ChartDepth {
         kind: kind(answer.water).to_owned(),

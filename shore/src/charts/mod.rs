@@ -19,7 +19,7 @@ pub use verdict::{Limits, told};
 
 use ::guard::GuardLimits;
 use cache::Cache;
-use chartdb::{Chart, ChartDb};
+use chartdb::{Chart, ChartDb, LoadedIndex};
 use charts::depth_index::{Demand, DepthIndex};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -87,8 +87,6 @@ pub struct Set {
     pub index: Arc<DepthIndex>,
     /// Plans routes on it.
     pub router: Router,
-    /// What vessels get of it; nothing where that cannot be read.
-    parcel: Option<Arc<Parcel>>,
     path: PathBuf,
     sheet: OnceLock<Result<Sheet, String>>,
     tiles: Mutex<Cache>,
@@ -132,19 +130,28 @@ impl Charts {
         self.0.now.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Takes the set on the disk, if it is another one than before. Reads for as long as a large set takes.
+    /// Takes the set on the disk, if it is another one than before, or if parts of it turned out to be damaged. The set
+    /// is in force at once; what vessels are offered follows when the file was read once to its end.
     pub fn look(&self) {
         let mut seen = self.0.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let stamp = Stamp::of(&self.0.path);
-        if *seen == stamp {
+        let before = self.now();
+        let damage = before.set.as_ref().map_or_else(Vec::new, |set| set.index.unreadable());
+        if *seen == stamp && damage.is_empty() {
             return;
         }
-        let before = self.now();
-        let now = match (stamp, load(&self.0.path, self.0.cache_bytes)) {
+        for what in &damage {
+            tracing::error!(what, "a chart cannot be read; all charts are made ready again");
+        }
+        let mut fresh = None;
+        let now = match (stamp, load(&self.0.path, self.0.cache_bytes, damage.is_empty())) {
             (None, _) => Now::default(),
-            (_, Ok(set)) => match before.set {
-                Some(old) if old.digest == set.digest => Now { set: Some(old), trouble: None },
+            (_, Ok((set, loaded))) => match before.set {
+                Some(old) if old.digest == set.digest && damage.is_empty() => {
+                    Now { set: Some(old), trouble: None }
+                }
                 _ => {
+                    fresh = Some(loaded);
                     tracing::info!(
                         charts = set.charts.len(),
                         digest = set.digest,
@@ -158,15 +165,19 @@ impl Charts {
                 Now { set: None, trouble: Some(error.to_string()) }
             }
         };
-        let parcel = now.set.as_ref().and_then(|set| set.parcel.clone());
+        let kept = now.set.is_some() && fresh.is_none();
         *self.0.now.write().unwrap_or_else(PoisonError::into_inner) = now;
+        *seen = stamp;
+        if kept {
+            return;
+        }
+        let parcel = fresh.and_then(|loaded| parcel(&self.0.path, &loaded));
         self.0.offered.send_if_modified(|offered| {
             let digest = |parcel: &Option<Arc<Parcel>>| parcel.as_ref().map(|parcel| parcel.digest());
             let differs = digest(offered) != digest(&parcel);
             *offered = parcel;
             differs
         });
-        *seen = stamp;
     }
 
     /// Looks every two seconds until the server ends, and draws nothing for those who ask first: the sheet of a new
@@ -203,25 +214,31 @@ impl Charts {
     }
 }
 
-fn load(path: &Path, cache_bytes: usize) -> chartdb::Result<Set> {
-    let loaded = chartdb::load_index(path)?;
+/// What vessels get of a set; nothing where that cannot be read.
+fn parcel(path: &Path, loaded: &LoadedIndex) -> Option<Arc<Parcel>> {
+    let parcel = Parcel::open(path, loaded).inspect_err(|error| {
+        tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
+    });
+    parcel.ok().map(Arc::new)
+}
+
+/// The set on the disk, with its index made anew unless that is thought to be `sound`.
+fn load(path: &Path, cache_bytes: usize, sound: bool) -> chartdb::Result<(Set, LoadedIndex)> {
+    let loaded = if sound { chartdb::load_index(path)? } else { chartdb::remake_index(path)? };
     if let Some(why) = &loaded.rebuilt {
         tracing::warn!("{why}; made again from the charts");
     }
-    let parcel = Parcel::open(path, &loaded).inspect_err(|error| {
-        tracing::error!(%error, "vessels get no chart: make the folder of the chart set writable");
-    });
-    let index = Arc::new(loaded.sealed.index);
-    Ok(Set {
+    let index = Arc::new(loaded.sealed.index.clone());
+    let set = Set {
         digest: hex::encode(loaded.sealed.digest),
         charts: ChartDb::open(path)?.charts()?,
         router: Router::new(Arc::clone(&index)),
         index,
-        parcel: parcel.ok().map(Arc::new),
         path: path.to_owned(),
         sheet: OnceLock::new(),
         tiles: Mutex::new(Cache::new(cache_bytes)),
-    })
+    };
+    Ok((set, loaded))
 }
 
 impl Set {

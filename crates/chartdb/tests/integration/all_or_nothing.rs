@@ -141,6 +141,32 @@ fn flipped_bits_are_refused_or_read_but_never_half_imported() {
 }
 
 #[test]
+fn devices_and_what_is_far_too_large_are_refused_before_they_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let db = path("set/chart.gpkg");
+    let refused = |input: &Path, words: &str| {
+        let found = match chartdb::import(&db, &[input.to_owned()], &options(), &mut |_| true) {
+            Ok(report) => messages(&report),
+            Err(error) => error.to_string(),
+        };
+        assert!(found.contains(words) && !db.exists(), "{found}");
+    };
+    for name in ["GB5X01SE.000", "survey.xyz", "land.geojson", "lakes.gpkg", "CATALOG.031"] {
+        // It has no end; nothing that reads it would come back.
+        std::os::unix::fs::symlink("/dev/zero", path(name)).unwrap();
+        refused(&path(name), "this is no file but a pipe");
+    }
+    std::fs::create_dir(path("cells")).unwrap();
+    std::fs::rename(path("GB5X01SE.000"), path("cells/GB5X01SE.000")).unwrap();
+    refused(&path("cells"), "GB5X01SE.000: this is no file but a pipe");
+    // Sparse: it takes no room.
+    std::fs::remove_file(path("cells/GB5X01SE.000")).unwrap();
+    std::fs::File::create(path("cells/GB5X01SE.000")).unwrap().set_len(300 << 20).unwrap();
+    refused(&path("cells"), "GB5X01SE.000: 300 MB are no S-57 cell");
+}
+
+#[test]
 fn updates_that_do_not_fit_are_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let Some((db, cells)) = start(folder.path()) else { return };

@@ -4,8 +4,9 @@ use super::coords::{Frame, Spot, TURN, unwrap_near};
 use super::demand::{Demand, ZoneError};
 use super::index::DepthIndex;
 use super::object::{Stored, Water};
+use super::piece::Kind;
 use super::plane::{Across, Strip};
-use super::tree::{Run, Tree};
+use super::tree::{Node, Run};
 use std::cell::Cell;
 use units::{Geodetic, LatLon};
 
@@ -54,6 +55,14 @@ struct Hit {
     off_m: f64,
 }
 
+/// What a run stands for: its object's number in answers, its meaning and its zone of confidence.
+#[derive(Debug, Clone, Copy)]
+struct Told {
+    object: Option<u32>,
+    stored: Stored,
+    zone: Option<u8>,
+}
+
 /// A piece of a leg and what the chart's errors are there.
 struct Piece {
     from: Spot,
@@ -70,8 +79,8 @@ impl DepthIndex {
         let state = self.state_at(Spot::of(place));
         let mut water = state.stored.water();
         let mut object = state.object;
-        if let Some(id) = state.overhead.filter(|_| demand.air_draught_m.is_some()) {
-            let clearance_m = self.clearance_m(id);
+        if let Some((stored, id)) = state.overhead.filter(|_| demand.air_draught_m.is_some()) {
+            let clearance_m = stored.clearance_m();
             if water.least_m().is_some() && !demand.fits_under(clearance_m) {
                 (water, object) = (Water::TooLow { clearance_m }, Some(id));
             }
@@ -173,12 +182,12 @@ impl DepthIndex {
         let strip = Strip::new(from, to, half_width_m + widest_m);
         let mut zone = self.state_at(from).zone.unwrap_or(6);
         self.each_segment(
-            &self.quality,
+            Kind::Quality,
             &strip,
             |_| true,
-            |strip, object, a, b| {
+            |strip, told, a, b| {
                 // Beyond the border of what is charted as assessed nobody knows.
-                let found = self.objects.get(object as usize).and_then(|one| one.zone).unwrap_or(6);
+                let found = told.zone.unwrap_or(6);
                 let near = |nearest: super::plane::Nearest| {
                     nearest.distance_m <= strip.reach_m - widest_m + widening(found)
                 };
@@ -187,9 +196,10 @@ impl DepthIndex {
                 }
             },
         );
-        let unassessed = self.unassessed.iter().any(|bounds| {
-            let node = super::tree::Node { bounds: *bounds, least_mm: 0 };
-            turns(&strip).any(|strip| strip.may_touch(&node))
+        let unassessed = self.charts_touched(&strip).into_iter().any(|chart| {
+            let node = |bounds| Node { bounds, least_mm: 0 };
+            let waters = self.directory.entries[chart].unassessed.map(node);
+            waters.is_some_and(|node| turns(&strip).any(|strip| strip.may_touch(&node)))
         });
         if unassessed {
             zone = 6;
@@ -197,40 +207,42 @@ impl DepthIndex {
         (Some(zone), Some(errors[zone_index(Some(zone))]), widening(zone))
     }
 
+    /// The charts that a strip may touch, the best first.
+    fn charts_touched(&self, strip: &Strip) -> Vec<usize> {
+        self.charts_in(|node| turns(strip).any(|strip| strip.may_touch(node)))
+    }
+
     /// Calls for every segment (or point) of the runs that a strip may touch.
     fn each_segment(
         &self,
-        tree: &Tree,
+        kind: Kind,
         strip: &Strip,
         wanted: impl Fn(i32) -> bool,
-        mut each: impl FnMut(&Strip, u32, Across, Across),
+        mut each: impl FnMut(&Strip, Told, Across, Across),
     ) {
-        for strip in turns(strip) {
-            let visit = |run: &Run| {
-                let vertices = &self.areas.vertices[run.first as usize..(run.first + run.count) as usize];
-                let mut a = strip.across(vertices[0]);
-                if vertices.len() == 1 {
-                    each(&strip, run.object, a, a);
-                }
-                for vertex in &vertices[1..] {
-                    let b = strip.across(*vertex);
-                    each(&strip, run.object, a, b);
-                    a = b;
-                }
-            };
-            tree.search(|node| wanted(node.least_mm) && strip.may_touch(node), visit);
-        }
-    }
-
-    fn stored(&self, object: u32) -> (Stored, Option<u32>) {
-        self.objects.get(object as usize).map_or((Stored::NoData, None), |one| (one.stored, Some(object)))
-    }
-
-    /// Clearance of something overhead (m); `None` where the chart does not tell.
-    pub(super) fn clearance_m(&self, object: u32) -> Option<f64> {
-        match self.stored(object).0.water() {
-            Water::TooLow { clearance_m } => clearance_m,
-            Water::Land | Water::Obstacle | Water::UnknownDepth | Water::NoData | Water::Depth { .. } => None,
+        for chart in self.charts_touched(strip) {
+            let piece = self.piece(chart);
+            for strip in turns(strip) {
+                let visit = |run: &Run| {
+                    let object = piece.object(run.object);
+                    let told = Told {
+                        object: object.map(|_| self.number(chart, run.object)),
+                        stored: piece.stored(run.object),
+                        zone: object.and_then(|one| one.zone),
+                    };
+                    let vertices = piece.vertices(run);
+                    let mut a = strip.across(vertices[0]);
+                    if vertices.len() == 1 {
+                        each(&strip, told, a, a);
+                    }
+                    for vertex in &vertices[1..] {
+                        let b = strip.across(*vertex);
+                        each(&strip, told, a, b);
+                        a = b;
+                    }
+                };
+                piece.tree(kind).search(|node| wanted(node.least_mm) && strip.may_touch(node), visit);
+            }
         }
     }
 
@@ -239,11 +251,11 @@ impl DepthIndex {
         let state = self.state_at(piece.from);
         let mut hit =
             Hit { stored: state.stored, object: state.object, at: piece.from, along_m: 0.0, off_m: 0.0 };
-        if let Some(id) = state.overhead.filter(|id| !demand.fits_under(self.clearance_m(*id))) {
-            let (stored, object) = self.stored(id);
-            if stored.least_mm() < hit.stored.least_mm() {
-                (hit.stored, hit.object) = (stored, object);
-            }
+        let low = |(stored, _): &(Stored, u32)| !demand.fits_under(stored.clearance_m());
+        if let Some((stored, id)) = state.overhead.filter(low)
+            && stored.least_mm() < hit.stored.least_mm()
+        {
+            (hit.stored, hit.object) = (stored, Some(id));
         }
         hit
     }
@@ -251,30 +263,24 @@ impl DepthIndex {
     fn worst_of(&self, piece: &Piece, demand: &Demand) -> Hit {
         let start = self.start_of(piece, demand);
         let (worst, hit) = (Cell::new(start.stored.least_mm()), Cell::new(start));
-        let consider = |strip: &Strip, object: u32, a: Across, b: Across| {
-            let (stored, id) = self.stored(object);
+        let consider = |strip: &Strip, told: Told, a: Across, b: Across| {
+            let Told { stored, object, .. } = told;
             if stored.least_mm() >= worst.get() {
                 return;
             }
             let Some(nearest) = strip.nearest(a, b) else { return };
             worst.set(stored.least_mm());
             let along_m = nearest.on.u.clamp(0.0, strip.length_m);
-            hit.set(Hit {
-                stored,
-                object: id,
-                at: strip.spot(nearest.on),
-                along_m,
-                off_m: nearest.distance_m,
-            });
+            hit.set(Hit { stored, object, at: strip.spot(nearest.on), along_m, off_m: nearest.distance_m });
         };
-        self.each_segment(&self.danger, &piece.strip, |least| least < worst.get(), consider);
+        self.each_segment(Kind::Danger, &piece.strip, |least| least < worst.get(), consider);
         if demand.air_draught_m.is_some() {
-            let too_low = |strip: &Strip, object: u32, a: Across, b: Across| {
-                if !demand.fits_under(self.clearance_m(object)) {
-                    consider(strip, object, a, b);
+            let too_low = |strip: &Strip, told: Told, a: Across, b: Across| {
+                if !demand.fits_under(told.stored.clearance_m()) {
+                    consider(strip, told, a, b);
                 }
             };
-            self.each_segment(&self.overhead, &piece.strip, |least| least < worst.get(), too_low);
+            self.each_segment(Kind::Overhead, &piece.strip, |least| least < worst.get(), too_low);
         }
         hit.get()
     }
@@ -287,8 +293,8 @@ impl DepthIndex {
         }
         let enough_mm = demand.enough_mm(piece.error);
         let first: Cell<Option<Hit>> = Cell::new(None);
-        let consider = |strip: &Strip, object: u32, a: Across, b: Across| {
-            let (stored, id) = self.stored(object);
+        let consider = |strip: &Strip, told: Told, a: Across, b: Across| {
+            let Told { stored, object, .. } = told;
             if !dangerous(stored) {
                 return;
             }
@@ -298,17 +304,17 @@ impl DepthIndex {
                 .is_none_or(|hit| (along_m, stored.least_mm()) < (hit.along_m, hit.stored.least_mm()));
             if nearer {
                 let off_m = (on.u - along_m).hypot(on.v);
-                first.set(Some(Hit { stored, object: id, at: strip.spot(on), along_m, off_m }));
+                first.set(Some(Hit { stored, object, at: strip.spot(on), along_m, off_m }));
             }
         };
-        self.each_segment(&self.danger, &piece.strip, |least| least <= enough_mm, consider);
+        self.each_segment(Kind::Danger, &piece.strip, |least| least <= enough_mm, consider);
         if demand.air_draught_m.is_some() {
-            let too_low = |strip: &Strip, object: u32, a: Across, b: Across| {
-                if !demand.fits_under(self.clearance_m(object)) {
-                    consider(strip, object, a, b);
+            let too_low = |strip: &Strip, told: Told, a: Across, b: Across| {
+                if !demand.fits_under(told.stored.clearance_m()) {
+                    consider(strip, told, a, b);
                 }
             };
-            self.each_segment(&self.overhead, &piece.strip, |_| true, too_low);
+            self.each_segment(Kind::Overhead, &piece.strip, |_| true, too_low);
         }
         first.get()
     }

@@ -3,8 +3,9 @@
 use super::demand::{Demand, ZoneError};
 use super::index::DepthIndex;
 use super::object::{Role, Stored};
+use super::piece::{Kind, Piece};
 use super::seams;
-use super::tree::{Run, Tree};
+use super::tree::Run;
 use crate::grid::{Bounds, PER_DEGREE, Vertex};
 
 /// Lines and points that corridors are held against.
@@ -53,7 +54,6 @@ impl GeoBox {
 
 /// What one question for barriers looks at.
 struct Wanted<'a> {
-    index: &'a DepthIndex,
     demand: &'a Demand,
     error: Option<ZoneError>,
     within: Vec<Bounds>,
@@ -63,8 +63,10 @@ impl DepthIndex {
     /// What charts cover, as a box; `None` without charts.
     pub fn extent(&self) -> Option<GeoBox> {
         let mut all = Bounds::EMPTY;
-        let (level, index) = self.danger.top()?;
-        all.add(self.danger.node(level, index).bounds);
+        self.directory.entries.iter().for_each(|entry| all.add(entry.danger));
+        if all.min[0] > all.max[0] {
+            return None;
+        }
         let deg = |unit: i32| f64::from(unit) / PER_DEGREE;
         Some(GeoBox {
             west_deg: deg(all.min[0]),
@@ -78,17 +80,24 @@ impl DepthIndex {
     /// are both closed to it are left out.
     pub fn barriers(&self, demand: &Demand, within: &GeoBox) -> Barriers {
         let (error, wider_m) = self.worst_error(demand);
-        let wanted = Wanted { index: self, demand, error, within: within.bounds() };
-        let mut runs = wanted.runs(&self.danger, |object| wanted.closed(object));
-        if demand.air_draught_m.is_some() {
-            let too_low = |object: u32| !demand.fits_under(self.clearance_m(object));
-            runs.extend(wanted.runs(&self.overhead, too_low));
+        let wanted = Wanted { demand, error, within: within.bounds() };
+        let charts = self.charts_in(|node| wanted.meets(&node.bounds));
+        let mut sides: Vec<(Side, bool)> = Vec::new();
+        for chart in &charts {
+            wanted.closed_sides(&self.piece(*chart), &mut sides);
         }
-        let inner = self.inner_sides(|object| wanted.closed(object));
+        let inner = inner_sides(sides);
         let mut lines = Vec::new();
-        for chain in chains(runs) {
-            let vertices = &self.areas.vertices[chain.first as usize..(chain.first + chain.count) as usize];
-            outer_parts(vertices, &inner, &mut lines);
+        for chart in charts {
+            let piece = self.piece(chart);
+            let mut runs = wanted.runs(&piece, Kind::Danger, |stored| wanted.closed(stored));
+            if demand.air_draught_m.is_some() {
+                let too_low = |stored: Stored| !demand.fits_under(stored.clearance_m());
+                runs.extend(wanted.runs(&piece, Kind::Overhead, too_low));
+            }
+            for chain in chains(runs) {
+                outer_parts(piece.vertices(&chain), &inner, &mut lines);
+            }
         }
         Barriers { lines, wider_m }
     }
@@ -96,50 +105,58 @@ impl DepthIndex {
     /// The errors of the worst zone of confidence that there is, and by how much they widen a corridor (m).
     fn worst_error(&self, demand: &Demand) -> (Option<ZoneError>, f64) {
         let Some((errors, widen)) = demand.trust.errors() else { return (None, 0.0) };
-        let mut zones = self.objects.iter().filter(|one| one.role == Role::Quality).map(|one| one.zone);
-        let unassessed = !self.unassessed.is_empty();
-        let worst =
-            if unassessed { 6 } else { zones.try_fold(1, |worst, zone| Some(worst.max(zone?))).unwrap_or(6) };
+        let entries = &self.directory.entries;
+        let unassessed = entries.iter().any(|entry| entry.unassessed.is_some());
+        let zones = entries.iter().filter_map(|entry| entry.worst_zone);
+        let worst = if unassessed { 6 } else { zones.max().unwrap_or(1) };
         let error = errors[usize::from(worst.clamp(1, 6)) - 1];
         (Some(error), if widen { error.horizontal_m } else { 0.0 })
-    }
-
-    /// Sides with closed areas to the left and to the right, in order: no corridor reaches them without touching others first.
-    fn inner_sides(&self, closed: impl Fn(u32) -> bool) -> Vec<Side> {
-        let mut sides: Vec<(Side, bool)> = Vec::new();
-        for area in &self.areas.list {
-            let skin = self.objects[area.object as usize].role == Role::Skin;
-            if skin && closed(area.object) {
-                sides.extend(seams::sides(self, *area).map(|(a, b, hand)| ((a, b), hand > 0)));
-            }
-        }
-        sides.sort_unstable();
-        sides.dedup();
-        // What is left twice has both hands.
-        sides.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[0].0).collect()
     }
 }
 
 impl Wanted<'_> {
-    /// Whether an object of the danger tree is closed to the vessel.
-    fn closed(&self, object: u32) -> bool {
-        let stored = self.index.objects.get(object as usize).map_or(Stored::NoData, |one| one.stored);
+    fn meets(&self, bounds: &Bounds) -> bool {
+        self.within.iter().any(|one| one.overlaps(bounds))
+    }
+
+    /// Whether what is in the danger tree is closed to the vessel.
+    fn closed(&self, stored: Stored) -> bool {
         !self.demand.judge(stored.water(), self.error).0
     }
 
-    fn runs(&self, tree: &Tree, closed: impl Fn(u32) -> bool) -> Vec<Run> {
+    fn runs(&self, piece: &Piece, kind: Kind, closed: impl Fn(Stored) -> bool) -> Vec<Run> {
         let enough_mm = self.demand.enough_mm(self.error);
         let mut runs = Vec::new();
-        tree.search(
-            |node| node.least_mm <= enough_mm && self.within.iter().any(|one| one.overlaps(&node.bounds)),
+        piece.tree(kind).search(
+            |node| node.least_mm <= enough_mm && self.meets(&node.bounds),
             |run| {
-                if closed(run.object) {
+                if closed(piece.stored(run.object)) {
                     runs.push(*run);
                 }
             },
         );
         runs
     }
+
+    /// Adds the sides of closed areas of a skin, and whether the area lies to the right.
+    fn closed_sides(&self, piece: &Piece, sides: &mut Vec<(Side, bool)>) {
+        for area in &piece.areas.list {
+            let object = &piece.objects[area.object as usize];
+            if object.role == Role::Skin && self.closed(object.stored) {
+                let near = seams::sides(piece, *area).filter(|(a, b, _)| self.meets(&Bounds::of([a, b])));
+                sides.extend(near.map(|(a, b, hand)| ((a, b), hand > 0)));
+            }
+        }
+    }
+}
+
+/// Sides with closed areas to the left and to the right, in order: no corridor reaches them without touching others
+/// first.
+fn inner_sides(mut sides: Vec<(Side, bool)>) -> Vec<Side> {
+    sides.sort_unstable();
+    sides.dedup();
+    // What is left twice has both hands.
+    sides.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[0].0).collect()
 }
 
 /// Two ends, the lesser first.

@@ -1,17 +1,18 @@
 //! Makes an index of cells, soundings and land masks.
 
-use super::index::DepthIndex;
+use super::index::{DepthIndex, Entry};
 use super::meaning::{is_of_interest, meaning};
 use super::object::{ChartObject, Role, Stored, millimetres};
+use super::piece::{Line, Piece};
 use super::places::{AreaEntry, Areas, Places};
 use super::ring::Ring;
-use super::seams;
-use super::tree::Tree;
-use crate::coverage::{ChartCoverage, Coverage, Source};
-use crate::grid::{Vertex, vertex};
+use super::seams::Around;
+use crate::coverage::{ChartCoverage, Source};
+use crate::grid::{Bounds, Vertex, vertex};
 use crate::s57::{
     Area, AttributeCode, Cell, Feature, GeoPoint, Geometry, ObjectClass, ObjectId, Path, Sounding,
 };
+use std::sync::Arc;
 
 /// Why no index can be made.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -27,9 +28,21 @@ pub enum BuildError {
         record: u32,
     },
     /// Too much for one index.
-    #[error("the charts have more than two thousand million vertices; make several chart sets")]
-    TooLarge,
+    #[error("{0} has more than a thousand million vertices; divide it")]
+    TooLarge(
+        /// The source.
+        String,
+    ),
+    /// A chart reaches beyond what was said of it.
+    #[error("{0} has positions outside the box that the chart set notes for it; import it again")]
+    Bounds(
+        /// The source.
+        String,
+    ),
 }
+
+/// Vertices of a piece and of what its seams add are numbered by i32.
+const MOST_VERTICES: usize = (i32::MAX as usize) / 2;
 
 /// Where something is, in units.
 #[derive(Debug, Clone)]
@@ -136,42 +149,64 @@ impl IndexBuilder {
     ///
     /// # Errors
     /// When there is too much.
-    pub fn build(mut self) -> Result<DepthIndex, BuildError> {
-        self.sources.sort_by_cached_key(|pending| pending.coverage.source.rank());
-        let mut index = DepthIndex::default();
-        let (mut lines, mut covered) = (Vec::new(), Vec::new());
-        for (at, PendingSource { coverage, objects }) in self.sources.into_iter().enumerate() {
-            index.sources.push(coverage.source.clone());
-            covered.push(coverage);
-            for mut pending in objects {
-                pending.object.source = at as u32;
-                let object = index.objects.len() as u32;
-                index.objects.push(pending.object);
-                for shape in pending.shapes {
-                    match shape {
-                        Shape::Area(rings) => push_area(&mut index.areas, object, &rings),
-                        Shape::Line(line) => {
-                            lines.push((object, index.areas.vertices.len() as u32, line.len() as u32));
-                            index.areas.vertices.extend(line);
-                        }
+    pub fn build(self) -> Result<DepthIndex, BuildError> {
+        let mut sources: Vec<(Source, Arc<Piece>)> = Vec::new();
+        for pending in self.sources {
+            let source = pending.coverage.source.clone();
+            sources.push((source, Arc::new(pending.own_part()?)));
+        }
+        sources.sort_by_cached_key(|(source, _)| source.rank());
+        let boxes: Vec<Bounds> = sources.iter().map(|(_, piece)| piece.bounds()).collect();
+        let load = |at: usize| Ok::<_, BuildError>(Arc::clone(&sources[at].1));
+        let around = Around::new(boxes.clone(), usize::MAX, load);
+        let joined = |at: usize| {
+            let piece = around.joined(at)?;
+            Ok((sources[at].0.clone(), Entry::of([0; 32], boxes[at], &piece), Arc::new(piece)))
+        };
+        let charts: Result<Vec<_>, BuildError> = (0..sources.len()).map(joined).collect();
+        Ok(DepthIndex::held(charts?))
+    }
+
+    /// The one chart that was added, by itself.
+    pub(super) fn own_part(mut self) -> Result<Piece, BuildError> {
+        self.sources.pop().map_or_else(|| Ok(Piece::default()), PendingSource::own_part)
+    }
+}
+
+impl PendingSource {
+    /// The chart by itself, without the seams to others.
+    fn own_part(self) -> Result<Piece, BuildError> {
+        let source = &self.coverage.source;
+        let mut piece =
+            Piece { supplement: source.supplement, charts: vec![source.name.clone()], ..Piece::default() };
+        for Pending { object: chart_object, shapes } in self.objects {
+            let object = piece.objects.len() as u32;
+            piece.objects.push(chart_object);
+            for shape in shapes {
+                match shape {
+                    Shape::Area(rings) => push_area(&mut piece.areas, object, &rings),
+                    Shape::Line(line) => {
+                        let first = piece.areas.vertices.len() as u32;
+                        piece.lines.push(Line { object, first, count: line.len() as u32 });
+                        piece.areas.vertices.extend(line);
                     }
                 }
             }
         }
-        if index.areas.vertices.len() > (i32::MAX as usize) / 2 {
-            return Err(BuildError::TooLarge);
+        if piece.areas.vertices.len() > MOST_VERTICES {
+            return Err(BuildError::TooLarge(source.name.clone()));
         }
-        let coverage = Coverage::new(covered);
-        cover_by_skin(&mut index, &coverage);
-        let objects = &index.objects;
-        let areas = &index.areas;
-        index.places = Places::build(areas, |area| {
+        if self.coverage.by_skin && !source.supplement {
+            cover_by_skin(&mut piece);
+        }
+        piece.own_objects = piece.objects.len() as u32;
+        piece.own_vertices = piece.areas.vertices.len() as u32;
+        let (objects, areas) = (&piece.objects, &piece.areas);
+        piece.places = Places::build(areas, |area| {
             let object = &objects[areas.list[area as usize].object as usize];
-            (object.source, object.role, object.stored.least_mm())
+            (object.role, object.stored.least_mm())
         });
-        grow_trees(&mut index, &coverage, &lines);
-        index.note_unassessed();
-        Ok(index)
+        Ok(piece)
     }
 }
 
@@ -285,41 +320,16 @@ fn push_area(areas: &mut Areas, object: u32, rings: &[Vec<Vertex>]) {
 }
 
 /// A source that does not say where it has data has them where its skin is.
-fn cover_by_skin(index: &mut DepthIndex, coverage: &Coverage) {
-    for at in 0..index.areas.list.len() {
-        let area = index.areas.list[at];
-        let object = &index.objects[area.object as usize];
-        if object.role != Role::Skin || !coverage.charts()[object.source as usize].by_skin {
+fn cover_by_skin(piece: &mut Piece) {
+    for at in 0..piece.areas.list.len() {
+        let area = piece.areas.list[at];
+        let object = &piece.objects[area.object as usize];
+        if object.role != Role::Skin {
             continue;
         }
         let coverage = ChartObject { role: Role::Coverage, stored: Stored::NoData, ..object.clone() };
-        let object = index.objects.len() as u32;
-        index.objects.push(coverage);
-        index.areas.list.push(AreaEntry { object, ..area });
+        let object = piece.objects.len() as u32;
+        piece.objects.push(coverage);
+        piece.areas.list.push(AreaEntry { object, ..area });
     }
-}
-
-fn grow_trees(index: &mut DepthIndex, coverage: &Coverage, lines: &[(u32, u32, u32)]) {
-    let mut runs = seams::Runs::default();
-    for area in &index.areas.list {
-        for ring in index.areas.rings_of(*area) {
-            runs.add(&index.objects[area.object as usize], area.object, ring.first, ring.count);
-        }
-    }
-    for (object, first, count) in lines {
-        runs.add(&index.objects[*object as usize], *object, *first, *count);
-    }
-    let seams::Runs { danger, quality, overhead, interest } = runs;
-    let [mut danger, mut quality, overhead] =
-        [danger, quality, overhead].map(|runs| seams::best_scale_only(index, coverage, runs));
-    danger.extend(seams::borders(index));
-    quality.extend(seams::unassessed(index));
-    let vertices = &index.areas.vertices;
-    let objects = &index.objects;
-    let least =
-        |object: u32| objects.get(object as usize).map_or(Stored::NoData, |one| one.stored).least_mm();
-    let danger = Tree::build(danger, vertices, least);
-    let [quality, overhead, interest] =
-        [quality, overhead, interest].map(|runs| Tree::build(runs, vertices, least));
-    (index.danger, index.quality, index.overhead, index.interest) = (danger, quality, overhead, interest);
 }

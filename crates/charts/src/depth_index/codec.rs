@@ -1,24 +1,101 @@
-//! An index as bytes: written once ashore, loaded in a moment aboard.
+//! An index as bytes: written once ashore, opened in a moment aboard.
 //!
-//! Layout, all little-endian: the magic `LUTRADIX`, version (u32), checksum of what follows (u32, CRC-32),
-//! then each table as its length (u32) and its rows. Reading checks every index against the table that it
-//! points into, so that damaged bytes are refused and never lead out of bounds.
+//! Layout, all little-endian: the magic `LUTRADIX`, version (u32), the pieces one after another, the directory, and at
+//! the end how long the directory is (u32) and its checksum (CRC-32). Tables are their length (u32) and their rows. The
+//! directory has for each chart where its piece lies and the checksum of it. Reading checks every number against the
+//! table that it points into, so that damaged bytes are refused and never lead out of bounds. Pieces stand in the order
+//! of where their charts lie ([`file_order`]), so that neighbours are read together.
 
-use super::index::DepthIndex;
+use super::index::{DepthIndex, Directory, Entry, Pieces, tree_of_boxes};
 use super::object::{ChartObject, Role, Stored};
-use super::places::{AreaEntry, Places, Quad, WHOLE};
+use super::piece::{Line, Piece};
+use super::places::{AreaEntry, Areas, Places, Quad, WHOLE};
 use super::ring::Ring;
+use super::shelf::{IndexBytes, Shelf};
 use super::tree::{NO_DATA, Node, Run, Tree};
 use crate::coverage::Source;
-use crate::crc32::crc32;
 use crate::grid::{Bounds, Vertex};
 use crate::s57::{ObjectClass, ObjectId};
+use std::sync::Arc;
 
 const MAGIC: &[u8; 8] = b"LUTRADIX";
 /// Raised whenever the layout changes, or the rules by which an index is made of charts: one by older rules may call
 /// safe what is not, so it is made again.
-const VERSION: u32 = 2;
-const HEAD_BYTES: usize = 16;
+const VERSION: u32 = 3;
+const HEAD_BYTES: usize = 12;
+/// What follows the directory.
+const END_BYTES: usize = 8;
+/// A directory longer than this is none: a chart takes some 200 bytes.
+const MOST_DIRECTORY: usize = 64 << 20;
+
+/// Where a piece lies, and its checksum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) offset: u64,
+    pub(super) length: u32,
+    pub(super) checksum: u32,
+}
+
+/// The order in which pieces are written, of charts with these boxes.
+pub(super) fn file_order(boxes: &[Bounds]) -> Vec<usize> {
+    let mut order: Vec<usize> = tree_of_boxes(boxes).runs.iter().map(|run| run.object as usize).collect();
+    order.extend((0..boxes.len()).filter(|at| boxes[*at].min[0] > boxes[*at].max[0]));
+    order
+}
+
+/// What an index begins with.
+pub(super) fn head() -> Vec<u8> {
+    [MAGIC.as_slice(), &VERSION.to_le_bytes()].concat()
+}
+
+/// A piece as bytes.
+pub(super) fn piece_bytes(piece: &Piece) -> Vec<u8> {
+    let mut out = Writer(Vec::with_capacity(piece.areas.vertices.len() * 16 + 4096));
+    out.piece(piece);
+    out.0
+}
+
+/// What an index ends with.
+pub(super) fn end(sources: &[Source], entries: &[Entry], spans: &[Span]) -> Vec<u8> {
+    let mut out = Writer(Vec::new());
+    let rows: Vec<_> = sources.iter().zip(entries).zip(spans).collect();
+    out.list(&rows, |out, ((source, entry), span)| {
+        out.source(source);
+        out.entry(entry);
+        out.0.extend(span.offset.to_le_bytes());
+        out.u32s(&[span.length, span.checksum]);
+    });
+    let tail = [out.0.len() as u32, crc32fast::hash(&out.0)];
+    out.u32s(&tail);
+    out.0
+}
+
+/// The piece of a chart of the directory.
+///
+/// # Errors
+/// When it is damaged.
+pub(super) fn piece(bytes: &[u8], span: Span, directory: &Directory, at: usize) -> Result<Piece, IndexError> {
+    let damaged = |here: usize| IndexError::Damaged(span.offset as usize + here);
+    if bytes.len() != span.length as usize || crc32fast::hash(bytes) != span.checksum {
+        return Err(damaged(0));
+    }
+    checked_piece(bytes, directory, at).ok_or(damaged(0))
+}
+
+/// A piece of bytes whose checksum is right.
+fn checked_piece(bytes: &[u8], directory: &Directory, at: usize) -> Option<Piece> {
+    let mut reader = Reader { bytes, at: 0 };
+    let mut piece = reader.piece()?;
+    piece.supplement = directory.sources[at].supplement;
+    let entry = &directory.entries[at];
+    let listed = piece.objects.len() == entry.objects as usize && piece.own_vertices == entry.vertices;
+    let whole = reader.at == bytes.len() && listed && is_sound(&piece);
+    // Questions open no piece whose box is elsewhere.
+    let placed = whole
+        && entry.bounds.contains(&piece.bounds())
+        && Entry::of(entry.mark, entry.bounds, &piece) == *entry;
+    placed.then_some(piece)
+}
 
 /// Why bytes are no index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -37,110 +114,176 @@ pub enum IndexError {
 impl DepthIndex {
     /// The index as bytes: the same index gives the same bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Writer(Vec::with_capacity(self.areas.vertices.len() * 16 + 4096));
-        out.list(&self.sources, Writer::source);
-        out.list(&self.objects, Writer::object);
-        out.list(&self.areas.vertices, |out, vertex| out.vertex(*vertex));
-        out.list(&self.areas.rings, |out, ring| out.u32s(&[ring.first, ring.count, ring.boxes]));
-        out.list(&self.areas.boxes, Writer::bounds);
-        out.list(&self.areas.list, |out, area| out.u32s(&[area.object, area.first_ring, area.rings]));
-        out.vertex(self.places.corner);
-        out.0.extend(self.places.side.to_le_bytes());
-        out.list(&self.places.nodes, |out, node| out.u32s(&[node.first, node.count]));
-        out.list(&self.places.entries, |out, entry| out.u32s(&[*entry]));
-        for tree in [&self.danger, &self.quality, &self.overhead, &self.interest] {
-            out.list(&tree.runs, |out, run| out.u32s(&[run.first, run.count, run.object]));
-            out.list(&tree.nodes, |out, node| {
-                out.bounds(&node.bounds);
-                out.i32(node.least_mm);
-            });
+        let entries = &self.directory.entries;
+        let boxes: Vec<Bounds> = entries.iter().map(|entry| entry.bounds).collect();
+        let mut bytes = head();
+        let mut spans = vec![Span { offset: 0, length: 0, checksum: 0 }; boxes.len()];
+        for at in file_order(&boxes) {
+            let piece = piece_bytes(&self.piece(at));
+            spans[at] = Span {
+                offset: bytes.len() as u64,
+                length: piece.len() as u32,
+                checksum: crc32fast::hash(&piece),
+            };
+            bytes.extend(piece);
         }
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(crc32(&out.0).to_le_bytes());
-        bytes.extend(out.0);
+        bytes.extend(end(self.sources(), entries, &spans));
         bytes
     }
 
-    /// The index of some bytes.
+    /// The index of some bytes, all of it in memory.
     ///
     /// # Errors
     /// When they are no index, of another version, or damaged.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, IndexError> {
-        if bytes.get(..8) != Some(MAGIC.as_slice()) || bytes.len() < HEAD_BYTES {
-            return Err(IndexError::Magic);
+        let (directory, spans) = read_directory(&bytes, 0)?;
+        let mut order: Vec<usize> = (0..spans.len()).collect();
+        order.sort_by_key(|at| spans[*at].offset);
+        // Nothing lies between the pieces.
+        let mut next = HEAD_BYTES as u64;
+        let mut pieces = vec![Arc::default(); spans.len()];
+        for at in order {
+            let span = spans[at];
+            let damaged = IndexError::Damaged(span.offset as usize);
+            let range = span.offset as usize..(span.offset + u64::from(span.length)) as usize;
+            let found = bytes.get(range).filter(|_| span.offset == next).ok_or(damaged)?;
+            pieces[at] = Arc::new(piece(found, span, &directory, at)?);
+            next += u64::from(span.length);
         }
-        let mut head = Reader { bytes, at: 8 };
-        let damaged = |at| IndexError::Damaged(at);
-        let version = head.u32().ok_or(damaged(8))?;
-        if version != VERSION {
-            return Err(IndexError::Version(version));
+        if next != directory_at(&bytes, 0)?.0 {
+            return Err(IndexError::Damaged(next as usize));
         }
-        if head.u32() != Some(crc32(&bytes[HEAD_BYTES..])) {
-            return Err(damaged(12));
-        }
-        Self::from_body(&bytes[HEAD_BYTES..])
+        Ok(Self { directory: Arc::new(directory), pieces: Pieces::Held(pieces) })
     }
 
-    /// The index of what follows the head, without comparing its checksum: for tests of the checks below it.
-    pub(super) fn from_body(body: &[u8]) -> Result<Self, IndexError> {
-        let mut reader = Reader { bytes: body, at: 0 };
-        let index = reader.index().filter(|_| reader.at == body.len());
-        let mut index = index.ok_or(IndexError::Damaged(HEAD_BYTES + reader.at))?;
-        if !index.is_sound() {
-            return Err(IndexError::Damaged(HEAD_BYTES));
+    /// The index that lies from an offset on, of which pieces are read when they are asked for and at most so many bytes
+    /// of them kept.
+    ///
+    /// # Errors
+    /// When there is no index, one of another version, or its directory is damaged.
+    pub fn open(bytes: Arc<dyn IndexBytes>, from: u64, most_bytes: usize) -> Result<Self, IndexError> {
+        let (directory, mut spans) = read_directory(&*bytes, from)?;
+        for span in &mut spans {
+            span.offset += from;
         }
-        index.note_unassessed();
-        Ok(index)
+        let shelf = Shelf::new(bytes, spans, most_bytes);
+        Ok(Self { directory: Arc::new(directory), pieces: Pieces::Kept(Arc::new(shelf)) })
+    }
+}
+
+impl IndexBytes for &[u8] {
+    fn length(&self) -> u64 {
+        self.len() as u64
     }
 
-    /// Whether everything that points points into its table.
-    fn is_sound(&self) -> bool {
-        let within = |first: u32, count: u32, length: usize| {
-            first.checked_add(count).is_some_and(|end| end as usize <= length)
-        };
-        let areas = &self.areas;
-        let vertices = areas.vertices.len();
-        let rings_sound = areas.rings.iter().all(|ring| {
-            let boxes = Ring::box_count(ring.segments()) as u32;
-            ring.count >= 2
-                && within(ring.first, ring.count, vertices)
-                && within(ring.boxes, boxes, areas.boxes.len())
-        });
-        let areas_sound = areas.list.iter().all(|area| {
-            within(area.first_ring, area.rings, areas.rings.len())
-                && (area.object as usize) < self.objects.len()
-        });
-        let trees_sound = [&self.danger, &self.quality, &self.overhead, &self.interest].iter().all(|tree| {
-            tree.runs.iter().all(|run| {
-                let known = (run.object as usize) < self.objects.len();
-                run.count >= 1 && within(run.first, run.count, vertices) && (known || run.object == NO_DATA)
-            })
-        });
-        // Only the trees of dangers and of quality may hold the border of what is charted or assessed.
-        let named = [&self.overhead, &self.interest]
-            .iter()
-            .all(|tree| tree.runs.iter().all(|run| run.object != NO_DATA));
-        let sourced = self.objects.iter().all(|object| (object.source as usize) < self.sources.len());
-        rings_sound && areas_sound && trees_sound && named && sourced && self.places_sound()
+    fn read(&self, offset: u64, length: usize) -> Result<Vec<u8>, String> {
+        let from = usize::try_from(offset).ok();
+        let range = from.and_then(|from| Some(from..from.checked_add(length)?));
+        let found = range.and_then(|range| self.get(range));
+        found.map(<[u8]>::to_vec).ok_or_else(|| "it ends before".to_owned())
     }
+}
 
-    fn places_sound(&self) -> bool {
-        let Places { side, nodes, entries, .. } = &self.places;
-        if nodes.is_empty() {
-            return entries.is_empty();
-        }
-        let sided = *side > 0 && *side <= 1 << 33 && (*side as u64).is_power_of_two();
-        // Children come after their parents, so that no walk goes in circles.
-        let noded = nodes.iter().enumerate().all(|(at, node)| {
-            if node.is_inner() {
-                node.first as usize > at && (node.first as usize).saturating_add(4) <= nodes.len()
-            } else {
-                (node.first as usize).saturating_add(node.count as usize) <= entries.len()
-            }
-        });
-        sided && noded && entries.iter().all(|entry| ((entry & !WHOLE) as usize) < self.areas.list.len())
+/// Where the directory lies from the index's beginning on, and its checksum.
+fn directory_at(bytes: &dyn IndexBytes, from: u64) -> Result<(u64, usize, u32), IndexError> {
+    let length = bytes.length().saturating_sub(from);
+    if length < (HEAD_BYTES + END_BYTES) as u64 {
+        return Err(IndexError::Magic);
     }
+    let get = |offset: u64, length: usize| {
+        bytes.read(from + offset, length).map_err(|_| IndexError::Damaged(offset as usize))
+    };
+    let head = get(0, HEAD_BYTES)?;
+    if !head.starts_with(MAGIC) {
+        return Err(IndexError::Magic);
+    }
+    let number = |bytes: &[u8]| bytes.try_into().map_or(0, u32::from_le_bytes);
+    let version = number(&head[MAGIC.len()..]);
+    if version != VERSION {
+        return Err(IndexError::Version(version));
+    }
+    let end = length - END_BYTES as u64;
+    let tail = get(end, END_BYTES)?;
+    let size = number(&tail[..4]) as usize;
+    let most = (end - HEAD_BYTES as u64).min(MOST_DIRECTORY as u64);
+    if size as u64 > most {
+        return Err(IndexError::Damaged(end as usize));
+    }
+    Ok((end - size as u64, size, number(&tail[4..])))
+}
+
+fn read_directory(bytes: &dyn IndexBytes, from: u64) -> Result<(Directory, Vec<Span>), IndexError> {
+    let (offset, size, checksum) = directory_at(bytes, from)?;
+    let damaged = IndexError::Damaged(offset as usize);
+    let rows = bytes.read(from + offset, size).map_err(|_| damaged)?;
+    if crc32fast::hash(&rows) != checksum {
+        return Err(damaged);
+    }
+    let mut reader = Reader { bytes: &rows, at: 0 };
+    let row = |reader: &mut Reader<'_>| {
+        let (source, entry) = (reader.source()?, reader.entry()?);
+        let place = u64::from_le_bytes(reader.array()?);
+        let span = Span { offset: place, length: reader.u32()?, checksum: reader.u32()? };
+        let within = place.checked_add(u64::from(span.length)).is_some_and(|end| end <= offset);
+        within.then_some(((source, entry), span))
+    };
+    let rows = reader.list(100, row).filter(|_| reader.at == size).ok_or(damaged)?;
+    let (charts, spans) = rows.into_iter().unzip();
+    Ok((Directory::new(charts), spans))
+}
+
+/// Whether everything that points points into its table.
+fn is_sound(piece: &Piece) -> bool {
+    let within = |first: u32, count: u32, length: usize| {
+        first.checked_add(count).is_some_and(|end| end as usize <= length)
+    };
+    let areas = &piece.areas;
+    let vertices = areas.vertices.len();
+    let own = piece.own_vertices as usize;
+    let rings_sound = areas.rings.iter().all(|ring| {
+        let boxes = Ring::box_count(ring.segments()) as u32;
+        ring.count >= 2 && within(ring.first, ring.count, own) && within(ring.boxes, boxes, areas.boxes.len())
+    });
+    let areas_sound = areas.list.iter().all(|area| {
+        within(area.first_ring, area.rings, areas.rings.len()) && area.object < piece.own_objects
+    });
+    let lines_sound =
+        piece.lines.iter().all(|line| within(line.first, line.count, own) && line.object < piece.own_objects);
+    let trees_sound = piece.trees.iter().all(|tree| {
+        tree.runs.iter().all(|run| {
+            let known = (run.object as usize) < piece.objects.len();
+            run.count >= 1 && within(run.first, run.count, vertices) && (known || run.object == NO_DATA)
+        })
+    });
+    // Only the trees of dangers and of quality may hold the border of what is charted or assessed.
+    let named = piece.trees[2..].iter().all(|tree| tree.runs.iter().all(|run| run.object != NO_DATA));
+    let sourced = piece.objects.iter().all(|object| (object.source as usize) < piece.charts.len());
+    let owned = piece.own_objects as usize <= piece.objects.len() && own <= vertices;
+    owned
+        && rings_sound
+        && areas_sound
+        && lines_sound
+        && trees_sound
+        && named
+        && sourced
+        && places_sound(piece)
+}
+
+fn places_sound(piece: &Piece) -> bool {
+    let Places { side, nodes, entries, .. } = &piece.places;
+    if nodes.is_empty() {
+        return entries.is_empty();
+    }
+    let sided = *side > 0 && *side <= 1 << 33 && (*side as u64).is_power_of_two();
+    // Children come after their parents, so that no walk goes in circles.
+    let noded = nodes.iter().enumerate().all(|(at, node)| {
+        if node.is_inner() {
+            node.first as usize > at && (node.first as usize).saturating_add(4) <= nodes.len()
+        } else {
+            (node.first as usize).saturating_add(node.count as usize) <= entries.len()
+        }
+    });
+    sided && noded && entries.iter().all(|entry| ((entry & !WHOLE) as usize) < piece.areas.list.len())
 }
 
 struct Writer(Vec<u8>);
@@ -177,6 +320,37 @@ impl Writer {
 
     fn text(&mut self, text: &str) {
         self.list(text.as_bytes(), |out, byte| out.0.push(*byte));
+    }
+
+    fn piece(&mut self, piece: &Piece) {
+        self.list(&piece.charts, |out, name| out.text(name));
+        self.list(&piece.objects, Self::object);
+        self.u32s(&[piece.own_objects, piece.own_vertices]);
+        self.list(&piece.lines, |out, line| out.u32s(&[line.object, line.first, line.count]));
+        self.list(&piece.areas.vertices, |out, vertex| out.vertex(*vertex));
+        self.list(&piece.areas.rings, |out, ring| out.u32s(&[ring.first, ring.count, ring.boxes]));
+        self.list(&piece.areas.boxes, Self::bounds);
+        self.list(&piece.areas.list, |out, area| out.u32s(&[area.object, area.first_ring, area.rings]));
+        self.vertex(piece.places.corner);
+        self.0.extend(piece.places.side.to_le_bytes());
+        self.list(&piece.places.nodes, |out, node| out.u32s(&[node.first, node.count]));
+        self.list(&piece.places.entries, |out, entry| out.u32s(&[*entry]));
+        for tree in &piece.trees {
+            self.list(&tree.runs, |out, run| out.u32s(&[run.first, run.count, run.object]));
+            self.list(&tree.nodes, |out, node| {
+                out.bounds(&node.bounds);
+                out.i32(node.least_mm);
+            });
+        }
+    }
+
+    fn entry(&mut self, entry: &Entry) {
+        self.0.extend(entry.mark);
+        self.bounds(&entry.bounds);
+        self.bounds(&entry.danger);
+        self.bounds(&entry.unassessed.unwrap_or(Bounds::EMPTY));
+        self.0.extend([u8::from(entry.unassessed.is_some()), entry.worst_zone.unwrap_or(0)]);
+        self.u32s(&[entry.objects, entry.vertices]);
     }
 
     fn source(&mut self, source: &Source) {
@@ -217,29 +391,46 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn index(&mut self) -> Option<DepthIndex> {
-        let mut index = DepthIndex { sources: self.list(19, Self::source)?, ..DepthIndex::default() };
-        index.objects = self.list(35, Self::object)?;
-        index.areas.vertices = self.list(8, Self::vertex)?;
+    fn piece(&mut self) -> Option<Piece> {
+        let charts = self.list(4, Self::text)?;
+        let objects = self.list(35, Self::object)?;
+        let (own_objects, own_vertices) = (self.u32()?, self.u32()?);
+        let line = |reader: &mut Self| {
+            Some(Line { object: reader.u32()?, first: reader.u32()?, count: reader.u32()? })
+        };
+        let lines = self.list(12, line)?;
+        let areas = self.areas()?;
+        let corner = self.vertex()?;
+        let side = i64::from_le_bytes(self.array()?);
+        let nodes = self.list(8, |reader| Some(Quad { first: reader.u32()?, count: reader.u32()? }))?;
+        let entries = self.list(4, Self::u32)?;
+        let places = Places { corner, side, nodes, entries };
+        let trees = [self.tree()?, self.tree()?, self.tree()?, self.tree()?];
+        let supplement = false;
+        Some(Piece { supplement, charts, objects, areas, lines, places, own_objects, own_vertices, trees })
+    }
+
+    fn areas(&mut self) -> Option<Areas> {
+        let vertices = self.list(8, Self::vertex)?;
         let ring = |reader: &mut Self| {
             Some(Ring { first: reader.u32()?, count: reader.u32()?, boxes: reader.u32()? })
         };
-        index.areas.rings = self.list(12, ring)?;
-        index.areas.boxes = self.list(16, Self::bounds)?;
+        let rings = self.list(12, ring)?;
+        let boxes = self.list(16, Self::bounds)?;
         let area = |reader: &mut Self| {
             Some(AreaEntry { object: reader.u32()?, first_ring: reader.u32()?, rings: reader.u32()? })
         };
-        index.areas.list = self.list(12, area)?;
-        index.places.corner = self.vertex()?;
-        index.places.side = i64::from_le_bytes(self.array()?);
-        index.places.nodes =
-            self.list(8, |reader| Some(Quad { first: reader.u32()?, count: reader.u32()? }))?;
-        index.places.entries = self.list(4, Self::u32)?;
-        index.danger = self.tree()?;
-        index.quality = self.tree()?;
-        index.overhead = self.tree()?;
-        index.interest = self.tree()?;
-        Some(index)
+        Some(Areas { vertices, rings, boxes, list: self.list(12, area)? })
+    }
+
+    fn entry(&mut self) -> Option<Entry> {
+        let mark = self.array()?;
+        let (bounds, danger, unassessed) = (self.bounds()?, self.bounds()?, self.bounds()?);
+        let (bare, zone) = (self.u8()? != 0, self.u8()?);
+        let (objects, vertices) = (self.u32()?, self.u32()?);
+        let unassessed = bare.then_some(unassessed);
+        let worst_zone = (zone > 0).then_some(zone);
+        Some(Entry { mark, bounds, danger, unassessed, worst_zone, objects, vertices })
     }
 
     fn tree(&mut self) -> Option<Tree> {
@@ -396,12 +587,20 @@ mod tests {
         fn damage_with_a_right_checksum_never_leads_out_of_bounds(
             changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
         ) {
-            let mut body = small().to_bytes().split_off(HEAD_BYTES);
+            let whole = small();
+            let mut pieces: Vec<Vec<u8>> = (0..2).map(|at| piece_bytes(&whole.piece(at))).collect();
             for (at, value) in changes {
-                let at = at.index(body.len());
-                body[at] = value;
+                let bytes = &mut pieces[at.index(2)];
+                let at = at.index(bytes.len());
+                bytes[at] = value;
             }
-            if let Ok(index) = DepthIndex::from_body(&body) {
+            let read = |at: usize| {
+                let piece = Arc::new(checked_piece(&pieces[at], &whole.directory, at)?);
+                let (source, entry) = (&whole.directory.sources[at], &whole.directory.entries[at]);
+                Some((source.clone(), entry.clone(), piece))
+            };
+            if let Some(charts) = (0..2).map(read).collect() {
+                let index = DepthIndex::held(charts);
                 let from = LatLon::from_deg(63.05, 10.1).unwrap();
                 let leg = Leg { from, to: LatLon::from_deg(63.05, 9.9).unwrap() };
                 index.shallowest_along(leg, 20.0, &Demand::default());

@@ -4,7 +4,7 @@
 //! and latitude. A local frame scales both axes by constants, so it keeps such lines straight, and distances
 //! in it are exact up to how the scale of longitude changes over its reach; [`Frame::slack_m`] bounds that.
 
-use crate::grid::{PER_DEGREE, Vertex};
+use crate::grid::{Bounds, PER_DEGREE, Vertex};
 use units::{LatLon, WGS84_ECCENTRICITY_SQUARED, WGS84_SEMI_MAJOR_M};
 
 /// Units around the Earth.
@@ -46,6 +46,16 @@ impl Spot {
         let lat_deg = (self.y / PER_DEGREE).clamp(-90.0, 90.0);
         let lon_deg = (self.wrapped().x / PER_DEGREE).clamp(-180.0, 180.0);
         LatLon::from_deg(lat_deg, lon_deg).expect("invariant: clamped to the range")
+    }
+}
+
+impl Bounds {
+    /// Whether a point lies within, or on the border.
+    pub(super) fn holds(&self, at: Spot) -> bool {
+        let within = |value: f64, axis: usize| {
+            f64::from(self.min[axis]) <= value && value <= f64::from(self.max[axis])
+        };
+        within(at.x, 0) && within(at.y, 1)
     }
 }
 

@@ -1,42 +1,127 @@
-//! The index itself: objects, areas, and the trees over them.
+//! The index itself: a directory of charts, and their pieces, in memory or on a [`Shelf`].
 
+use super::codec;
 use super::coords::Spot;
-use super::object::{ChartObject, Role, Stored};
-use super::places::{Areas, Places, WHOLE};
-use super::tree::Tree;
+use super::object::{ChartObject, Role, State, Stored};
+use super::piece::{Kind, Piece};
+use super::shelf::Shelf;
+use super::tree::{Node, Run, Tree};
 use crate::coverage::{ChartCoverage, Coverage, Source};
-use crate::grid::Bounds;
+use crate::grid::{Bounds, Vertex};
 use crate::s57::ObjectClass;
+use std::sync::Arc;
 
-/// An index over charts.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// An index over charts; cheap to clone.
+#[derive(Debug, Clone, Default)]
 pub struct DepthIndex {
-    /// The best first.
+    pub(super) directory: Arc<Directory>,
+    pub(super) pieces: Pieces,
+}
+
+/// What is known of all charts, the best first.
+#[derive(Debug, PartialEq, Default)]
+pub(super) struct Directory {
     pub(super) sources: Vec<Source>,
-    pub(super) objects: Vec<ChartObject>,
-    pub(super) areas: Areas,
-    pub(super) places: Places,
-    /// Borders of skin and dangers, single dangers, soundings, and the border of what is charted.
-    pub(super) danger: Tree,
-    /// Borders of quality areas.
-    pub(super) quality: Tree,
-    /// What is above the water.
-    pub(super) overhead: Tree,
-    /// Points of interest.
-    pub(super) interest: Tree,
-    /// Where sources without any quality area lie.
-    pub(super) unassessed: Vec<Bounds>,
+    pub(super) entries: Vec<Entry>,
+    /// Number of the first object of each chart.
+    first_objects: Vec<u32>,
+    /// Their boxes; the objects of its runs are numbers of charts.
+    boxes: Tree,
+}
+
+/// What is known of a chart without its piece.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    /// What names the contents of the chart, for who makes the index.
+    pub(super) mark: [u8; 32],
+    /// Holds all that is its own.
+    pub(super) bounds: Bounds,
+    /// Its tree of dangers.
+    pub(super) danger: Bounds,
+    /// Its waters, if nobody says how well they are surveyed.
+    pub(super) unassessed: Option<Bounds>,
+    pub(super) worst_zone: Option<u8>,
+    pub(super) objects: u32,
+    pub(super) vertices: u32,
+}
+
+impl Entry {
+    /// Of a chart whose box is `bounds` or within it.
+    pub(super) fn of(mark: [u8; 32], bounds: Bounds, piece: &Piece) -> Self {
+        Self {
+            mark,
+            bounds,
+            danger: piece.tree(Kind::Danger).bounds(),
+            unassessed: piece.unassessed(),
+            worst_zone: piece.worst_zone(),
+            objects: piece.objects.len() as u32,
+            vertices: piece.own_vertices,
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Pieces {
+    Held(Vec<Arc<Piece>>),
+    Kept(Arc<Shelf>),
+}
+
+impl Default for Pieces {
+    fn default() -> Self {
+        Self::Held(Vec::new())
+    }
+}
+
+impl PartialEq for DepthIndex {
+    /// Whether they are of the same charts with the same contents, whatever they were marked by. Reads all of it.
+    fn eq(&self, other: &Self) -> bool {
+        self.sources() == other.sources()
+            && (0..self.sources().len()).all(|at| self.piece(at) == other.piece(at))
+    }
+}
+
+impl Directory {
+    pub(super) fn new(charts: Vec<(Source, Entry)>) -> Self {
+        let (sources, entries): (Vec<Source>, Vec<Entry>) = charts.into_iter().unzip();
+        let first_of_next = |next: &mut u32, entry: &Entry| {
+            let first = *next;
+            *next = first.saturating_add(entry.objects);
+            Some(first)
+        };
+        let first_objects = entries.iter().scan(0, first_of_next).collect();
+        let boxes: Vec<Bounds> = entries.iter().map(|entry| entry.bounds).collect();
+        Self { sources, entries, first_objects, boxes: tree_of_boxes(&boxes) }
+    }
+}
+
+/// A tree over boxes, whose runs have the numbers of the boxes as objects. Empty ones are left out.
+pub(super) fn tree_of_boxes(boxes: &[Bounds]) -> Tree {
+    let corners: Vec<Vertex> = boxes.iter().flat_map(|bounds| [bounds.min, bounds.max]).collect();
+    let filled = boxes.iter().zip(0..).filter(|(bounds, _)| bounds.min[0] <= bounds.max[0]);
+    let runs = filled.map(|(_, at)| Run { first: 2 * at, count: 2, object: at }).collect();
+    Tree::build(runs, &corners, |_| 0)
 }
 
 impl DepthIndex {
+    /// Of charts in memory, the best first.
+    pub(super) fn held(charts: Vec<(Source, Entry, Arc<Piece>)>) -> Self {
+        let mut pieces = Vec::with_capacity(charts.len());
+        let mut listed = Vec::with_capacity(charts.len());
+        for (source, entry, piece) in charts {
+            listed.push((source, entry));
+            pieces.push(piece);
+        }
+        Self { directory: Arc::new(Directory::new(listed)), pieces: Pieces::Held(pieces) }
+    }
+
     /// Sources, the best first.
     pub fn sources(&self) -> &[Source] {
-        &self.sources
+        &self.directory.sources
     }
 
     /// What it holds, in a line for people.
     pub fn edition(&self) -> String {
-        match &self.sources[..] {
+        match self.sources() {
             [] => "no charts".to_owned(),
             [one] => one.edition_text(),
             all => {
@@ -47,73 +132,105 @@ impl DepthIndex {
         }
     }
 
-    /// Which chart covers what, for who needs regions rather than depths.
+    /// Which chart covers what, for who needs regions rather than depths. Reads all charts.
     pub fn coverage(&self) -> Coverage {
-        let charts =
-            self.sources.iter().map(|source| ChartCoverage { source: source.clone(), ..Default::default() });
-        let mut charts: Vec<ChartCoverage> = charts.collect();
-        for area in &self.areas.list {
-            let object = &self.objects[area.object as usize];
-            let chart = &mut charts[object.source as usize];
-            if object.role == Role::Coverage && !chart.source.supplement {
-                let rings = self.areas.rings_of(*area).iter();
-                chart.areas.push(rings.map(|ring| ring.vertices(&self.areas.vertices).to_vec()).collect());
-                chart.by_skin = object.class != ObjectClass::M_COVR;
+        let chart = |(at, source): (usize, &Source)| {
+            let piece = self.piece(at);
+            let mut chart = ChartCoverage { source: source.clone(), ..Default::default() };
+            for area in &piece.areas.list {
+                let object = &piece.objects[area.object as usize];
+                if object.role == Role::Coverage && !source.supplement {
+                    let rings = piece.areas.rings_of(*area).iter();
+                    chart
+                        .areas
+                        .push(rings.map(|ring| ring.vertices(&piece.areas.vertices).to_vec()).collect());
+                    chart.by_skin = object.class != ObjectClass::M_COVR;
+                }
             }
-        }
-        Coverage::new(charts)
+            chart
+        };
+        Coverage::new(self.sources().iter().enumerate().map(chart).collect())
     }
 
     /// The source of an object.
     pub fn source(&self, object: &ChartObject) -> &Source {
-        &self.sources[object.source as usize]
+        &self.sources()[object.source as usize]
     }
 
     /// An object of an answer.
-    pub fn object(&self, object: u32) -> Option<&ChartObject> {
-        self.objects.get(object as usize)
+    pub fn object(&self, object: u32) -> Option<ChartObject> {
+        let at = self.directory.first_objects.partition_point(|first| *first <= object).checked_sub(1)?;
+        let piece = self.piece(at);
+        let found = piece.object(object - self.directory.first_objects[at])?;
+        let chart = &piece.charts[found.source as usize];
+        let named = || self.sources().iter().position(|source| source.name == *chart);
+        let source = if found.source == 0 { at } else { named().unwrap_or(at) };
+        Some(ChartObject { source: source as u32, ..found.clone() })
     }
 
     /// Number of vertices, for telling how large a chart set is.
     pub fn vertex_count(&self) -> usize {
-        self.areas.vertices.len()
+        self.directory.entries.iter().map(|entry| entry.vertices as usize).sum()
     }
 
-    /// Visits the objects of supplements and of the best source whose areas hold a point; `None` where no source
-    /// covers it.
-    pub(super) fn visit_at(&self, at: Spot, mut visit: impl FnMut(u32, &ChartObject)) -> Option<u32> {
+    /// Charts that could not be read when they were needed, and why. Their boxes count as danger of unknown depth.
+    pub fn unreadable(&self) -> Vec<String> {
+        match &self.pieces {
+            Pieces::Held(_) => Vec::new(),
+            Pieces::Kept(shelf) => shelf.unreadable(),
+        }
+    }
+
+    pub(super) fn piece(&self, at: usize) -> Arc<Piece> {
+        match &self.pieces {
+            Pieces::Held(pieces) => Arc::clone(&pieces[at]),
+            Pieces::Kept(shelf) => shelf.piece(&self.directory, at),
+        }
+    }
+
+    /// A piece, but none where it cannot be read.
+    pub(super) fn sound_piece(&self, at: usize) -> Option<Arc<Piece>> {
+        match &self.pieces {
+            Pieces::Held(pieces) => Some(Arc::clone(&pieces[at])),
+            Pieces::Kept(shelf) => shelf.read(&self.directory, at).ok().map(Arc::new),
+        }
+    }
+
+    /// A piece as bytes with their checksum, but none where it cannot be read.
+    pub(super) fn piece_bytes(&self, at: usize) -> Option<(Vec<u8>, u32)> {
+        match &self.pieces {
+            Pieces::Held(pieces) => {
+                let bytes = codec::piece_bytes(&pieces[at]);
+                let checksum = crc32fast::hash(&bytes);
+                Some((bytes, checksum))
+            }
+            Pieces::Kept(shelf) => shelf.bytes(at),
+        }
+    }
+
+    /// The number that an object of a piece has in answers.
+    pub(super) fn number(&self, at: usize, object: u32) -> u32 {
+        self.directory.first_objects[at].saturating_add(object)
+    }
+
+    /// The charts whose boxes are accepted, the best first.
+    pub(super) fn charts_in(&self, accept: impl Fn(&Node) -> bool) -> Vec<usize> {
+        let mut found = Vec::new();
+        self.directory.boxes.search(accept, |run| found.push(run.object as usize));
+        found.sort_unstable();
+        found
+    }
+
+    /// Visits the objects of supplements and of the best source whose areas hold a point, with their numbers.
+    fn visit_at(&self, at: Spot, mut visit: impl FnMut(u32, &ChartObject)) {
         // ±180° is one meridian; areas are asked on the side on which they are written.
         let at = at.wrapped();
-        let (mut answering, mut skinned) = (None, false);
-        for entry in self.places.leaf(at) {
-            let area = entry & !WHOLE;
-            let id = self.areas.list[area as usize].object;
-            let object = &self.objects[id as usize];
-            let coverage = object.role == Role::Coverage;
-            // They stand first in the leaf.
-            if self.sources[object.source as usize].supplement {
-                if !coverage && (entry & WHOLE != 0 || self.areas.contains(area, at)) {
-                    visit(id, object);
-                }
-                continue;
+        for chart in self.charts_in(|node| node.bounds.holds(at)) {
+            let piece = self.piece(chart);
+            if piece.visit_at(at, |object, one| visit(self.number(chart, object), one)) {
+                return;
             }
-            match answering {
-                Some(source) if object.source != source => break,
-                Some(_) if coverage => continue,
-                None if !coverage => continue,
-                Some(_) | None => {}
-            }
-            // A skin does not overlap itself; should it, the shallower area stands first in the leaf.
-            if skinned && object.role == Role::Skin {
-                continue;
-            }
-            if entry & WHOLE == 0 && !self.areas.contains(area, at) {
-                continue;
-            }
-            skinned |= object.role == Role::Skin;
-            if coverage { answering = Some(object.source) } else { visit(id, object) }
         }
-        answering
     }
 
     /// What decides at a point, with its object, and the worst zone of confidence there.
@@ -133,9 +250,9 @@ impl DepthIndex {
             Role::Quality => state.zone = state.zone.max(object.zone),
             // One whose height nobody knows is the lowest.
             Role::Overhead => {
-                let lower = |held: u32| self.clearance_m(id) < self.clearance_m(held);
+                let lower = |(held, _): (Stored, u32)| object.stored.clearance_m() < held.clearance_m();
                 if state.overhead.is_none_or(lower) {
-                    state.overhead = Some(id);
+                    state.overhead = Some((object.stored, id));
                 }
             }
             Role::Coverage | Role::Interest => {}
@@ -146,33 +263,4 @@ impl DepthIndex {
         }
         state
     }
-
-    pub(super) fn note_unassessed(&mut self) {
-        let mut assessed = vec![false; self.sources.len()];
-        let mut bounds = vec![Bounds::EMPTY; self.sources.len()];
-        for area in &self.areas.list {
-            let object = &self.objects[area.object as usize];
-            let source = object.source as usize;
-            assessed[source] |= object.role == Role::Quality;
-            // A mask of land has no depths that could be wrong.
-            if object.stored == Stored::Land {
-                continue;
-            }
-            for ring in self.areas.rings_of(*area) {
-                bounds[source].add(Bounds::of(ring.vertices(&self.areas.vertices)));
-            }
-        }
-        let told = |bounds: &Bounds| bounds.min[0] <= bounds.max[0];
-        let without = bounds.into_iter().zip(assessed).filter(|(bounds, assessed)| !assessed && told(bounds));
-        self.unassessed = without.map(|(bounds, _)| bounds).collect();
-    }
-}
-
-/// What there is at a point.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct State {
-    pub(super) stored: Stored,
-    pub(super) object: Option<u32>,
-    pub(super) zone: Option<u8>,
-    pub(super) overhead: Option<u32>,
 }

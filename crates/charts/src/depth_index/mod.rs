@@ -1,11 +1,15 @@
 //! How deep is it: exact answers from chart polygons, lines and points.
 //!
 //! Every safety question about depth has its one implementation here. An index is built
-//! from cells ([`IndexBuilder`]), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
+//! from cells ([`IndexBuilder`], or [`assemble`] chart by chart), kept as bytes ([`DepthIndex::to_bytes`]) and asked:
 //! [`DepthIndex::depth_at`], [`DepthIndex::shallowest_within`], [`DepthIndex::shallowest_along`],
 //! [`DepthIndex::first_danger_along`], [`DepthIndex::distance_to_shallower`],
 //! [`DepthIndex::points_of_interest`]. Who plans ways takes [`DepthIndex::barriers`], the lines that corridors are
 //! held against.
+//!
+//! An index is a directory of charts and one piece for each (`piece`), with its seams to the charts that it meets
+//! (`seams`). Pieces are in memory ([`DepthIndex::from_bytes`]) or read when a question touches their box
+//! ([`DepthIndex::open`], `shelf`); the answers are the same.
 //!
 //! # Rules
 //! - Where cells overlap, the finest band, then the largest scale, then the newest issue answers, exactly up to
@@ -18,9 +22,11 @@
 //!   called dangerous for something just outside, never safe for something inside.
 //! - A line of the chart is straight in longitude and latitude between its vertices, as all S-57 readers draw
 //!   it.
+//! - A piece that cannot be read counts as a danger of unknown depth over all of its box.
 //! - Depths are kept in millimetres, rounded to the shallower side; positions in 1e-7 degrees.
 
 mod along;
+mod assembly;
 mod barriers;
 mod build;
 mod codec;
@@ -30,15 +36,18 @@ mod index;
 mod meaning;
 mod nearest;
 mod object;
+mod piece;
 mod places;
 mod plane;
 mod profile;
 mod ring;
 mod sealed;
 mod seams;
+mod shelf;
 mod tree;
 
 pub use along::{DepthAnswer, Leg};
+pub use assembly::{ChartToIndex, assemble};
 pub use barriers::{Barriers, GeoBox};
 pub use build::{BuildError, IndexBuilder};
 pub use codec::IndexError;
@@ -48,3 +57,4 @@ pub use meaning::{clearance_m, is_in_the_way, is_obstacle, is_structure};
 pub use nearest::Nearby;
 pub use object::{ChartObject, Water};
 pub use sealed::SealedIndex;
+pub use shelf::IndexBytes;

@@ -3,11 +3,13 @@
 //! Best-first search by the distance to boxes (G. R. Hjaltason and H. Samet, "Distance browsing in spatial
 //! databases", ACM TODS 24, 1999).
 
-use super::coords::{Frame, Spot, TURN, distance_m, unwrap_near};
+use super::coords::{Frame, Spot, TURN, distance_m as distance_between_m, unwrap_near};
 use super::index::DepthIndex;
-use super::object::{Stored, Water, millimetres};
+use super::object::{Water, millimetres};
+use super::piece::{Kind, Piece};
 use super::plane::Strip;
-use super::tree::{NO_DATA, Node, Run, Tree};
+use super::tree::{Node, Run};
+use crate::grid::Bounds;
 use std::collections::BinaryHeap;
 use units::LatLon;
 
@@ -24,13 +26,31 @@ pub struct Nearby {
     pub water: Water,
 }
 
-/// A waiting box or run.
+/// A waiting chart, box or run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Waiting {
     distance_m: f64,
-    level: usize,
-    index: usize,
-    found: Option<(Spot, u32)>,
+    /// Place in the list of charts.
+    chart: usize,
+    what: What,
+}
+
+/// In the order in which they come at the same distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    Found { at: Spot, object: u32 },
+    Box { level: usize, index: usize },
+    Chart,
+}
+
+impl What {
+    fn order(&self) -> (u8, usize, usize) {
+        match self {
+            Self::Found { object, .. } => (0, 0, *object as usize),
+            Self::Box { level, index } => (1, *level, *index),
+            Self::Chart => (2, 0, 0),
+        }
+    }
 }
 
 impl Eq for Waiting {}
@@ -39,9 +59,8 @@ impl Ord for Waiting {
     /// The nearest is the greatest; found things come before boxes at the same distance.
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         let by_distance = other.distance_m.total_cmp(&self.distance_m);
-        by_distance
-            .then(self.found.is_some().cmp(&other.found.is_some()))
-            .then((other.level, other.index).cmp(&(self.level, self.index)))
+        let key = |one: &Self| (one.what.order(), one.chart);
+        by_distance.then_with(|| key(other).cmp(&key(self)))
     }
 }
 
@@ -68,7 +87,7 @@ impl DepthIndex {
         }
         let mut nearest = None;
         self.nearest_in(
-            &self.danger,
+            Kind::Danger,
             from,
             within_m,
             |node| node.least_mm < limit_mm,
@@ -93,14 +112,14 @@ impl DepthIndex {
             return found;
         }
         self.nearest_in(
-            &self.interest,
+            Kind::Interest,
             Spot::of(place),
             within_m,
             |_| true,
             |one| {
                 let object = one.object.and_then(|id| self.object(id));
                 let twice = found.iter().any(|before| before.object == one.object);
-                if !twice && object.is_some_and(&wanted) {
+                if !twice && object.as_ref().is_some_and(&wanted) {
                     found.push(one);
                 }
                 found.len() < count
@@ -109,75 +128,88 @@ impl DepthIndex {
         found
     }
 
-    /// Gives what is in a tree by growing distance until told to stop.
+    /// Gives what is in the trees of a kind by growing distance until told to stop.
     fn nearest_in(
         &self,
-        tree: &Tree,
+        kind: Kind,
         from: Spot,
         within_m: f64,
         wanted: impl Fn(&Node) -> bool,
         mut give: impl FnMut(Nearby) -> bool,
     ) {
         let frame = Frame::at(from.y);
+        // Of boxes the distance in this frame is a little off.
+        let farthest_m = within_m * 1.1;
         let mut heap = BinaryHeap::new();
-        let Some((level, index)) = tree.top() else { return };
-        if wanted(tree.node(level, index)) {
-            let distance_m = box_distance_m(&frame, from, tree.node(level, index));
-            heap.push(Waiting { distance_m, level, index, found: None });
+        for chart in self.charts_in(|node| box_distance_m(&frame, from, &node.bounds) <= farthest_m) {
+            let distance_m = box_distance_m(&frame, from, &self.directory.entries[chart].bounds);
+            heap.push(Waiting { distance_m, chart, what: What::Chart });
         }
-        while let Some(next) = heap.pop() {
-            if let Some((at, object)) = next.found {
-                let exact_m = distance_m(from, at);
-                if exact_m > within_m {
-                    return;
+        while let Some(Waiting { distance_m, chart, what }) = heap.pop() {
+            let piece = self.piece(chart);
+            let tree = piece.tree(kind);
+            let mut wait = |level: usize, index: usize| {
+                let node = tree.node(level, index);
+                if wanted(node) {
+                    let distance_m = box_distance_m(&frame, from, &node.bounds);
+                    heap.push(Waiting { distance_m, chart, what: What::Box { level, index } });
                 }
-                let id = (object != NO_DATA).then_some(object);
-                let stored = id.map_or(Stored::NoData, |id| self.objects[id as usize].stored);
-                let water = stored.water();
-                if !give(Nearby { distance_m: exact_m, at: at.place(), object: id, water }) {
-                    return;
+            };
+            match what {
+                What::Chart => {
+                    if let Some((level, index)) = tree.top() {
+                        wait(level, index);
+                    }
                 }
-            } else if next.level == 0 {
-                let run = tree.runs[next.index];
-                let (distance_m, at) = self.run_distance(&run, from);
-                heap.push(Waiting { distance_m, found: Some((at, run.object)), ..next });
-            } else if next.distance_m <= within_m * 1.1 {
-                for index in tree.children(next.level, next.index) {
-                    let level = next.level - 1;
-                    let node = tree.node(level, index);
-                    if wanted(node) {
-                        let distance_m = box_distance_m(&frame, from, node);
-                        heap.push(Waiting { distance_m, level, index, found: None });
+                What::Box { level: 0, index } => {
+                    let run = tree.runs[index];
+                    let (distance_m, at) = run_distance(&piece, &run, from);
+                    let what = What::Found { at, object: run.object };
+                    heap.push(Waiting { distance_m, chart, what });
+                }
+                What::Box { level, index } if distance_m <= farthest_m => {
+                    tree.children(level, index).for_each(|index| wait(level - 1, index));
+                }
+                What::Box { .. } => {}
+                What::Found { at, object } => {
+                    let exact_m = distance_between_m(from, at);
+                    if exact_m > within_m {
+                        return;
+                    }
+                    let number = piece.object(object).map(|_| self.number(chart, object));
+                    let water = piece.stored(object).water();
+                    if !give(Nearby { distance_m: exact_m, at: at.place(), object: number, water }) {
+                        return;
                     }
                 }
             }
         }
     }
+}
 
-    /// The nearest point of a run and its distance.
-    fn run_distance(&self, run: &Run, from: Spot) -> (f64, Spot) {
-        let vertices = &self.areas.vertices[run.first as usize..(run.first + run.count) as usize];
-        let first = Spot::of_vertex(vertices[0]);
-        let turn = unwrap_near(first.x, from.x) - first.x;
-        let strip = Strip::new(from, from, 0.0).turned(-turn);
-        let mut a = strip.across(vertices[0]);
-        let mut best = strip.nearest_anywhere(a, a);
-        for vertex in &vertices[1..] {
-            let b = strip.across(*vertex);
-            let nearest = strip.nearest_anywhere(a, b);
-            if nearest.distance_m < best.distance_m {
-                best = nearest;
-            }
-            a = b;
+/// The nearest point of a run and its distance.
+fn run_distance(piece: &Piece, run: &Run, from: Spot) -> (f64, Spot) {
+    let vertices = piece.vertices(run);
+    let first = Spot::of_vertex(vertices[0]);
+    let turn = unwrap_near(first.x, from.x) - first.x;
+    let strip = Strip::new(from, from, 0.0).turned(-turn);
+    let mut a = strip.across(vertices[0]);
+    let mut best = strip.nearest_anywhere(a, a);
+    for vertex in &vertices[1..] {
+        let b = strip.across(*vertex);
+        let nearest = strip.nearest_anywhere(a, b);
+        if nearest.distance_m < best.distance_m {
+            best = nearest;
         }
-        let at = strip.spot(best.on);
-        (best.distance_m, Spot { x: at.x + turn, ..at })
+        a = b;
     }
+    let at = strip.spot(best.on);
+    (best.distance_m, Spot { x: at.x + turn, ..at })
 }
 
 /// Distance to a box, on the nearer way round the Earth.
-fn box_distance_m(frame: &Frame, from: Spot, node: &Node) -> f64 {
-    let (min, max) = (Spot::of_vertex(node.bounds.min), Spot::of_vertex(node.bounds.max));
+fn box_distance_m(frame: &Frame, from: Spot, bounds: &Bounds) -> f64 {
+    let (min, max) = (Spot::of_vertex(bounds.min), Spot::of_vertex(bounds.max));
     let y = from.y.clamp(min.y, max.y);
     let of_turn = |turn: f64| {
         let x = from.x.clamp(min.x + turn, max.x + turn);

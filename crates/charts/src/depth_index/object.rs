@@ -78,6 +78,21 @@ impl Stored {
             }
         }
     }
+
+    /// Clearance of something overhead (m); `None` where the chart does not tell.
+    pub(super) fn clearance_m(self) -> Option<f64> {
+        if let Water::TooLow { clearance_m } = self.water() { clearance_m } else { None }
+    }
+}
+
+/// What there is at a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct State {
+    pub(super) stored: Stored,
+    pub(super) object: Option<u32>,
+    pub(super) zone: Option<u8>,
+    /// The lowest thing above, and its number.
+    pub(super) overhead: Option<(Stored, u32)>,
 }
 
 /// Depths are kept in millimetres, rounded to the shallower side and within ±2000 km.

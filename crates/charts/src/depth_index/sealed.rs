@@ -5,6 +5,8 @@
 
 use super::codec::IndexError;
 use super::index::DepthIndex;
+use super::shelf::IndexBytes;
+use std::sync::Arc;
 
 const MAGIC: &[u8; 8] = b"LUTRACHI";
 const HEAD_BYTES: usize = 40;
@@ -21,8 +23,7 @@ pub struct SealedIndex {
 impl SealedIndex {
     /// As a file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(self.digest);
+        let mut bytes = Self::head(self.digest);
         bytes.extend(self.index.to_bytes());
         bytes
     }
@@ -33,7 +34,22 @@ impl SealedIndex {
         if head.starts_with(MAGIC) { head[MAGIC.len()..].try_into().ok() } else { None }
     }
 
-    /// The index of a file.
+    /// What a file of an index over these charts begins with.
+    pub fn head(digest: [u8; 32]) -> Vec<u8> {
+        [MAGIC.as_slice(), &digest].concat()
+    }
+
+    /// The index of a file, read as it is asked for; at most so many bytes of pieces are kept in memory.
+    ///
+    /// # Errors
+    /// When the bytes are no such file, of another version, or their directory is damaged.
+    pub fn open(bytes: Arc<dyn IndexBytes>, most_bytes: usize) -> Result<Self, IndexError> {
+        let head = bytes.read(0, HEAD_BYTES).map_err(|_| IndexError::Magic)?;
+        let digest = Self::digest_of(&head).ok_or(IndexError::Magic)?;
+        Ok(Self { digest, index: DepthIndex::open(bytes, HEAD_BYTES as u64, most_bytes)? })
+    }
+
+    /// The index of a file, all of it in memory.
     ///
     /// # Errors
     /// When the bytes are no such file, of another version, or damaged.

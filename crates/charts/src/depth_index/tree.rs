@@ -122,6 +122,11 @@ impl Tree {
         Some((self.levels.len().checked_sub(1)?, 0))
     }
 
+    /// The box of all runs.
+    pub(super) fn bounds(&self) -> Bounds {
+        self.top().map_or(Bounds::EMPTY, |(level, index)| self.node(level, index).bounds)
+    }
+
     pub(super) fn node(&self, level: usize, index: usize) -> &Node {
         &self.nodes[self.levels[level] + index]
     }

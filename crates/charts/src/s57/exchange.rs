@@ -8,7 +8,6 @@ use super::cell::Cell;
 use super::error::{S57Error, S57Problem};
 use super::named_bytes::NamedBytes;
 use super::store::Notice;
-use crate::crc32::crc32;
 use std::collections::BTreeMap;
 
 /// A cell that could not be read.
@@ -82,7 +81,7 @@ impl ExchangeSet {
                 self.notices.push(Notice { file: entry.file.clone(), feature: None, text });
                 continue;
             };
-            let found = crc32(file.bytes);
+            let found = crc32fast::hash(file.bytes);
             let Some(expected) = entry.crc32.filter(|expected| *expected != found) else { continue };
             let problem = S57Problem::Checksum { expected, found };
             let error = S57Error { file: file.name.to_owned(), place: None, problem };

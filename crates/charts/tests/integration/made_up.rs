@@ -241,7 +241,7 @@ fn dangers_without_a_depth_block_and_margins_follow_the_demand() {
     assert!((wreck.margin_m.unwrap() - 2.7).abs() < 1e-9);
     let object = index.object(wreck.object.unwrap()).unwrap();
     assert_eq!(
-        (object.name.as_deref(), index.source(object).scale, wreck.zone),
+        (object.name.as_deref(), index.source(&object).scale, wreck.zone),
         (Some("Wreck"), 10_000, Some(3))
     );
     let careful = Demand { trust: ChartTrust::AllErrors(ChartTrust::STANDARD), ..demand };
@@ -339,7 +339,7 @@ fn a_coarse_cell_answers_only_where_no_finer_one_does() {
     let index = index(&cells);
     let least = |lat_deg, radius_m| {
         let answer = index.shallowest_within(place(lat_deg, 10.02), radius_m, &Demand::default());
-        (answer.water.least_m().unwrap(), index.source(index.object(answer.object.unwrap()).unwrap()).band)
+        (answer.water.least_m().unwrap(), index.source(&index.object(answer.object.unwrap()).unwrap()).band)
     };
     assert_eq!(least(63.01, 100.0), (5.0, 5), "the coarse cell's rock is not there in the finer one");
     assert_eq!(least(63.03, 10.0), (1.0, 4));

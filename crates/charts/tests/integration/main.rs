@@ -8,5 +8,6 @@ mod fuzz_seeds;
 mod made_up;
 mod made_up_updates;
 mod masks_and_soundings;
+mod regional;
 mod writer;
 mod written;

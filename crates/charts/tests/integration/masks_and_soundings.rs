@@ -52,7 +52,7 @@ fn land_of_a_mask_is_land_under_any_cell() {
     let demand = Demand::least_depth(2.0);
     let islet = index.depth_at(place(63.006, 10.018), &demand);
     assert_eq!((islet.water, islet.navigable), (Water::Land, false));
-    assert_eq!(index.source(index.object(islet.object.unwrap()).unwrap()).name, "mask");
+    assert_eq!(index.source(&index.object(islet.object.unwrap()).unwrap()).name, "mask");
     let across = Leg { from: place(63.006, 10.03), to: place(63.006, 10.005) };
     let danger = index.first_danger_along(across, 5.0, &demand).unwrap();
     assert_eq!(danger.water, Water::Land);
@@ -88,7 +88,7 @@ fn a_sounding_shows_a_shoal_that_the_cell_lacks_and_opens_nothing() {
     let demand = Demand::least_depth(2.0);
     let shoal = index.shallowest_within(at, 5.0, &demand);
     assert_eq!((shoal.water.least_m(), shoal.navigable), (Some(1.5), false));
-    assert_eq!(index.source(index.object(shoal.object.unwrap()).unwrap()).name, "survey");
+    assert_eq!(index.source(&index.object(shoal.object.unwrap()).unwrap()).name, "survey");
     assert!(index.shallowest_within(place(63.015, 10.02), 5.0, &demand).navigable);
     assert_eq!(index.shallowest_within(place(63.05, 10.02), 5.0, &demand).water, Water::NoData);
 }

@@ -390,8 +390,8 @@ impl Grounding {
             Water::Depth { least_m, .. } => format!("water of {least_m:.1} m"),
         };
         let object = ahead.answer.object.and_then(|id| index.object(id));
-        let name = object.and_then(|object| object.class.acronym());
-        let cell = object.map(|object| index.source(object).name.as_str()).unwrap_or_default();
+        let name = object.as_ref().and_then(|object| object.class.acronym());
+        let cell = object.as_ref().map(|object| index.source(object).name.as_str()).unwrap_or_default();
         let of = name.filter(|_| ahead.answer.water != Water::NoData);
         let of = of.map_or_else(String::new, |name| format!(" ({name} of {cell})"));
         let time_s = ahead.distance_m / self.speed_mps.max(LEAST_MPS);

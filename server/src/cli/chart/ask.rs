@@ -90,6 +90,17 @@ pub(in crate::cli) fn index(db: &Path) -> anyhow::Result<DepthIndex> {
     Ok(loaded.sealed.index)
 }
 
+/// Tells which charts could not be read for an answer.
+fn tell_damage(index: &DepthIndex, db: &Path) {
+    for what in index.unreadable() {
+        let file = chartdb::index_path(db);
+        complain!(
+            "{what}; it counts as a danger. Remove {}: it is made again from the charts",
+            file.display()
+        );
+    }
+}
+
 pub(super) fn depth(db: &Path, json: bool, arguments: &DepthArguments) -> anyhow::Result<()> {
     let index = index(db)?;
     let demand = arguments.needs.demand();
@@ -100,6 +111,7 @@ pub(super) fn depth(db: &Path, json: bool, arguments: &DepthArguments) -> anyhow
         complain!("rocks, wrecks and soundings beside the place are not looked at; --radius M does");
         index.depth_at(arguments.at, &demand)
     };
+    tell_damage(&index, db);
     if json {
         say!("{}", described(&index, &answer));
     } else {
@@ -114,6 +126,7 @@ pub(super) fn corridor(db: &Path, json: bool, arguments: &CorridorArguments) -> 
     let leg = Leg { from: arguments.from, to: arguments.to };
     let worst = index.shallowest_along(leg, arguments.half_width, &demand);
     let first = index.first_danger_along(leg, arguments.half_width, &demand);
+    tell_damage(&index, db);
     if json {
         let mut value = described(&index, &worst);
         value["first_danger"] = first.map_or(Value::Null, |first| described(&index, &first));
@@ -147,7 +160,7 @@ fn words(index: &DepthIndex, answer: &DepthAnswer) -> String {
         _ => String::new(),
     };
     let object = answer.object.and_then(|object| index.object(object)).map_or(String::new(), |object| {
-        let source = index.source(object);
+        let source = index.source(&object);
         let (class, record, name) = (object.class, object.record, &source.name);
         if source.scale == 0 {
             return format!(" ({class} {record} of {name})");
@@ -173,7 +186,7 @@ fn described(index: &DepthIndex, answer: &DepthAnswer) -> Value {
     };
     let clearance = if let Water::TooLow { clearance_m } = answer.water { clearance_m } else { None };
     let object = answer.object.and_then(|object| index.object(object)).map(|object| {
-        let source = index.source(object);
+        let source = index.source(&object);
         json!({"class": object.class.to_string(), "record": object.record, "name": object.name,
                "chart": source.name, "edition": source.edition, "update": source.update,
                "scale": source.scale, "band": source.band, "sounding_datum": source.sounding_datum})
