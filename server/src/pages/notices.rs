@@ -83,7 +83,7 @@ pub(super) async fn add(
     Sent(wanted): Sent<Wanted>,
 ) -> Result<Response, PageError> {
     in_person(&who)?;
-    let words = match ask(wanted)? {
+    let words = match ask(&wanted)? {
         Err(problem) => Words { problem, ..Words::default() },
         Ok(ask) => match state.shore.notices.add(&who, remote.address.to_string(), ask).await {
             Ok(Made { secret, .. }) if secret.is_empty() => {
@@ -99,7 +99,7 @@ pub(super) async fn add(
     show(&state, &who, frame, words).await
 }
 
-fn ask(wanted: Wanted) -> Result<Result<Ask, String>, ApiError> {
+fn ask(wanted: &Wanted) -> Result<Result<Ask, String>, ApiError> {
     let vessel = vessel(&wanted.vessel)?;
     let Some(way) = Way::named(&wanted.way) else {
         return Ok(Err("A message goes by mail or webhook.".to_owned()));

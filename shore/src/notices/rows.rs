@@ -19,6 +19,7 @@ const FORGOTTEN_US: i64 = 30 * 24 * HOUR_US;
 /// What a message beyond [`PER_HOUR`] says in place of an outcome.
 const HELD_BACK: &str = "held back: many within an hour";
 
+type FoundDelivery = (i64, i64, String, Option<String>, String);
 type FoundRule = (i64, i64, String, String, String, String, Option<u16>, i64, bool, i64);
 
 const RULE: &str =
@@ -68,10 +69,9 @@ impl Request for Mine {
         let rules: Vec<FoundRule> = sqlx::query_as(sql).bind(self.person).fetch_all(&mut *db).await?;
         let sql = "SELECT rule, notice.made_us, body, outcome, words FROM notice
                    JOIN notice_rule ON notice_rule.id = rule WHERE person = ?1 ORDER BY notice.id DESC LIMIT ?2";
-        type Found = (i64, i64, String, Option<String>, String);
-        let found: Vec<Found> =
+        let found: Vec<FoundDelivery> =
             sqlx::query_as(sql).bind(self.person).bind(self.messages).fetch_all(db).await?;
-        let delivery = |(rule, made_us, body, outcome, words): Found| {
+        let delivery = |(rule, made_us, body, outcome, words): FoundDelivery| {
             let content: Option<Content> = serde_json::from_str(&body).ok();
             let subject = content.map(|content| content.subject()).unwrap_or_default();
             Delivery { rule, made_us, subject, outcome: outcome.unwrap_or_default(), words }
