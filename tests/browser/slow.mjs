@@ -30,7 +30,7 @@ await inBrowser(async (open) => {
   await page.goto(slow);
   await page.locator('body[data-link="up"]').waitFor();
   console.log(`live ${Date.now() - begun} ms after the first page was asked for`);
-  const place = page.getByRole("button", { name: /^otter-1/ }).locator(".num").first();
+  const place = page.getByRole("button", { name: /^otter-1/ }).locator(".place");
   for (let moved = 0; moved < 3; moved++) {
     const before = await place.innerText();
     await page.waitForFunction(([node, before]) => node.textContent !== before, [await place.elementHandle(), before]);
