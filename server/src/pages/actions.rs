@@ -1,7 +1,7 @@
 //! What the audit log calls what people did, in words.
 
 /// Codes and words, in the order in which they are offered.
-pub(super) const ACTIONS: [(&str, &str); 47] = [
+pub(super) const ACTIONS: [(&str, &str); 49] = [
     ("vessel.abort", "STOP"),
     ("plan.start", "Start plan"),
     ("plan.stop", "Stop plan"),
@@ -28,6 +28,8 @@ pub(super) const ACTIONS: [(&str, &str); 47] = [
     ("parameters.save", "Save parameters"),
     ("alarm.acknowledge", "Acknowledge alarm"),
     ("alarm.shelve", "Shelve alarm"),
+    ("notice.rule.make", "Ask for messages about alarms"),
+    ("notice.rule.remove", "Remove rule for messages"),
     ("logbook.write", "Write note"),
     ("logbook.correct", "Correct note"),
     ("logbook.withdraw", "Withdraw note"),
