@@ -17,7 +17,7 @@ const fleet = await load("state/fleet");
 const { Track } = await load("state/track");
 const format = await load("ui/format");
 const plot = await load("plot/model");
-const { vitals, entities, partsInWords, worst } = await load("state/vitals");
+const { vitals, withHeard, entities, partsInWords, worst } = await load("state/vitals");
 const alarms = await load("state/alarms");
 const loss = await load("state/linkloss");
 const { ownPlaceText } = await load("state/ownplace");
@@ -115,6 +115,17 @@ test("instruments are read off the right series and grow old by their contract",
   assert.equal(now.mode.ageS, null, "what was never said has no age");
   assert.ok(!now.speed_mps.old && now.mode.old);
   assert.ok(vitals(values, labels, 8.1e6).speed_mps.old, "three periods are over");
+});
+
+test("the tag that was heard last is the newest that any message told", () => {
+  const values = known({ ...said("TBRFishTag", 9, { trans_id: 7, SNR: 20 }), received_us: 5e6 });
+  const read = vitals(values, new Map(), 9e6);
+  const heard = (time_us) => ({ time_us, protocol_name: "OPi", protocol: null, tag_id: 103, snr_db: 30 });
+  assert.equal(withHeard(read, undefined, 9e6), read);
+  assert.equal(withHeard(read, heard(3e6), 9e6), read, "an older one");
+  const { snr } = withHeard(read, heard(8e6), 9e6);
+  assert.deepEqual([snr.value, snr.note, snr.ageS, snr.old], [30, "OPi 103", 1, false], "a coding without a number in TBRFishTag");
+  assert.equal(withHeard(vitals(new Map(), new Map(), 9e6), heard(8e6), 9e6).snr.value, 30, "none before");
 });
 
 test("the worst part is told, and parts that say nothing are not hidden", () => {

@@ -17,7 +17,7 @@ import { asSeen, type FleetState } from "../state/fleet";
 import { linkLoss } from "../state/linkloss";
 import { guardOf } from "../state/teleop";
 import { placeAt } from "../state/track";
-import { entities, type Labels, type Values, vitals } from "../state/vitals";
+import { entities, type Labels, type Values, vitals, withHeard } from "../state/vitals";
 import { windowKey } from "../state/window";
 import { type Chrome, createChrome } from "../ui/chrome";
 import { setAttribute, setText } from "../ui/dom";
@@ -370,7 +370,8 @@ class VesselPage {
     const { present, boxes, panels, time } = this;
     const newest = Math.max(...[...values.values()].map((one) => one.time_us));
     const past = us === null ? undefined : values.size ? (asOf - newest) / 1e6 : null;
-    const readings = vitals(values, labels, asOf);
+    const read = vitals(values, labels, asOf);
+    const readings = us === null ? withHeard(read, present.heard, asOf) : read;
     this.tiles.update(present.system, readings, this.history.link, asOf, us === null ? present.linked : true, past, us === null ? this.underWay.legs() : undefined);
     const { lease } = present.control;
     setText(boxes.who, controlLine(lease, partOf(lease, this.rights.me, windowKey()), present.linked));

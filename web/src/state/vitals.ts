@@ -1,7 +1,7 @@
 // What an operator looks at first, read from the latest values. A reading is old when it is over its contract: three
 // of its usual intervals.
 
-import type { Field, Update } from "../api/types.gen";
+import type { Detection, Field, Update } from "../api/types.gen";
 import { ageS, freshForS } from "./fleet";
 
 export type Values = ReadonlyMap<string, Update>;
@@ -83,6 +83,14 @@ export function vitals(values: Values, labels: Labels, nowUs: number): Vitals {
     // A tag is heard when it is near, not by a contract: its age alone tells.
     snr: { ...read(tag, number(tag, "SNR"), "", tag ? `${meaning(tag, "trans_protocol")} ${number(tag, "trans_id") ?? ""}` : ""), old: !tag },
   };
+}
+
+/** With the tag that was heard last, where that is newer than what TBRFishTag tells: some codings have no number there. */
+export function withHeard(known: Vitals, heard: Detection | undefined, nowUs: number): Vitals {
+  const old = heard ? Math.max(0, (nowUs - heard.time_us) / 1e6) : Infinity;
+  if (!heard || old > (known.snr.ageS ?? Infinity)) return known;
+  const note = `${heard.protocol_name ?? heard.protocol ?? "?"} ${heard.tag_id}`;
+  return { ...known, snr: { value: heard.snr_db, word: "", note, ageS: old, old: false } };
 }
 
 /** How an entity is, by its EntityState. */

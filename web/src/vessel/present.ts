@@ -1,6 +1,6 @@
 // What a vessel's page knows of the present, from the live socket.
 
-import type { LiveFrame, System } from "../api/types.gen";
+import type { Detection, LiveFrame, System } from "../api/types.gen";
 import { NO_CONTROL, withControl } from "../state/control";
 import { EMPTY, type FleetState, serverNowUs } from "../state/fleet";
 import type { Labels, Values } from "../state/vitals";
@@ -15,6 +15,8 @@ export class PagePresent {
   linked = true;
   system: System | undefined;
   labels: Labels = new Map();
+  /** The newest detection that came by itself. */
+  heard: Detection | undefined;
 
   /** `given`: the name that people gave it; null for none. */
   constructor(readonly address: number, readonly given: string | null) {}
@@ -42,6 +44,7 @@ export class PagePresent {
     this.linked = true;
     this.fleet = fleet;
     this.control = withControl(this.control, frame, this.address);
+    for (const one of frame.detections) if (one.system === this.address && one.time_us >= (this.heard?.time_us ?? 0)) this.heard = one;
     const found = fleet.systems.get(this.address);
     this.system = found ? { ...found, name: this.given ?? found.name } : undefined;
     this.labels = new Map(Object.entries(this.system?.entities ?? {}).map(([number, label]) => [Number(number), label ?? ""]));
