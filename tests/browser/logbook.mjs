@@ -102,6 +102,21 @@ await inBrowser(async (open) => {
   await first.getByText(/^Withdrawn by admin/).waitFor();
   same(await first.getByRole("button", { name: /^Correct/ }).count(), 0, "what is withdrawn is not corrected");
 
+  // What others write comes by itself, also while somebody types; the clock of that window is moved.
+  const second = await page.context().newPage();
+  await second.clock.install();
+  await second.goto(`${url}/logbook`);
+  await second.getByText("1 note.", { exact: true }).waitFor();
+  const typed = second.getByRole("form", { name: "Write a note" }).getByRole("textbox").first();
+  await typed.fill("half a note");
+  const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
+  const other = await page.request.post(`${url}/api/v1/logbook`, { headers: { "x-csrf-token": csrf, origin: url }, data: { text: "By somebody else", vessel: null, time_us: null, lat_deg: null, lon_deg: null } });
+  check(other.ok(), await other.text());
+  await second.clock.fastForward(21_000);
+  await second.getByRole("listitem").filter({ hasText: "By somebody else" }).waitFor();
+  same(await typed.inputValue(), "half a note", "what is being typed stays");
+  await second.close();
+
   // On a phone, from an address that fills the form.
   await page.setViewportSize({ width: 390, height: 844 });
   await page.goto(`${url}/logbook?write=1&about=${BOAT}&at=1780315200000000&lat=63.44&lon=10.4`);

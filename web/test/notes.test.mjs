@@ -10,9 +10,20 @@ import { mkdtemp } from "node:fs/promises";
 const folder = await mkdtemp(join(tmpdir(), "lutra-notes-"));
 const outfile = join(folder, "notes.mjs");
 await build({ entryPoints: ["src/state/notes.ts"], bundle: true, format: "esm", outfile, logLevel: "warning" });
-const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, questionOf, wayToWrite, withNotes, wrongOf } = await import(outfile);
+const { addressOf, askOf, byDay, correctionOf, draftFrom, draftOf, EMPTY_DRAFT, fieldOf, filterFrom, LETTERS, questionOf, wayToWrite, withNewest, withNotes, wrongOf } = await import(outfile);
 
 const note = (time_us, text = "x") => ({ id: time_us, revision: 1, time_us, vessel: 5, vessel_name: null, lat_deg: null, lon_deg: null, text, by: "nils", written_us: 9, corrected: null, withdrawn: null, photo: null, may_change: true });
+
+test("notes that are told again come before the older ones that are known, and unchanged ones stay the same", () => {
+  const before = [note(50), note(40), note(30), note(20)];
+  const told = (notes, next) => withNewest(before, { notes, next });
+  const changed = { ...note(40), revision: 2, text: "y" };
+  const all = told([note(60), note(50), changed], "40.40");
+  assert.deepEqual(all.map(({ id, text }) => [id, text]), [[60, "x"], [50, "x"], [40, "y"], [30, "x"], [20, "x"]]);
+  assert.equal(all[1], before[0], "the same object");
+  assert.deepEqual(told([note(60)], null).map(({ id }) => id), [60], "these are all: the others were withdrawn");
+  assert.deepEqual(told([], null), []);
+});
 
 test("a draft is judged field by field", () => {
   const wrong = (part) => wrongOf({ ...EMPTY_DRAFT, text: "a", ...part })?.field;

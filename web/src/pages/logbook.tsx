@@ -2,13 +2,13 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { render } from "preact";
-import { postJson } from "../api/http";
+import { getJson, postJson } from "../api/http";
 import type { LogNote, LogNotes } from "../api/types.gen";
 import { resource } from "../api/resource";
 import { NoteForm } from "../components/noteform";
 import { NoteList } from "../components/notelist";
 import { Spans, TimeSpan } from "../components/timespan";
-import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, questionOf, type Wrong } from "../state/notes";
+import { addressOf, askOf, type Draft, draftFrom, EMPTY_DRAFT, type Filter, filterFrom, questionOf, withNewest, type Wrong } from "../state/notes";
 import { pickedUs } from "../state/takeout";
 import { createChrome } from "../ui/chrome";
 import { hexAddress } from "../ui/format";
@@ -17,6 +17,8 @@ import { sendPhoto, wrongFrom } from "../ui/photo";
 /** After the last change of the filter the notes are asked for, ms. */
 const REST_MS = 350;
 const PATIENCE_MS = 15_000;
+/** Notes by others come after so long at most, ms. */
+const AGAIN_MS = 20_000;
 
 export function startLogbook(root: HTMLElement): void {
   const names = JSON.parse(root.dataset["names"] ?? "{}") as Record<string, string>;
@@ -39,6 +41,17 @@ export function startLogbook(root: HTMLElement): void {
     const found = await page.ask(`/api/v1/logbook?${questionOf(filter.value)}`);
     if (found) [notes.value, next.value] = [found.notes, found.next];
   };
+  /** What others wrote comes by itself; who asks for something meanwhile goes first. */
+  const again = async (): Promise<void> => {
+    const of = filter.value;
+    if (document.hidden || page.busy.value || wrong.value) return;
+    const found = await getJson<LogNotes>(`/api/v1/logbook?${questionOf(of)}`, AbortSignal.timeout(PATIENCE_MS)).catch(() => undefined);
+    if (!found || filter.value !== of || page.busy.value) return;
+    const all = withNewest(notes.value, found);
+    if (all.length === found.notes.length) next.value = found.next;
+    notes.value = all;
+  };
+  window.setInterval(() => void again(), AGAIN_MS);
   const older = async (): Promise<void> => {
     const found = await page.ask(`/api/v1/logbook?${questionOf(filter.value)}&before=${next.value}`);
     if (found) [notes.value, next.value] = [[...notes.value, ...found.notes], found.next];

@@ -129,6 +129,19 @@ export function filterFrom(query: URLSearchParams): Filter {
   return { vessel: of("vessel"), from: of("from"), to: of("to"), text: of("text"), withdrawn: query.has("withdrawn") };
 }
 
+/** The newest notes as they are told again, and of those that were known the older ones; a note that did not change stays the
+ * same object. */
+export function withNewest(before: readonly LogNote[], { notes, next }: LogNotes): readonly LogNote[] {
+  const known = new Map(before.map((note) => [note.id, note]));
+  const newest = notes.map((note) => {
+    const same = known.get(note.id);
+    return same && JSON.stringify(same) === JSON.stringify(note) ? same : note;
+  });
+  const last = notes.at(-1);
+  if (!next || !last) return newest;
+  return [...newest, ...before.filter(({ time_us, id }) => time_us < last.time_us || (time_us === last.time_us && id < last.id))];
+}
+
 /** Days with their notes, in the order of the notes. */
 export function byDay(notes: readonly LogNote[]): readonly (readonly [string, readonly LogNote[]])[] {
   const days = new Map<string, LogNote[]>();
