@@ -103,19 +103,18 @@ await inBrowser(async (open) => {
   same(await first.getByRole("button", { name: /^Correct/ }).count(), 0, "what is withdrawn is not corrected");
 
   // What others write comes by itself, also while somebody types; the clock of that window is moved.
-  const second = await page.context().newPage();
-  await second.clock.install();
-  await second.goto(`${url}/logbook`);
-  await second.getByText("1 note.", { exact: true }).waitFor();
-  const typed = second.getByRole("form", { name: "Write a note" }).getByRole("textbox").first();
+  const beside = await page.context().newPage();
+  await beside.clock.install();
+  await beside.goto(`${url}/logbook`);
+  await beside.getByText("1 note.", { exact: true }).waitFor();
+  const typed = beside.getByRole("form", { name: "Write a note" }).getByRole("textbox").first();
   await typed.fill("half a note");
-  const csrf = await page.evaluate(() => document.querySelector('meta[name="csrf"]').content);
   const other = await page.request.post(`${url}/api/v1/logbook`, { headers: { "x-csrf-token": csrf, origin: url }, data: { text: "By somebody else", vessel: null, time_us: null, lat_deg: null, lon_deg: null } });
   check(other.ok(), await other.text());
-  await second.clock.fastForward(21_000);
-  await second.getByRole("listitem").filter({ hasText: "By somebody else" }).waitFor();
+  await beside.clock.fastForward(21_000);
+  await beside.getByRole("listitem").filter({ hasText: "By somebody else" }).waitFor();
   same(await typed.inputValue(), "half a note", "what is being typed stays");
-  await second.close();
+  await beside.close();
 
   // On a phone, from an address that fills the form.
   await page.setViewportSize({ width: 390, height: 844 });

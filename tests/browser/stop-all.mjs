@@ -1,6 +1,6 @@
 // STOP of all vessels in two steps: node stop-all.mjs URL ONE-TIME-PASSWORD. Of two boats the first stops when it is told to.
 
-import { check, inBrowser, later, logIn, look } from "./browser.mjs";
+import { check, inBrowser, logIn, look } from "./browser.mjs";
 
 const [url, oneTime] = process.argv.slice(2);
 
@@ -50,7 +50,7 @@ await inBrowser(async (open) => {
   await page.keyboard.press("Enter");
   await page.getByText(/^STOP northern: stopped after \d+\.\d s\. Motors off, drifting\.$/).waitFor();
   await page.getByText(/^STOP unheard: NOT SENT YET\. No way leads to the vessel\./).waitFor();
-  await later(page.getByText(/^STOP southern: sent, but NO EFFECT SEEN in 8 s/), 3);
+  await page.getByText(/^STOP southern: sent, but NO EFFECT SEEN in 8 s/).waitFor();
   check(new Set(asked.map((one) => /\d+(?=\/abort)/.exec(one)[0])).size === 3, `a request for each: ${asked}`);
   await look(page, "stop-all-told");
 

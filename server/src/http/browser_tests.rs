@@ -201,11 +201,10 @@ async fn stop_all_goes_to_each_vessel_after_two_steps() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let (clock, hand) = Clock::with_hand();
-    let serving = serve_by(clock.clone(), quiet(folder.path())).await.unwrap();
+    let serving = serve(quiet(folder.path())).await.unwrap();
     let boats = Boats::join(&serving.state.shore.router).await;
     let stopped = Arc::new(AtomicBool::new(false));
-    tokio::spawn(two_sail(boats.clone(), clock, Arc::clone(&stopped)));
+    tokio::spawn(two_sail(boats.clone(), Arc::clone(&stopped)));
     let aborted = Arc::new(Mutex::new(BTreeSet::new()));
     let told = Arc::clone(&aborted);
     tokio::spawn(async move {
@@ -220,24 +219,18 @@ async fn stop_all_goes_to_each_vessel_after_two_steps() {
     });
     let address = format!("http://{}", serving.address);
     let password = serving.first_admin().unwrap().1.to_owned();
-    let script = move || {
-        testkit::browser::run("stop-all.mjs", &[&address, &password], |line| {
-            if let Some(seconds) = line.strip_prefix("advance ") {
-                hand.advance(Duration::from_secs(seconds.parse().unwrap()));
-            }
-        });
-    };
+    let script = move || testkit::browser::run("stop-all.mjs", &[&address, &password], |_| {});
     tokio::task::spawn_blocking(script).await.unwrap();
     let [first, second] = [super::testing::FIRST, super::testing::FIRST + 1];
     assert_eq!(*aborted.lock().unwrap(), BTreeSet::from([first, second]), "each vessel that is heard");
 }
 
 /// Two boats that say what they do, ten times a second, for as long as the test lasts.
-async fn two_sail(boats: Boats, clock: Clock, stopped: Arc<AtomicBool>) {
+async fn two_sail(boats: Boats, stopped: Arc<AtomicBool>) {
     let mut interval = tokio::time::interval(Duration::from_millis(100));
     loop {
         interval.tick().await;
-        let now = clock.utc();
+        let now = clock::now();
         for number in [0, 1] {
             let stands = number == 0 && stopped.load(Ordering::Relaxed);
             let op_mode = if stands { VehicleStateOpMode::Error } else { VehicleStateOpMode::Maneuver };
